@@ -1,9 +1,10 @@
 # Finds the Exodus II library, which has no pkg-config file and no CMake package, and the netCDF
 # library that it is linked to. Defines the target ExodusII::ExodusII.
 #
-# Debian builds Exodus with the MPI flavour of netCDF. A program must not also load the serial flavour,
-# which has the same symbols but another HDF5. The development package of the MPI flavour is not needed,
-# because its header is the same; the run-time library is linked by its file name.
+# Debian builds Exodus with the MPI variant of netCDF. A program must not also load the serial
+# variant, which has the same symbols but uses another HDF5. The development package of the MPI
+# variant is not needed: its header is the same, and the run-time library is linked by its file
+# name.
 find_path(ExodusII_INCLUDE_DIR exodusII.h)
 find_path(ExodusII_NETCDF_INCLUDE_DIR netcdf.h)
 find_library(ExodusII_LIBRARY NAMES exoIIv2c exodus)

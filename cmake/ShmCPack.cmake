@@ -1,5 +1,5 @@
 # Settings that differ between the packages and the archive. cpack reads this file once for each
-# generator.
+# generator, i.e. for each kind of output.
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has a separate summary
 if(CPACK_GENERATOR STREQUAL "TGZ")
   set(CPACK_COMPONENTS_ALL archive)

@@ -1,11 +1,14 @@
-# shm_loaded(TARGET IMPORTED [MACRO LIBRARY]...): lets TARGET, a static library of this build, open the libraries
-# of IMPORTED on demand (base/loaded_library) instead of linking to them. Linked libraries would take most of the
-# start-up time of the tool. LIBRARY is the file of a shared library; MACRO is defined as the name by which the
-# loader finds LIBRARY. TARGET receives the include folders of IMPORTED.
-#   If the loader would not find one of the libraries by its name, or if SHM_LOAD_LIBRARIES is OFF, TARGET is
-# linked to IMPORTED, and the macros are not defined.
-#   The global property SHM_LOADED_LIBRARIES lists the paths of the libraries that are opened on demand. Packages
-# need this list, because programs do not record such libraries as dependencies.
+# shm_loaded(TARGET IMPORTED [MACRO LIBRARY]...): lets TARGET, a static library of this build, open
+# the libraries of the imported target IMPORTED on demand (base/loaded_library) instead of linking
+# to them. Linked libraries would take most of the start-up time of the tool. LIBRARY is the file
+# of a shared library. MACRO is defined as the name by which the loader finds LIBRARY. TARGET
+# receives the include folders of IMPORTED.
+#
+# If the loader would not find one of the libraries by its name, or if SHM_LOAD_LIBRARIES is OFF,
+# TARGET is linked to IMPORTED, and the macros are not defined.
+#
+# The global property SHM_LOADED_LIBRARIES lists the paths of the libraries that are opened on
+# demand. Packages need this list, because programs do not record such libraries as dependencies.
 
 option(SHM_LOAD_LIBRARIES "Open libraries of some formats on demand; OFF: link programs to them" ON)
 

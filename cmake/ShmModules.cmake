@@ -1,15 +1,18 @@
-# Each folder of sources (module) has a CMakeLists.txt that calls shm_module. All sources of a module are
-# compiled as one translation unit, with a precompiled header of common headers. A full build then takes a
-# third of the time. Names in unnamed namespaces must therefore differ within a module.
-# Modules listed in SHM_SMALL_MODULES are optimized for size, and their sources are compiled separately.
-# With SHM_SEPARATE_SOURCES all sources are compiled separately, to find missing includes.
+# A folder of sources is called a module, and has a CMakeLists.txt that calls shm_module. All
+# sources of a module are compiled as one translation unit, with a precompiled header of common
+# headers. A full build then takes a third of the time. Names in unnamed namespaces must therefore
+# differ within a module.
+#
+# Modules listed in SHM_SMALL_MODULES are optimized for size, and their sources are compiled
+# separately. With SHM_SEPARATE_SOURCES, all sources are compiled separately, to find missing
+# includes.
 
 set(SHM_COMMON_HEADERS
     <algorithm> <array> <cmath> <cstddef> <cstdint> <cstring> <functional> <map> <memory> <optional>
     <span> <string> <string_view> <unordered_map> <utility> <variant> <vector>)
 
-# shm_precompile(TARGET [LIKE]): precompiles the common headers for TARGET, or reuses the precompiled headers of
-# LIKE, which must have the same flags.
+# shm_precompile(TARGET [LIKE]): precompiles the common headers for TARGET, or reuses the
+# precompiled headers of the target LIKE, which must have the same flags.
 function(shm_precompile target)
   if(SHM_SEPARATE_SOURCES)
     return()
@@ -20,8 +23,8 @@ function(shm_precompile target)
     target_precompile_headers(${target} PRIVATE ${SHM_COMMON_HEADERS})
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-  # g++ mistakes the sources that a unity build includes for headers, and warns about their classes
-  # with members from unnamed namespaces.
+  # In a unity build one source file includes the others. g++ mistakes the included sources for
+  # headers, and warns about their classes with members from unnamed namespaces.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 

@@ -1,6 +1,7 @@
-# With SHM_PACKAGES, the installed files are divided into four Debian packages, and an archive that can be run
-# from any folder. cpack creates the packages and the archive (decision 0072). Without SHM_PACKAGES, the component
-# library contains the whole library, and the component tool contains the tool.
+# Packages and archive (decision 0072). With SHM_PACKAGES, the installed files are divided into
+# four Debian packages, and into an archive that runs in any folder; cpack creates them. Without
+# SHM_PACKAGES, the component `library` contains the whole library, and the component `tool`
+# contains the tool.
 
 set(SHM_RUNTIME_COMPONENT library) # component of the files that programs linked to the C interface need
 set(SHM_ZSH_FOLDER zsh/site-functions)
@@ -124,8 +125,8 @@ NumPy arrays and writes them, and plugins for meshio and VTK.")
   set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
       "libshmformat-c1 ${same}, libzstd-dev, libxxhash-dev, pkg-config")
   set(CPACK_DEBIAN_TOOL_PACKAGE_SHLIBDEPS ON)
-  # The tool opens libraries on demand: the libraries of file formats are required, the library for
-  # pictures is optional.
+  # The tool opens libraries on demand. The libraries of file formats are required by its package,
+  # and the library for pictures is suggested.
   shm_loaded_packages(CPACK_DEBIAN_TOOL_PACKAGE_DEPENDS)
   set(CPACK_DEBIAN_TOOL_PACKAGE_SUGGESTS librsvg2-2)
   set(CPACK_DEBIAN_TOOL_PACKAGE_CONTROL_EXTRA "${debian}/tools/postinst;${debian}/tools/postrm;${debian}/tools/triggers")

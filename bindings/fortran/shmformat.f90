@@ -2,7 +2,8 @@
 ! Compile this file with your program, and link it with -lshmformat_c.
 !
 ! Names, argument orders and constants are the same as in C. Indices of blocks, arrays, vertices and cells
-! count from 0. Structs contain their sizes by default; strings end with c_null_char; pass arrays with c_loc().
+! count from 0. The default value of struct_size in each type is its size. Strings end with c_null_char.
+! Pass arrays with c_loc().
 module shmformat
   use, intrinsic :: iso_c_binding
   implicit none

@@ -2,8 +2,9 @@
 
     SHMFORMAT_LIBRARY=build/release/bindings/c/libshmformat_c.so python3 -m build --no-isolation --wheel bindings/python
 
-The library is the file named by SHMFORMAT_LIBRARY; otherwise the library in the release build of the source tree.
-If neither exists, the package contains no library and uses the one that the loader finds.
+The environment variable SHMFORMAT_LIBRARY names the library. Without it, the library in the release build of the
+source tree is used. If neither exists, the package contains no library, and uses the library that the system's
+loader finds.
 """
 import os
 import re

@@ -1,13 +1,14 @@
 """ParaView plugin for .shm files: a reader and a writer. ParaView chooses the reader by the extension of the file.
 
-There are three ways to load the plugin: Tools > Manage Plugins > Load New; LoadPlugin() in a script; or
-PV_PLUGIN_PATH. The last must be a folder that contains only a link to this file, since ParaView runs every file in
-it. The package shmformat must be next to this file or be installed; it needs NumPy and cffi in ParaView's Python.
+There are three ways to load the plugin: Tools > Manage Plugins > Load New; LoadPlugin() in a script; or the
+environment variable PV_PLUGIN_PATH. The variable must name a folder that contains only a link to this file, since
+ParaView runs every file in the folder. The package shmformat must be next to this file or be installed; it needs
+NumPy and cffi in ParaView's Python.
 
-Before ParaView 5.11 reads a plugin, it imports inspect.getargspec(), which Python 3.11 no longer has. So with Python
-3.11, as on Debian 12, ParaView loads no plugin that is written in Python. Importing this module fixes that. It is too
-late for the three ways above, but works in scripts and in the Python shell of ParaView, if PYTHONPATH contains this
-folder:
+Before version 5.11, ParaView imports inspect.getargspec() before it reads a plugin. Python 3.11 no longer has this
+function. So with Python 3.11, as on Debian 12, ParaView loads no plugin that is written in Python. Importing this
+module adds the function. That is too late for the three ways above, but it works in scripts and in the Python shell of
+ParaView, if PYTHONPATH contains this folder:
 
     import shmformat_paraview
     shmformat_paraview.load()
@@ -47,8 +48,8 @@ def load() -> None:
 
 @smproxy.reader(name="ShmReader", label="SHM Reader", extensions="shm", file_description=_FILES, support_reload=False)
 class ShmReader(shmformat.vtk.Reader):
-    """Reads a .shm file as a collection of blocks and sets, or as one grid. At first, blocks are switched on and sets
-    are off."""
+    """Reads a .shm file as a collection of blocks and sets, or as one grid. By default, blocks are switched on and sets
+    are switched off."""
 
     def __init__(self) -> None:
         super().__init__(blocks=True)
@@ -134,6 +135,6 @@ class ShmWriter(VTKPythonAlgorithmBase):
         return 1
 
     def Write(self) -> None:
-        """Writes the file. ParaView calls it when the input and the file name are set."""
+        """Writes the file. ParaView calls this function when the input and the file name are set."""
         self.Modified()
         self.Update()

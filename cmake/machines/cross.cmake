@@ -1,7 +1,8 @@
-# Common part of the toolchain files in this folder. They set SHM_PROCESSOR and SHM_TRIPLET. They also set
-# SHM_EMULATOR if this machine cannot run the programs directly, and SHM_SYSTEM if the system is not Linux.
-# Libraries for the target machine (zstd, xxHash, GoogleTest) are in build/machines, which scripts/other-machines
-# fills. The C and C++ libraries come with Debian's cross compilers.
+# Common part of the toolchain files in this folder. Each toolchain file sets SHM_PROCESSOR and
+# SHM_TRIPLET. It also sets SHM_EMULATOR if this machine cannot run the programs directly, and
+# SHM_SYSTEM if the system is not Linux. Libraries for the target machine (zstd, xxHash,
+# GoogleTest) are in build/machines, which scripts/other-machines fills. The C and C++ libraries
+# come with Debian's cross compilers.
 get_filename_component(SHM_SYSROOT "${CMAKE_CURRENT_LIST_DIR}/../../build/machines" ABSOLUTE)
 string(APPEND SHM_SYSROOT /${SHM_TRIPLET})
 if(NOT SHM_SYSTEM)

@@ -1,5 +1,5 @@
 # Browsers and Node.js: WebAssembly with the features that all engines have had since 2021. Sizes
-# have 32 bits; there is one thread, and there are no exceptions and no files.
+# have 32 bits. There is a single thread, and there are no exceptions and no files.
 set(SHM_PROCESSOR wasm32)
 set(SHM_SYSTEM Generic)
 set(SHM_TRIPLET wasm32-wasi)
@@ -11,8 +11,8 @@ set(CMAKE_AR llvm-ar-19)
 set(CMAKE_RANLIB llvm-ranlib-19)
 set(CMAKE_C_COMPILER_TARGET ${SHM_TRIPLET})
 set(CMAKE_CXX_COMPILER_TARGET ${SHM_TRIPLET})
-# Everything is linked into one program, including foreign libraries.
+# Everything, including third-party libraries, is linked into one program.
 set(CMAKE_C_FLAGS_INIT "-flto -mbulk-memory -mnontrapping-fptoint")
-# Exceptions have no handler: a throw ends in bindings/web/src/machine.cpp.
+# No code catches exceptions. A throw expression ends the instance in bindings/web/src/machine.cpp.
 set(CMAKE_CXX_FLAGS_INIT "${CMAKE_C_FLAGS_INIT} -fignore-exceptions -fno-rtti")
 set(CMAKE_EXE_LINKER_FLAGS_INIT "")

@@ -1,4 +1,5 @@
-# 64-bit Windows: little-endian, but `long` has 32 bits; no POSIX. Programs run under Wine.
+# 64-bit Windows, run under Wine. It is little-endian and has no POSIX functions; `long` has 32
+# bits.
 set(SHM_PROCESSOR x86_64)
 set(SHM_SYSTEM Windows)
 set(SHM_TRIPLET x86_64-w64-mingw32)

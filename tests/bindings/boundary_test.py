@@ -4,9 +4,9 @@
   boundary_test.py LIBSHMFORMAT_C.SO SHM [--all]      SHM: path of the tool; SHM_CORPUS: folder of the corpus
 
 Only small files of the corpus are read; with --all, every file. Faces are compared as sets of vertices, without the
-second-order nodes of cells. VTK's filter hides a face if any other cell, of any dimension, has all of its vertices, and
-counts a cell that has a vertex twice as two cells. Only such faces may be missing from VTK's result; each must be a side
-of exactly one cell.
+second-order nodes of cells. VTK's filter differs in two ways: it hides a face if any other cell, of any dimension, has all
+vertices of the face, and it counts a cell that has a vertex twice as two cells. Only such faces may be missing from VTK's
+result. Each of them must be a side of exactly one cell.
 """
 import os
 import subprocess
@@ -35,7 +35,7 @@ import shmformat  # noqa: E402
 from vtk_corpus import corpus  # noqa: E402
 
 MOST_BYTES = 1 << 17
-# By shape: VTK's type of the linear cell, and its number of corners.
+# For each shape: VTK's type of the linear cell, and its number of corners.
 LINEAR = {"vertex": (1, 1), "line": (3, 2), "triangle": (5, 3), "quad": (9, 4), "tetrahedron": (10, 4), "hexahedron": (12, 8),
           "wedge": (13, 6), "pyramid": (14, 5)}
 SIDES = {"tetrahedron": ((0, 1, 3), (1, 2, 3), (0, 3, 2), (0, 2, 1)),
@@ -46,7 +46,7 @@ POLYGON, POLYHEDRON = 7, 42
 
 
 def faces_of(nodes):
-    """Returns the faces of a polyhedron; an empty list unless its nodes are faces that each end with their first vertex."""
+    """Returns the faces of a polyhedron. Returns an empty list unless its nodes are faces that each end with their first vertex."""
     faces, at = [], 0
     while at < len(nodes):
         if nodes[at] not in nodes[at + 1:]:
@@ -58,7 +58,7 @@ def faces_of(nodes):
 
 
 class Grid:
-    """The cells of a mesh that have a geometry, as a VTK grid and as lists of corners."""
+    """Those cells of a mesh that have a geometry, as a VTK grid and as lists of corners."""
 
     def __init__(self, mesh):
         cells = mesh.cells
@@ -94,7 +94,7 @@ class Grid:
         self.cells.append((shape, nodes))
 
     def boundary(self):
-        """Returns VTK's faces as sets of vertices."""
+        """Returns the faces that VTK's filter finds, as sets of vertices."""
         if not self.cells:
             return set()
         chosen = vtkGeometryFilter()
@@ -121,7 +121,7 @@ class Grid:
         return odd
 
     def reasons(self, faces):
-        """Returns for each face that VTK lacks whether exactly one volume cell has it, and whether VTK hides it."""
+        """Returns for each face that VTK's result lacks whether exactly one volume cell has it, and whether VTK hides it."""
         at = defaultdict(list)
         wanted = {vertex for face in faces for vertex in face}
         for cell, (_, nodes) in enumerate(self.cells):
@@ -197,7 +197,7 @@ class Made(Case):
         self.assertEqual(self.compare(self.made(points, [("hexahedron", [list(range(8))])])), 6)
 
     def test_sides_look_outward(self):
-        """If all cells have a positive volume, the volume within the boundary is the sum of their volumes."""
+        """If all cells have a positive volume, the volume enclosed by the boundary must be the sum of their volumes."""
         subprocess.run([Path(SHM).with_name("shm_make_mesh"), "tets", "500", self.packed.with_suffix(".vtk"), "--fields",
                         "none"], check=True, stdout=subprocess.DEVNULL)
         subprocess.run([SHM, "compress", "-q", self.packed.with_suffix(".vtk"), "-o", self.packed], check=True)

@@ -1,4 +1,4 @@
-"""Controls headless Chromium through a pipe, with messages of the DevTools protocol that each end with a zero byte."""
+"""Controls headless Chromium through a pipe, with messages of the DevTools protocol. Each message ends with a zero byte."""
 import base64
 import json
 import os
@@ -15,7 +15,7 @@ PROGRAM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil
 
 
 class Browser:
-    """One page. `errors` contains all errors that its console reports and all exceptions."""
+    """A browser with one page. `errors` contains all errors that the console of the page reports, and all exceptions."""
 
     def __init__(self, width=900, height=600, dark=False):
         self.folder = tempfile.mkdtemp(prefix="shm-browser-")
@@ -96,7 +96,7 @@ class Browser:
         self.call("Page.navigate", url=url)
 
     def run(self, script):
-        """Returns the value of an expression; for a promise, its result."""
+        """Returns the value of a JavaScript expression. If the value is a promise, returns its result."""
         got = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in got:
             raise RuntimeError(got["exceptionDetails"].get("exception", {}).get("description", script))
@@ -144,7 +144,8 @@ class Browser:
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=held, clickCount=1)
 
     def touch(self, *fingers):
-        """Touches the page with fingers. A finger is a list of positions, all of equal length: its first touch, then moves."""
+        """Touches the page with fingers. A finger is a list of positions: its first touch, then its moves. All lists have the
+        same length."""
         for i, places in enumerate(zip(*fingers)):
             self.call("Input.dispatchTouchEvent", type="touchMove" if i else "touchStart",
                       touchPoints=[{"x": x, "y": y, "id": finger} for finger, (x, y) in enumerate(places)])

@@ -2,12 +2,12 @@
 """Checks that the binary interface of the C library is unchanged.
 
     c_abi_test.py              compares
-    c_abi_test.py --renew      updates bindings/c/shmformat.abi: until the format is 1.0, only on purpose, in a
-                               separate commit
+    c_abi_test.py --renew      updates bindings/c/shmformat.abi. Until the format is 1.0, this is allowed only on purpose,
+                               in a separate commit
 
-The declarations of the header are compiled as a library of empty functions, which abidw describes. (The library's own
-sources include the header, so that the compiler checks that they agree with it; c_library_test.py checks that they
-define every function.) New functions are allowed; any other change fails.
+The declarations of the header are compiled as a library of empty functions, which abidw describes. New functions are
+allowed; any other change fails. (The library's own sources include the header, so that the compiler checks that they
+agree with it. c_library_test.py checks that they define every function.)
 """
 import re
 import subprocess
@@ -27,14 +27,14 @@ def run(*command, **more):
 
 
 def described(header, folder):
-    """Describes the interface of a header with abidw: returns a file in the folder."""
+    """Describes the interface of a header with abidw. Returns the path of the description, and the number of functions."""
     plain = re.sub(r"/\*.*?\*/", " ", header, flags=re.S)
     (folder / "shmformat.h").write_text(header, encoding="utf-8")
     bodies = []
     for kind, name, arguments in PROTOTYPE.findall(plain):
         body = "{}" if kind.strip() == "void" else "{ return 0; }"
         bodies.append(f"{kind}{name}{arguments} {body}")
-    source, library, out = "face.c", "libface.so", "face.abi"  # relative, so that the description contains no path of this machine
+    source, library, out = "face.c", "libface.so", "face.abi"  # relative paths, so that the description contains no path of this machine
     (folder / source).write_text('#include "shmformat.h"\n' + "\n".join(bodies) + "\n", encoding="utf-8")
     for command in (("gcc", "-std=c99", "-g", "-shared", "-fPIC", "-Wl,-soname,libshmformat_c.so.1", source, "-o", library),
                     ("abidw", "--no-show-locs", "--no-comp-dir-path", "--no-corpus-path", "--no-elf-needed", library,

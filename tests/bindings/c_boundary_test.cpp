@@ -1,5 +1,5 @@
-// Tests of the boundary surface through the C interface: it equals the library's result, for whole
-// files and for pieces, and wrong calls return errors.
+// Tests of the boundary surface through the C interface. It must equal the library's result, for
+// whole files and for pieces. Wrong calls must return errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -108,7 +108,8 @@ TEST(CBoundary, OfEveryGoldenFileIsWhatTheLibraryFinds) {
   }
 }
 
-/// Returns the faces that belong to exactly one of some cells, by cell number and vertices.
+/// Returns the faces that belong to exactly one of the cells `first` to end - 1, as pairs of a cell
+/// number and a set of vertices.
 std::multiset<std::pair<std::uint64_t, std::set<std::uint64_t>>> counted(const Mesh& mesh,
                                                                          std::uint64_t first,
                                                                          std::uint64_t end) {
@@ -208,7 +209,7 @@ TEST(CBoundary, RefusesWhatMakesNoSense) {
   EXPECT_EQ(status_of(options, "1000 bytes"), SHMF_OVER_LIMIT);
   options.struct_size = 0;
   EXPECT_EQ(status_of(options, "struct_size"), SHMF_MISUSE);
-  // The options have fewer members for a caller that was compiled with an older header.
+  // A caller that was compiled with an older header passes options with fewer members.
   options = WantedArrays().options();
   options.max_bytes = 1;
   options.struct_size = offsetof(shmf_boundary_options, max_bytes);

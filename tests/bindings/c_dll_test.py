@@ -4,8 +4,8 @@
   c_dll_test.py SHMFORMAT_C.DLL IMPORT_LIBRARY RUNNER
 
 RUNNER runs a Windows program on this machine. The library exports exactly the functions that the header declares, and
-depends only on libraries of the system. The examples compile with a C compiler for Windows: one writes a file, which it
-does not replace by default, and the other reads it.
+depends only on libraries of the system. The examples compile with a C compiler for Windows. One example writes a file,
+and by default refuses to replace an existing file; the other example reads the file.
 """
 import re
 import shutil

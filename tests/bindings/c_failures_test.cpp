@@ -10,8 +10,8 @@
 
 namespace {
 
-// Number of further allocations that succeed; negative if all succeed. After these, a single
-// allocation fails, or all later allocations fail.
+// Number of further allocations that succeed; negative if all succeed. The next allocation then
+// fails; later allocations fail, too, if for_good is true.
 long allowed = -1;
 bool for_good = true, has_failed = false;
 
@@ -43,8 +43,9 @@ void* taken(std::size_t bytes) {
 namespace shm {
 namespace {
 
-/// Calls `work` repeatedly with more and more memory until it succeeds. Either a single allocation
-/// fails, or all later allocations fail, too.
+/// Calls `work` repeatedly, each time with more successful allocations, until it succeeds. Does
+/// this twice: for the failure of a single allocation, and for the failure of all later
+/// allocations.
 template <class Work>
 void with_little_memory(Work&& work) {
   for (const bool all : {true, false}) {

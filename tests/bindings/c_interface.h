@@ -1,5 +1,5 @@
-// Shared code of the tests of the C interface: handles that free what they refer to, targets with
-// their own memory, and a file with every kind of data.
+// Shared code of the tests of the C interface: handles that free the objects to which they refer,
+// targets that own their memory, and a file with every kind of data.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ inline File opened(std::span<const std::byte> bytes, bool damaged = false) {
   return File(file);
 }
 
-/// A target with its own memory, followed by bytes that must not be written.
+/// A target that owns its memory. Bytes that must not be written follow the memory.
 struct Wanted {
   static constexpr std::size_t kBehind = 16;
   shmf_target target{};

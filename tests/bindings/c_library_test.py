@@ -3,9 +3,9 @@
 
   c_library_test.py LIBSHMFORMAT_C.SO
 
-The header compiles as C99 and C++11 without warnings, alone and together with the headers of POSIX shared memory, and
-the example in its introduction is a correct program. The library exports symbols shmf_* of one version, exactly
-those that the header declares, and is small.
+The header compiles as C99 and C++11 without warnings, alone and together with the headers of POSIX shared memory. The
+example in its introduction is a correct program. The library is small. It exports exactly the symbols that the header
+declares, with the prefix shmf_ and a single symbol version.
 """
 import re
 import shutil
@@ -24,7 +24,7 @@ MESH = ROOT / "tests" / "golden" / "0.10" / "keep.shm"
 MOST_BYTES = 2_500_000
 LIBRARY = None
 
-# This program is put around the example in the introduction of the header.
+# The example in the introduction of the header is inserted into this program.
 PROGRAM = r"""
 #include <inttypes.h>
 #include <stdio.h>

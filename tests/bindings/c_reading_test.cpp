@@ -1,5 +1,5 @@
-// Tests of reading through the C interface: it returns the same data as the library, for every
-// golden file, and wrong calls return errors.
+// Tests of reading through the C interface. It must return the same data as the library, for every
+// golden file. Wrong calls must return errors.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -175,7 +175,8 @@ void expect_piece(std::span<const std::byte> bytes, const shmf_selection& select
   for (const std::uint64_t v : vertices) copied(points, mesh->xyz, v, 24);
   EXPECT_EQ(wanted[0].bytes(), points);
   const auto corners = wanted[1].values<std::int32_t>(), begin = wanted[2].values<std::int32_t>();
-  std::vector<std::uint64_t> element(mesh->cell_count());  // number within the arrays on block 1
+  // Number of each cell within the arrays on block 1.
+  std::vector<std::uint64_t> element(mesh->cell_count());
   std::uint64_t next = 0;
   for (std::size_t c = 0; c < element.size(); ++c)
     if (mesh->cell_blocks[c] == 1) element[c] = next++;
@@ -303,7 +304,7 @@ TEST(CInterface, WrongTargetsAreMisuseBeforeAnyIsFilled) {
   refused({SHMF_POINTS, 0}, 400000, "no type 0");
 }
 
-// The index states the number of cells of each block, which determines the size of an array.
+// The size of an array depends on the number of cells in each block, which the index states.
 TEST(CInterface, AnIndexThatLiesAboutBlocksIsCorrupt) {
   const Bytes bytes = two_blocks_file();
   for (const int more : {-1, 1}) {

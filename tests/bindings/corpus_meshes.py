@@ -1,6 +1,7 @@
 """Reads meshes with different readers and converts them to one form, so that any two can be compared.
 
-Each reading function returns a Seen. If an independent reader cannot read a file, it raises Refused.
+Each reading function returns an object of class Seen. If an independent reader cannot read a file, the function raises
+Refused.
 """
 import contextlib
 import io
@@ -24,8 +25,7 @@ import shmformat.meshio
 import shmformat.vtk
 
 vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-# Second-order cell types by linear type and number of nodes. Some writers store the linear type for
-# these cells.
+# Second-order cell types by linear type and number of nodes. Some programs write such cells with the linear type.
 HIGHER = {(12, 20): 25, (12, 27): 29, (13, 15): 26}
 POLY_VERTEX, PIXEL, QUAD, VOXEL, HEXAHEDRON = 2, 8, 9, 11, 12
 
@@ -36,8 +36,8 @@ class Refused(Exception):
 
 @dataclass
 class Seen:
-    """A mesh with cells in VTK's form. `steps` contains the arrays of each time step by location ("point", "cell") and
-    name; one entry if there are no time steps."""
+    """A mesh with cells in VTK's form. `steps` has an entry for each time step, or one entry if there are no time steps. An
+    entry contains the arrays by location ("point", "cell") and name."""
     points: np.ndarray
     offsets: np.ndarray
     corners: np.ndarray
@@ -45,7 +45,7 @@ class Seen:
     steps: list = field(default_factory=list)
     # Index of the block of each cell.
     blocks: np.ndarray | None = None
-    # Number, name and members of each set.
+    # Name that the source has for the block of each cell.
     sets: list | None = None
     # Time of each step.
     times: np.ndarray | None = None
@@ -203,7 +203,7 @@ def by_vtk(path):
 
 
 def with_block_ids(seen):
-    """Removes data that .shm files do not store as arrays: numbers of blocks, and of groups, which are sets."""
+    """Removes data that .shm files do not store as arrays: the numbers of blocks, and the numbers of groups (stored as sets)."""
     for name in ("gmsh:geometrical", "avsucd:material", "Material Id"):
         seen.block_ids = seen.steps[0].pop(("cell", name), seen.block_ids)
     seen.steps[0].pop(("cell", "gmsh:physical"), None)
@@ -261,7 +261,7 @@ def grids_of(tree):
 
 
 def joined(blocks):
-    """Joins the arrays of all blocks by name, with NaN, or 0, for blocks without an array of that name."""
+    """Joins the arrays of all blocks by name. Blocks without an array of that name receive NaN, or 0 for integers."""
     found = {}
     for at, (_, arrays) in enumerate(blocks):
         for key, values in arrays.items():
@@ -287,8 +287,8 @@ def by_meshio(path, kind):
     return seen
 
 
-# By Gmsh's cell type: VTK's type, and the position of each of VTK's nodes in Gmsh's order.
-# Positions of the edge nodes of hexahedra in Gmsh's order, after the eight corners.
+# For each Gmsh cell type: VTK's type, and the position of each of VTK's nodes in Gmsh's order. EDGES contains the
+# positions of the edge nodes of hexahedra, after the eight corners.
 EDGES = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]
 OF_GMSH = {1: (3, 2), 2: (5, 3), 3: (QUAD, 4), 4: (10, 4), 5: (HEXAHEDRON, 8), 6: (13, 6), 7: (14, 5), 8: (21, 3), 10: (28, 9),
            12: (29, [*EDGES, 22, 23, 21, 24, 20, 25, 26]), 16: (23, 8), 17: (25, EDGES), 36: (POLY_VERTEX, 16),
@@ -347,7 +347,7 @@ def from_meshio(meshes):
 
 def differences(seen, mesh, roles=frozenset()):
     """Returns the differences as sentences, each with its subject: "points", "cells", "sets", "times" or "arrays". `mesh` is
-    the .shm file as Python reads it; `roles` are its arrays that other readers need not have."""
+    the .shm file as Python reads it. `roles` are those of its arrays that other readers need not have."""
     wrong = []
     points = native(np.asarray(seen.points))
     if mesh.points.shape != points.shape or mesh.points.astype(points.dtype).tobytes() != points.tobytes():
@@ -399,7 +399,7 @@ def native(values):
 
 
 def same_values(theirs, ours, widened):
-    """Compares bit for bit; integers are compared as numbers, because readers widen them."""
+    """Compares values bit for bit. Integers are compared as numbers, because some readers convert them to wider types."""
     theirs = native(theirs)
     if theirs.dtype.kind != "f" or ours.dtype.kind != "f":
         return theirs.dtype.kind in "iub" and ours.dtype.kind in "iu" and np.array_equal(theirs, ours)

@@ -3,9 +3,9 @@
 
   page_in_browser.py PAGE SHM FOLDER HEXAHEDRA SECOND_ORDER MIXED [TEST...]
 
-PAGE: shm.html; SHM: the tool; FOLDER: for generated files; then three .shm files: of hexahedra, of second-order cells, of
-several shapes; TEST: names of tests as for unittest, by default all. The script prints its measurements.
-scripts/test-web runs it. Needs the program chromium.
+PAGE: shm.html. SHM: the tool. FOLDER: a folder for generated files. HEXAHEDRA, SECOND_ORDER and MIXED: .shm files of
+hexahedra, of second-order cells, and of cells of several shapes. TEST: names of tests as for unittest, by default all.
+The script prints its measurements. scripts/test-web runs it. Needs the program chromium.
 """
 import functools
 import http.server
@@ -22,10 +22,11 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from browser import PROGRAM, Browser  # noqa: E402
 
-MOST_SECONDS = 2.0  # until 35 thousand hexahedra are visible, by wall-clock time, on two cores
+MOST_SECONDS = 2.0  # maximum wall-clock time until 35 thousand hexahedra are visible, on two cores
 PAGE = SHM = FOLDER = None
 MESHES = {}
-FOUND = 24 << 10  # bytes that the package reads to open a file: its beginning and its end
+# Maximum number of bytes that the package reads to open a file: its beginning and its end.
+FOUND = 24 << 10
 # Messages of the library for a file of another kind, an empty file, and a file without its end.
 FOREIGN, EMPTY, CUT = "this is not a .shm file", "the file is too short", "end record"
 # Messages of the package about a server.
@@ -53,8 +54,8 @@ CONTRASTS = """(() => {
 
 
 def bent_bar(path, side, warmer=0, rough=0):
-    """Writes a curved bar of side x side x 4*side hexahedra as legacy VTK. `warmer`: added to the values of vertices above
-    the middle; `rough`: largest random change of coordinates. Returns the number of cells."""
+    """Writes a curved bar of side x side x 4*side hexahedra as legacy VTK. `warmer`: number added to the values of vertices
+    above the middle. `rough`: largest random change of a coordinate. Returns the number of cells."""
     chance = random.Random(side)
     nodes = [(x, y, z) for z in range(4 * side + 1) for y in range(side + 1) for x in range(side + 1)]
     lines = ["# vtk DataFile Version 3.0", "bar", "ASCII", "DATASET UNSTRUCTURED_GRID", f"POINTS {len(nodes)} double"]
@@ -96,7 +97,7 @@ def steps_file():
 
 class Ranges(http.server.SimpleHTTPRequestHandler):
     """A server that supports ranges, accepts pages of any origin, and counts requests and bytes of bodies. Files below
-    /whole/ are only sent whole, files below /closed/ only to pages of this server."""
+    /whole/ are sent only as a whole. Files below /closed/ are sent only to pages of this server."""
     sent = requests = 0
 
     def do_GET(self):
@@ -238,7 +239,7 @@ class Page(unittest.TestCase):
         yellow = sum(count for (red, green, blue), count in self.drawn().items() if min(red, green) > 2 * blue)
         self.assertGreater(yellow, 300)
         self.assertNotEqual(before, self.drawn())
-        # Cut: fewer cells, whose interior is visible.
+        # With a cut, fewer cells are shown, and the interior of the mesh is visible.
         self.choose("clip", "2")
         self.assertRegex(self.text(), r"Cut across z at 42\.")
         self.assertIn(f"{2 * 21 * 21 + 4 * 21 * 43:,} faces", self.text())

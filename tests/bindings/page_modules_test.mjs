@@ -1,8 +1,10 @@
-// Tests computations of the page before it draws: cameras, colours, numbers, surfaces, choices.
+// Tests the computations that the page makes before it draws: cameras, colours, numbers, surfaces,
+// choices.
 //
 //     node page_modules_test.mjs
 //
-// SHM_PAGE: a folder with the page's modules; SHM_COLOURS: {blocks, values, none} of converters/picture.
+// Environment variables: SHM_PAGE is a folder with the modules of the page; SHM_COLOURS contains
+// {blocks, values, none} of converters/picture.
 import assert from "node:assert/strict";
 import { pathToFileURL } from "node:url";
 import test from "node:test";

@@ -141,13 +141,13 @@ class Page(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_place_for_a_file(self):
-        """The placeholder is as `shm view` expects it (converters/tool/shown/page.cpp)."""
+        """The element for an embedded file has the form that `shm view` expects (converters/tool/shown/page.cpp)."""
         place = '<script type="application/octet-stream" id="file" data-name=""></script>'
         self.assertEqual(self.text.count(place), 1)
         self.assertIn(place, (ROOT / "converters" / "tool" / "shown" / "page.cpp").read_text(encoding="utf-8"))
 
     def test_words_of_the_page_have_elements(self):
-        """Every id that main.js looks up exists exactly once; labels refer to existing elements."""
+        """Every id that main.js looks up exists exactly once, and labels refer to existing elements."""
         ids = [attributes["id"] for _, attributes in self.elements.found if "id" in attributes]
         self.assertEqual(len(ids), len(set(ids)))
         wanted = set(re.findall(r'\$\("([\w-]+)"\)', (SOURCE / "main.js").read_text(encoding="utf-8")))

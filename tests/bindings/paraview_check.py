@@ -2,9 +2,9 @@
 
     pvpython paraview_check.py FOLDER [--loaded]
 
-FOLDER contains pairs of an Exodus file and its .shm file, `x.e` and `x.shm`; `two` and `run` are the meshes of
-tests/support/sample_meshes.py. With --loaded, ParaView has loaded the plugin as usual; otherwise the plugin's own
-load() does. scripts/test-paraview creates the files and runs this script in both ways.
+FOLDER contains pairs of an Exodus file and its .shm file, such as `x.e` and `x.shm`. `two` and `run` are the meshes of
+tests/support/sample_meshes.py. With --loaded, ParaView has loaded the plugin as usual; otherwise the load() function of
+the plugin loads it. scripts/test-paraview creates the files and runs this script in both ways.
 """
 import sys
 import unittest
@@ -31,7 +31,7 @@ def output(proxy, time=None):
 
 
 def parts_of(collection):
-    """Returns the grids by group and name, following the assembly."""
+    """Returns the grids of a collection by group and name, as its assembly lists them."""
     assembly, parts = collection.GetDataAssembly(), {}
     for group in assembly.GetChildNodes(0, False):
         for node in assembly.GetChildNodes(group, False):
@@ -42,7 +42,7 @@ def parts_of(collection):
 
 
 def of_exodus(name):
-    """Converts the names of unnamed blocks and sets in ParaView's own reader to ours; all in lower case."""
+    """Converts the names that ParaView's own reader gives to unnamed blocks and sets to our names; all in lower case."""
     for theirs, own in (("block_", "block "), ("nodelist_", "node set "), ("surface_", "side set ")):
         if name.startswith(theirs) and name[len(theirs):].isdigit():
             return own + name[len(theirs):]
@@ -55,7 +55,8 @@ def arrays_of(data):
 
 
 def shape_of(grid):
-    """Returns (corners, points of cells, types of cells, corner offsets), because readers number points differently."""
+    """Returns (corners, points of cells, types of cells, corner offsets) of a grid. Points of cells are compared by position,
+    because readers number points differently."""
     if grid.GetNumberOfCells() == 0:
         return np.zeros(0, int), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
     corners = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
@@ -148,7 +149,7 @@ class Plugin(unittest.TestCase):
             self.assertGreaterEqual(count, 3, what)
 
     def same_values(self, own, theirs, at, at_theirs, what):
-        """Compares all variables of the source; .shm files store vectors as components."""
+        """Compares all variables of the source. .shm files store the components of vectors as separate arrays."""
         found, compared = arrays_of(own), 0
         for name, values in arrays_of(theirs).items():
             if name in ("ids", "object_id", "element_side", "shm_vertex_number"):

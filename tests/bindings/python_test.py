@@ -5,7 +5,7 @@
 
 The golden tests compare golden files of all kinds with the output of shm_text, and corpus_readers_test.py compares the
 corpus with other readers. This test checks the shape, type and owner of arrays, the number of bytes that are read from
-sources, and errors.
+a source, and errors.
 """
 import gc
 import io
@@ -97,7 +97,8 @@ class Reading(FolderTest):
             self.assertEqual(caught.exception.code, "misuse")
 
     def test_memory_of_the_caller_is_filled_where_it_is(self):
-        """Parts of larger arrays are filled, and the rest is unchanged; all other memory belongs to NumPy."""
+        """Arrays of the caller are filled in place, even as parts of larger arrays, whose rest is unchanged. NumPy owns all
+        other memory."""
         data = (GOLDEN / "steps_and_extras.shm").read_bytes()
         with shmformat.open(data) as mesh:
             room, values = np.full((72, 3), 7.), np.full((4, 12), 7, np.float32)
@@ -203,7 +204,7 @@ class Reading(FolderTest):
             self.assertIsInstance(archive, shmformat.Archive)
             meshes = {name: archive[name] for name in archive}
         self.assertGreater(len(meshes), 1)
-        for mesh in meshes.values():  # they remain valid after the archive is closed
+        for mesh in meshes.values():  # the meshes remain valid after the archive is closed
             self.assertEqual(len(mesh.points), mesh.vertex_count)
 
     def test_cells_and_vertices_may_be_limited(self):
@@ -371,7 +372,7 @@ class Boundary(FolderTest):
             self.assertEqual(len(found), 10)
             self.assertEqual(sorted(set(found.cell_numbers)), [3, 4])
             self.assertEqual(sorted(found.vertex_numbers), list(range(12, 24)))
-            self.assertEqual(len(mesh.boundary(threads=2)), 38)  # the open piece does not affect the mesh
+            self.assertEqual(len(mesh.boundary(threads=2)), 38)  # the selection in the open piece does not affect the mesh
             self.assertEqual(len(piece.boundary()), 10)
 
     def test_values_at_steps(self):

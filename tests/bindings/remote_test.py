@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests files on a server: few requests, only for required data, and clear errors.
+"""Tests files on a server: few requests are needed, only the required data is fetched, and errors are clear.
 
   remote_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
@@ -141,7 +141,7 @@ class Remote(unittest.TestCase):
         self.assertEqual(self.server.connections, 1)
 
     def asks(self, call):
-        """Runs `call`. Returns the number of requests and of bytes that it caused, and its result."""
+        """Runs `call`. Returns the number of requests and the number of bytes that it caused, and its result."""
         given, asked = self.server.given, len(self.server.asked)
         result = call()
         return len(self.server.asked) - asked, self.server.given - given, result
@@ -150,7 +150,7 @@ class Remote(unittest.TestCase):
         mesh, here = self.open(), shmformat.open(self.data)
         self.assertGreater(len(here.segments), 7)
         asked, _, arrays = self.asks(mesh.read)
-        self.assertLessEqual(asked, 2)  # headers of the groups, and the streams of points and cells
+        self.assertLessEqual(asked, 2)  # one request for the headers of the groups, and one for the streams of points and cells
         self.assertTrue(np.array_equal(arrays.points, here.points))
         asked, given, cells = self.asks(lambda: self.open().read(points=False).cells)
         self.assertLessEqual(asked, 5)

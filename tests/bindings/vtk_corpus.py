@@ -27,7 +27,7 @@ def exodus_files(shm, packed):
 
 
 class Exodus:
-    """Contents of a file as VTK's reader returns them. `sets`: grids by kind and number, None if empty."""
+    """Contents of a file as VTK's reader returns them. `sets` contains grids by kind and number; None for empty sets."""
 
     def __init__(self, name):
         reader = vtkExodusIIReader()

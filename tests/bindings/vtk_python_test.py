@@ -3,9 +3,9 @@
 
   vtk_python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-Arrays belong to VTK and outlive the reader; disabled arrays are not read; steps, pieces, blocks and sets agree with
-the file. Sets of the Exodus files of the corpus (SHM_CORPUS), and sides of all shapes, equal those of VTK's own reader
-of Exodus files. (corpus_readers_test.py tests the rest of the corpus.)
+Arrays belong to VTK and remain valid after the reader is deleted; disabled arrays are not read; steps, pieces, blocks and
+sets agree with the file. Sets of the Exodus files of the corpus (SHM_CORPUS), and sides of all shapes, equal those of
+VTK's own reader of Exodus files. (corpus_readers_test.py tests the rest of the corpus.)
 """
 import gc
 import itertools
@@ -183,8 +183,8 @@ class Vtk(Case):
 
 
 def sides_of(grid):
-    """Returns (types, offsets of the points of each cell, points cell by cell) of a grid, which may be None. The points
-    are 32-bit floats, as in VTK's reader of Exodus files."""
+    """Returns (types, offsets of the points of each cell, points cell by cell) of a grid, which may be None. The points are
+    converted to 32-bit floats, because VTK's reader of Exodus files returns this type."""
     if grid is None or grid.GetNumberOfCells() == 0:
         return np.zeros(0, np.uint8), np.zeros(1, int), np.zeros((0, 3), np.float32)
     points = vtk_to_numpy(grid.GetPoints().GetData()).astype(np.float32)
@@ -351,7 +351,7 @@ class Sets(Case):
 
     @staticmethod
     def points_of_face(cell, face):
-        ids = cell.GetFace(face).GetPointIds()  # the ids are overwritten when another face is requested
+        ids = cell.GetFace(face).GetPointIds()  # VTK overwrites these ids when another face is requested
         return [ids.GetId(at) for at in range(ids.GetNumberOfIds())]
 
     def test_sides_are_those_of_vtks_exodus_reader(self):
@@ -410,7 +410,7 @@ class Sets(Case):
         compared = {"node": 0, "side": 0}
         for source in exodus_files(SHM, self.path("a.shm")):
             if source.name == "libmesh__nontrivial_elem_num_map.exo":
-                continue  # quads in space: their sides are edges in Exodus, but sides of shells in .shm files
+                continue  # the sides of quads in space are edges in Exodus, but sides of shells in .shm files
             with self.subTest(source=source.name):
                 parts, exodus = self.read_sets(), Exodus(str(source))
                 self.assertEqual(set(parts), set(exodus.sets))

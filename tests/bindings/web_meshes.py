@@ -1,6 +1,6 @@
-"""Reads files with the library, and describes the data in the lines that web_read.mjs writes for the web package.
+"""Reads files with the library, and describes the data as lines. web_read.mjs writes the same lines for the web package.
 
-Needs SHMFORMAT_LIBRARY in the environment, and bindings/python on the path.
+Needs the environment variable SHMFORMAT_LIBRARY, and bindings/python on the Python path.
 """
 import hashlib
 import json
@@ -19,7 +19,7 @@ TYPES = {number: dtype.name for number, dtype in DTYPES.items()}
 
 
 def name_of(chars):
-    """Returns a name as web pages receive it, also if it is not valid UTF-8."""
+    """Returns a name as web pages receive it, even if it is not valid UTF-8."""
     return text(chars).encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
@@ -95,7 +95,7 @@ class Native:
             self.read_all()
 
     def describe(self):
-        """Adds lines only at the end: the web package reports nothing about a file that it cannot describe."""
+        """Adds lines only at the end, because the web package reports nothing about a file that it cannot describe."""
         def put(what, *words):
             self.described.append([what, " ".join(map(str, words))])
 

@@ -1,8 +1,10 @@
-// Tests of the web package around the decoder: workers, Blobs, servers, cancelled calls.
+// Tests the code of the web package around the decoder: workers, Blobs, servers, cancelled calls.
 //
 //     node web_package_test.mjs PACKAGE MESH GOLDEN
 //
-// MESH: a file of 40000 hexahedra in a bar with "pressure" (points, 3 steps) and "heat" (cells), larger than many requests; GOLDEN: the folder of golden files. web_test.py creates the mesh and runs this script.
+// MESH: a .shm file of a bar of 40000 hexahedra with the arrays "pressure" (points, 3 steps) and
+// "heat" (cells), much larger than one request. GOLDEN: the folder of golden files. web_test.py
+// creates the mesh and runs this script.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";

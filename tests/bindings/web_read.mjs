@@ -1,4 +1,5 @@
-// Reads files with the web package, and writes the data as lines, which web_meshes.py also creates with the library.
+// Reads files with the web package, and writes the data as lines. web_meshes.py creates the same
+// lines with the library.
 //
 //     node web_read.mjs PACKAGE < REQUESTS
 //

@@ -4,8 +4,8 @@
   web_test.py LIBSHMFORMAT_C.SO PACKAGE [CLANG]
 
 PACKAGE: the folder of the built web package; CLANG: the compiler of its decoder. Both decoders read valid and faulty
-golden files, some with flipped bits or truncated: they must return the same arrays or the same message.
-web_package_test.mjs tests the package around the decoder: workers, servers, cancelled calls.
+golden files, some of them with flipped bits or truncated. They must return the same arrays or the same message.
+web_package_test.mjs tests the code around the decoder: workers, servers, cancelled calls.
 """
 import gzip
 import json

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Tests the wheel: it can be built without network access, and reads a file after installation into a new environment.
+"""Tests the Python wheel. It can be built without network access, and reads a file after installation into a new environment.
 
   wheel_test.py LIBSHMFORMAT_C.SO
 
-NumPy and cffi are taken from the system. One wheel works with every installed CPython.
+NumPy and cffi are taken from the system. One wheel must work with every installed version of CPython.
 """
 import os
 import re

@@ -51,7 +51,7 @@ TEST(ActiveSurface, SlotsAreReused) {
   }
   EXPECT_EQ(surface.next_id(), 8000u);
   EXPECT_LE(surface.vertex_slots(),
-            256u + 3 * 8u);  // slots of finalized vertices are not reused immediately
+            256u + 3 * 8u);  // the slots of finalized vertices are not reused immediately
   EXPECT_LE(surface.cell_slots(), 2u);
 }
 

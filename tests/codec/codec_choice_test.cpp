@@ -1,5 +1,5 @@
-// Tests the codec that a Writer chooses for hexahedra by default: it is never larger than the best
-// codec.
+// Tests which codec a Writer chooses for hexahedra by default: the result is never larger than with
+// the best codec.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -15,8 +15,8 @@ std::uint64_t bytes_with(const TestMesh& mesh, ConnectivityCodec codec) {
   return written(mesh, 65536, codec).size();
 }
 
-/// Returns the codec of the first segment. With sanitizers these large meshes are only written;
-/// other tests read smaller meshes of the same codecs.
+/// Returns the codec of the first segment. With sanitizers, these large meshes are only written and
+/// not read; other tests read smaller meshes of the same codecs.
 ConnectivityCodec codec_of(const TestMesh& mesh, const WriteOptions& options = {}) {
   MemorySink sink;
   if (kSanitized)
@@ -105,7 +105,8 @@ TEST(CodecChoice, FastTakesPatternsWhereThereCanBeSome) {
   EXPECT_EQ(codec_of(grid(5, 5, 5), {.level = Level::fast}), patterns);
   EXPECT_EQ(codec_of(in_stream(shuffled(mesh)), {.level = Level::fast}), patterns);
   EXPECT_EQ(codec_of(with_order(mesh, Order::stream, true, 5), {.level = Level::fast}), rows);
-  mesh.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});  // excludes shifts, too
+  // shifts cannot code polygons with varying numbers of nodes
+  mesh.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});
   EXPECT_EQ(codec_of(in_stream(mesh), {.level = Level::fast}), rows);
   EXPECT_EQ(codec_of(in_stream(mesh), {.level = Level::best}), mixed);
 }

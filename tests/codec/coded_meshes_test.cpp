@@ -13,7 +13,7 @@
 namespace shm {
 namespace {
 
-/// Returns the codecs that the files contain, whatever codecs were requested.
+/// Returns the codecs that occur in the generated files, whichever codecs were requested.
 const CodecUses& written_uses() {
   static const CodecUses all = [] {
     CodecUses uses;

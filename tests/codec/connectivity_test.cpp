@@ -26,7 +26,8 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCo
   Connectivity<RangeEncoder> encoder(mesh.schema);
   encoder.set_codec(codec);
   std::map<std::uint64_t, std::uint32_t> slots;
-  std::vector<std::uint64_t> numbers_by_id;  // vertices in the order in which they were introduced
+  // Number of each vertex, in the order in which vertices were introduced.
+  std::vector<std::uint64_t> numbers_by_id;
   std::vector<CellTopology> coded, decoded;
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
     CellTopology cell;
@@ -84,8 +85,8 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh) {
 
 enum : std::uint32_t { kBottom = 1, kWest = 2, kSouth = 4, kEast = 8, kNorth = 16, kTop = 32 };
 
-/// Returns a mesh of the centre cell of a 3x3x3 grid and of those of its six neighbours that
-/// `faces` selects. The centre is the last cell.
+/// Returns a mesh of the centre cell of a 3x3x3 grid and some of its six neighbours, which `faces`
+/// selects. The centre is the last cell.
 TestMesh neighbourhood(std::uint32_t faces, bool corner_order) {
   const TestMesh all = grid(3, 3, 3);
   TestMesh mesh = all;
@@ -100,8 +101,9 @@ TestMesh neighbourhood(std::uint32_t faces, bool corner_order) {
   return mesh;
 }
 
-/// Returns the number of active faces and the number of opposite pairs among them. This
-/// distinguishes the ten cases; CORNER and BRIDGE both have three faces and differ in the pairs.
+/// Returns the number of active faces of the centre, and the number of opposite pairs among these
+/// faces. The two numbers distinguish the ten cases: CORNER and BRIDGE both have three faces, but
+/// different numbers of pairs.
 std::pair<int, int> shape_of(std::uint32_t mask) {
   const auto has = [&](std::uint32_t faces) { return (mask & faces) == faces ? 1 : 0; };
   return {std::popcount(mask), has(kBottom | kTop) + has(kWest | kEast) + has(kSouth | kNorth)};
@@ -137,7 +139,7 @@ TEST(Connectivity, TheTenConfigurations) {
     }
 }
 
-// Every set of faces, in each of the 24 rotations of the centre, is one of the ten cases.
+// Every set of faces, with the centre in each of its 24 rotations, is one of the ten cases.
 TEST(Connectivity, EverySetOfFacesInEveryRotation) {
   for (std::uint32_t faces = 0; faces < 64; ++faces)
     for (std::uint32_t r = 0; r < kRotationCount; ++r) {
@@ -206,10 +208,10 @@ TEST(Connectivity, RegularGridsCostLittle) {
   EXPECT_LT(report->streams.at("connectivity"), 600u);  // of 4096 cells
 }
 
-// In this mesh, cells were divided into eight. The codec predicts the stray corners of each divided
-// cell.
+// Some cells of this mesh were divided into eight. The codec predicts the stray corners of each
+// divided cell, i.e. the corners that differ from the replayed cell.
 TEST(Connectivity, CutCellsReplayInFewBits) {
-  // Limits in bytes. The sizes are 5000 and 5464 bytes if strays are not followed.
+  // Limits in bytes. The sizes would be 5000 and 5464 bytes if the codec did not predict strays.
   for (const auto& [order, most] : {std::pair{Order::keep, 4300u}, {Order::stream, 4950u}}) {
     TestMesh mesh = cut_into_eight(8);
     ASSERT_EQ(mesh.cells.size(), 4488u);

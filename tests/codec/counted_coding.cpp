@@ -17,9 +17,9 @@
 #include "programs/mesh_fields.h"
 #include "shm/mesh.h"
 
-// callgrind collects while this function runs and identifies it by name. Therefore it must not end
-// with a tail call and is called through a pointer that no compiler can see through: otherwise the
-// compiler creates renamed copies.
+// callgrind collects data while this function runs, and identifies the function by name. Compilers
+// must not create renamed copies of it. Therefore the function does not end with a tail call, and
+// it is called through a pointer whose value no compiler can determine.
 extern "C" bool counted_run(const std::function<bool()>& run) {
   volatile bool ok = run();
   return ok;
@@ -57,7 +57,7 @@ shm::Mesh with_floats(shm::Mesh mesh) {
   return mesh;
 }
 
-/// Adds a float32 array that is equal at all steps, and one that grows from step to step.
+/// Adds one float32 array that is equal at all steps, and another one that grows from step to step.
 void add_field(shm::Mesh& mesh, const make_mesh::Field& field, shm::Location location) {
   std::vector<float> values(field.values.begin(), field.values.end());
   mesh.add_array<float>(field.name, location, values);

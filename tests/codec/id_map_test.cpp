@@ -59,8 +59,8 @@ TEST(IdMap, FewNumbersAgainAndAgain) {
 TEST(IdMap, AnyNumbers) {
   expect_like_standard_map([](auto& random) { return random(); }, 30000);
 }
-// The hashes of these numbers are equal in every mask that is used. The numbers form one long run
-// in the table, in which erasing moves the most entries.
+// The hashes of these numbers are equal in all bits that the table uses. The numbers form one long
+// run in the table, in which erasing moves the most entries.
 TEST(IdMap, NumbersThatCollide) {
   constexpr std::uint64_t kInverse = 0xf1de83e19937733d;  // of 0x9e3779b97f4a7c15 modulo 2^64
   static_assert(kInverse * 0x9e3779b97f4a7c15u == 1);

@@ -47,8 +47,8 @@ TEST(NodeLayout, OfHexahedraIsVtks) {
     EXPECT_EQ(node->kind, p < 20 ? Kind::edge : p < 26 ? Kind::face : Kind::body);
     EXPECT_EQ(node->parallels, p < 20 ? 3 : p < 26 ? 1 : 0);
     for (std::size_t i = 0; i < node->parallels; ++i) {
-      // The offset to the parallel node equals the offset from the first corner to the node beside
-      // the first corner.
+      // The offset from node p to its parallel node equals the offset from the first corner to the
+      // node beside this corner.
       int away = 0;
       for (int a = 0; a < 3; ++a) {
         const int step = kTriquadratic[node->parallel[i]][a] - kTriquadratic[p][a];
@@ -180,8 +180,9 @@ TEST(MidNodes, OfAllShapesComeBack) {
       }
 }
 
-// Decoding may rotate the corners of hexahedra with eight nodes, but not the corners of their
-// second-order neighbours. Encoder and decoder must agree on the corners of a face between the two.
+// Decoding may rotate the corners of hexahedra with eight nodes, but not the corners of adjacent
+// second-order cells. Encoder and decoder must agree on the order of the corners of a face between
+// two such cells.
 TEST(MidNodes, BesideHexahedraThatMayTurn) {
   for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
                            ConnectivityCodec::mixed, ConnectivityCodec::replay})
@@ -208,8 +209,8 @@ TEST(MidNodes, BesideHexahedraThatMayTurn) {
     }
 }
 
-// Mid nodes that can be computed from the corners need no bytes; the remaining bytes code the
-// corners.
+// Mid nodes whose positions and numbers can be computed from the corners need no bytes. The
+// remaining bytes code the corners.
 TEST(MidNodes, CostNothingOnAGrid) {
   for (std::uint32_t nodes : {20u, 27u})
     for (ConnectivityCodec codec : kCodecs) {

@@ -4,10 +4,10 @@
   instructions_test.py [PROGRAM LIBRARY] [--renew]     (exit code 77, skipped: no valgrind)
 
 PROGRAM is counted_coding, LIBRARY the shared library that it uses, both built as for a release; the default
-is build/release. callgrind counts only the instructions of LIBRARY: those of zstd, xxHash and the C
+is build/release. callgrind counts only the instructions of LIBRARY, because those of zstd, xxHash and the C
 library depend on the processor and on their versions. The counts are the same in every run, however busy
-the machine is. bench/instructions.csv has the previous counts; a count may differ from them by 5 %.
---renew stores the new counts there.
+the machine is. bench/instructions.csv contains the previous counts; a count may differ from its previous
+value by 5 %. --renew stores the new counts in bench/instructions.csv.
 """
 import argparse
 import csv

@@ -133,9 +133,9 @@ TEST(LiveNumbers, NumbersFarApart) {
                            3000);
 }
 
-// All these words hash to the same position, or to the last position. They form long runs, which
-// may continue at the beginning of the table. Removing a word from such a run moves the most
-// entries.
+// All these words hash to the same position, or to the last position of the table. They form long
+// runs, some of which continue at the beginning of the table. Removing a word from such a run moves
+// the most entries.
 TEST(LiveNumbers, WordsThatCollide) {
   for (const std::uint64_t mask : {0xfff, 0xffe}) {
     std::vector<std::uint64_t> words;
@@ -174,8 +174,8 @@ TEST(LiveNumbers, Runs) {
   }
 }
 
-/// The numbers are multiples of a number that a plain multiplicative hash maps to one position.
-/// With such a hash the test would run for minutes.
+/// The numbers are multiples of a number for which a plain multiplicative hash returns the same
+/// position. With such a hash, the test would run for minutes.
 TEST(LiveNumbers, NumbersOfAnEnemy) {
   constexpr std::uint64_t kStride = 0x77a0f8664ddccf40u, kCount = std::uint64_t{1} << 18;
   LiveNumbers numbers;

@@ -48,7 +48,7 @@ std::vector<std::byte> both_ways(Code code) {
   return bytes;
 }
 
-/// Codes `decisions`, each with the clues clue(of(i)), in a single context.
+/// Codes `decisions` in a single context. The clue of decision i is clue(of(i)). Returns the bytes.
 template <class Of>
 std::vector<std::byte> coded(const std::vector<bool>& decisions, Of&& of) {
   return both_ways([&](auto& coder) {
@@ -112,7 +112,8 @@ TEST(Mixing, NumbersInTreesAndRunsBothWays) {
 }
 
 TEST(Mixing, EveryClueIsATableEntryOfItsOwnUntilTheTableIsFull) {
-  // More clues than entries in the table: entries are replaced, and coding must still work.
+  // There are more clues than entries in the table. Entries are therefore replaced, and coding must
+  // still work.
   const auto bits = random_bits(300000, .3);
   const auto bytes = coded(bits, [](std::size_t i) { return i; });
   EXPECT_LT(8. * static_cast<double>(bytes.size()), 300000 * .8813 * 1.03);

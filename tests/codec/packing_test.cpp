@@ -103,7 +103,7 @@ TEST(Zstd, BackAndForth) {
     const Bytes bytes = size < 100000 ? noise(size) : Bytes(size, std::byte{7});
     EXPECT_EQ(zstd_decompress(zstd_compress(bytes, 3), size), bytes);
   }
-  // zstd_decompress unpacks small sizes in one call and large sizes piece by piece. In neither case
+  // zstd_decompress unpacks small data in one call, and large data piece by piece. In neither case
   // does it trust the stated size.
   for (const Bytes& bytes : {noise(1000), Bytes(1 << 20, std::byte{7})}) {
     const Bytes packed = zstd_compress(bytes, 1);
@@ -121,8 +121,8 @@ TEST(Zstd, BackAndForth) {
   }
   EXPECT_FALSE(zstd_decompress({}, 0));
   EXPECT_FALSE(zstd_decompress(noise(100), 100));
-  // The frames state a window that a decoder need not support, by their descriptor or by their
-  // size.
+  // Some of these frames state a window that a decoder need not support. A frame states its window
+  // by its descriptor or by its size.
   const auto framed = [](std::initializer_list<int> head) {
     Bytes frame{std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}};
     for (const int value : head) frame.push_back(static_cast<std::byte>(value));

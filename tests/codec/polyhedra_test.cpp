@@ -115,7 +115,8 @@ TEST(Polyhedra, ComeBackWhereNothingFits) {
   expect_all_modes(mesh);
 }
 
-/// A cell needs 12 bits, although all faces of a hexahedron are listed again, as 30 nodes.
+/// A cell needs 12 bits, although the list of its nodes repeats all faces of a hexahedron, with 30
+/// nodes.
 TEST(Polyhedra, OfAGridTakeFewBytes) {
   TestMesh mesh = grid(12, 12, 12, ScalarType::float32, straight);
   mesh.schema.blocks[0].shape = CellShape::faces;

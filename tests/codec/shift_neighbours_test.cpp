@@ -1,5 +1,6 @@
-// Tests of ShiftNeighbours: in grids in which numbers of different rows never mix, the neighbours
-// that it finds by numbers must equal the neighbours that this test finds by coordinates.
+// Tests of ShiftNeighbours, which finds neighbours by vertex and cell numbers. In these grids,
+// numbers of different rows never coincide. The neighbours must therefore equal those that this
+// test finds by coordinates.
 #include "codecs/shifts/shift_neighbours.h"
 
 #include <gtest/gtest.h>
@@ -19,10 +20,11 @@ using Place = std::array<int, 3>;
 
 constexpr std::array<std::uint32_t, 7> kSteps = {1, 2, 4, 3, 5, 6, 7};  // axes, as bits
 constexpr std::uint32_t kRingBits = 12;
-constexpr std::uint64_t kClaimed = 1024;  // elements of the group: enough for the ring
+// Number of elements of the group; large enough for the ring.
+constexpr std::uint64_t kClaimed = 1024;
 
-/// Numbers of rows and layers are far apart, so that no number is used two or three steps beyond
-/// the grid.
+/// Returns the number of a place in the grid. Numbers of rows and layers are far apart, so that no
+/// number is used two or three steps beyond the grid.
 std::uint64_t number_at(const Place& at) {
   return static_cast<std::uint64_t>((at[0] + 4) + 16 * (at[1] + 4) + 256 * (at[2] + 4));
 }
@@ -32,7 +34,8 @@ Place moved(Place at, std::uint32_t axes, const std::array<int, 3>& by, int time
   return at;
 }
 
-/// Elements that were added so far, each with a mark if its whole lattice neighbourhood was known.
+/// The elements added so far, each with a mark that tells whether its whole lattice neighbourhood
+/// was known.
 class Met {
  public:
   bool has(const Place& at) const { return full_.contains(at); }
@@ -62,8 +65,8 @@ void expect_item(const Neighbourhood& item, const Expected& expected, const Plac
     }
 }
 
-/// Adds the neighbours two and three steps away along each axis, and the third kind of prediction,
-/// if the near neighbour is known.
+/// If the nearest neighbour is known, adds the neighbours two and three steps away along each axis,
+/// and the third kind of prediction.
 void go_on(Expected& expected, const Met& met, std::uint32_t axes, const Place& self,
            const std::array<int, 3>& direction) {
   for (std::uint32_t a = 0; a < axes; ++a) {
@@ -145,8 +148,8 @@ class CheckedNeighbours {
     full_vertices += is_full(expected, axes_) ? 1 : 0;
   }
 
-  /// Checks a cell, which is identified by its last corner. Its neighbours are one cell back or, if
-  /// there is none along an axis, one cell forward.
+  /// Checks a cell, which is identified by its last corner. Along each axis, its neighbour is one
+  /// cell back, or, if there is no such cell, one cell forward.
   void whole(const Neighbourhood& item, const Place& low) {
     const Place self = moved(low, (1u << axes_) - 1, {1, 1, 1});
     std::array<int, 3> direction{-1, -1, -1};

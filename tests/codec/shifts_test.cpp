@@ -217,8 +217,8 @@ TEST(Shifts, MoreThanThereArePlaces) {
     std::uint64_t at = 0;
     std::mt19937_64 random(1);
     for (std::uint64_t n = 0; n < 5000; ++n) {
-      // The first cells use the shifts one after the other, the next cells random shifts. Some
-      // shifts thus occur again soon, and some after they left the table.
+      // The first cells use all shifts one after the other; the following cells use random shifts.
+      // Some shifts thus occur again soon, and others only after they have left the table.
       at += 1 + (n < 2 * different ? n : random()) % different;
       Cell cell;
       for (std::uint64_t i = 0; i < 8; ++i) cell.numbers.push_back(at + i);
@@ -244,7 +244,7 @@ TEST(Shifts, CellsOfOneToSixtyFourNodes) {
   const Schema schema = schema_of(nodes);
   Group any, rows;
   for (int n = 0; n < 2000; ++n) any.cells.push_back(random_cell(schema, false, random));
-  // Each block has one row, and the cells of the blocks alternate.
+  // Each block is one row of cells. The cells of different blocks alternate.
   for (std::uint64_t n = 0; n < 50; ++n)
     for (std::uint32_t block = 0; block < nodes.size(); ++block) {
       Cell cell;
@@ -255,7 +255,7 @@ TEST(Shifts, CellsOfOneToSixtyFourNodes) {
     }
   mark(rows);
   const auto sizes = expect_back(schema, {any, rows, rows});
-  // These bytes code the first and last cells of the rows, and the change from one row to the next.
+  // These bytes code the first and last cells of each row, and the change from one row to the next.
   EXPECT_LE(sizes[1], 64u * 64 * 4);
 }
 
@@ -419,7 +419,7 @@ TEST(ShiftsDamaged, EveryCut) {
     more.push_back(std::byte{0});
     ShiftDecoder decoder(it.schema, may_import);
     EXPECT_FALSE(begin(decoder, more, cells));
-    // The zstd data is correct, but the words end too early.
+    // The zstd data is valid, but the words of the group end too early.
     const Parts parts = take_apart(whole, cells);
     for (std::size_t size = 0; size < parts.words.size(); ++size) {
       Parts less = parts;

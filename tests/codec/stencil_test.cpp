@@ -1,4 +1,5 @@
-// Checks stencils against the paper's Table 1, and with functions that they must predict exactly.
+// Checks stencils against Table 1 of the paper, and with functions that the stencils must predict
+// exactly.
 #include "codecs/shared/stencil.h"
 
 #include <gtest/gtest.h>
@@ -40,8 +41,8 @@ TEST(Stencil, NothingIsKnown) {
   for (std::uint32_t i = 0; i < 8; ++i) EXPECT_EQ(stencil_of(cell, i, 0).kind, Stencil::last);
 }
 
-// v1 = v0, v2 = v1, v3 = v0 + v2 - v1, v4 = v0, v7 = v4 + v3 - v0, v5 = v1 + v4 - v0, v6 from all
-// seven.
+// Expects these predictions: v1 = v0, v2 = v1, v3 = v0 + v2 - v1, v4 = v0, v7 = v4 + v3 - v0, v5 =
+// v1 + v4 - v0. v6 is predicted from all seven other corners.
 TEST(Stencil, Table1OfThePaper) {
   const auto cell = hexahedron();
   const std::array<Stencil::Kind, 8> kinds = {

@@ -1,5 +1,5 @@
-// Tests of vertex numbers without other data: their encoded size for files that are numbered in the
-// usual ways, and round trips.
+// Tests the coding of vertex numbers without other data: the encoded size for files that are
+// numbered in the usual ways, and round trips.
 #include "codecs/surface/cells/vertex_numbers.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Tests conversions between formats with other programs: VTK, Gmsh, and netCDF's ncdump.
 
-Usage: between_formats_test.py PATH_OF_SHM     (exit code 77, skipped, if one of them is missing)
+Usage: between_formats_test.py PATH_OF_SHM     (exit code 77, skipped, if one of these programs is missing)
 """
 import concurrent.futures
 import itertools
@@ -33,8 +33,8 @@ def apart(function, *words):
         return pool.submit(function, *words).result()
 
 
-# Nodes as in the Exodus manual: first the corners, then further nodes. Each string lists the
-# corners between which a further node lies.
+# Nodes in the order of the Exodus manual: first the corners, then further nodes. Each string lists the corners between
+# which one further node is placed.
 EDGES_HEX = ["12", "23", "34", "41", "15", "26", "37", "48", "56", "67", "78", "85"]
 EDGES_WEDGE = ["12", "23", "31", "14", "25", "36", "45", "56", "64"]
 EDGES_PYRAMID = ["12", "23", "34", "41", "15", "25", "35", "45"]
@@ -51,7 +51,7 @@ MANUAL = {
     "TRI6": (3, ["12", "23", "31"]),
     "TRI7": (3, ["12", "23", "31", "123"]),
 }
-# Exodus name: (VTK cell, Gmsh type), with None if the program has no such element.
+# For each Exodus name: the VTK cell and the Gmsh type, or None if the program has no such element.
 SHAPES = {
     "HEX20": ("vtkQuadraticHexahedron", 17), "HEX27": ("vtkTriQuadraticHexahedron", 12),
     "TETRA10": ("vtkQuadraticTetra", 11), "WEDGE15": ("vtkQuadraticWedge", 18),
@@ -63,7 +63,7 @@ SHAPES = {
 
 
 def reference(shape, kind):
-    """Returns the nodes of an element in the program's own reference coordinates."""
+    """Returns the nodes of an element of VTK or Gmsh, in the reference coordinates of that program."""
     cell, gmsh_type = SHAPES[shape]
     if kind == "vtk":
         element = getattr(vtk, cell)()
@@ -71,8 +71,7 @@ def reference(shape, kind):
         local = [flat[3 * i:3 * i + 3] for i in range(element.GetNumberOfPoints())]
         if not shape.startswith("PYRAMID"):
             return local
-        # VTK's reference coordinates of a pyramid are those of a cube, in which edges of the
-        # pyramid are not straight.
+        # In VTK's reference coordinates, a pyramid is a cube, in which the edges of the pyramid are not straight.
         pyramid, places = vtk.vtkPyramid(), []
         for i, corner in enumerate(((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (.5, .5, 1))):
             pyramid.GetPoints().SetPoint(i, corner)
@@ -95,8 +94,8 @@ def placed(point):
 
 
 def write_cell(shape, path):
-    """Writes one element with VTK or, if VTK does not have it, with Gmsh. Its nodes are in the order of that
-    program and numbered backwards, so that the order differs from the order in the file."""
+    """Writes one element with VTK or, if VTK does not have it, with Gmsh. The nodes are listed in the order of that
+    program, but numbered backwards, so that their numbers do not have the order of the file."""
     cell, gmsh_type = SHAPES[shape]
     points = [placed(p) for p in reference(shape, "vtk" if cell else "gmsh")]
     if cell:
@@ -253,7 +252,7 @@ class BetweenFormatsTest(FolderTest):
         self.assert_same_places(points, [placed(p) for p in reference(shape, "vtk")])
 
     def check_gmsh(self, shape, path):
-        """Checks that the nodes have the positions of those of Gmsh's own element, after the affine map of its corners."""
+        """Checks that the nodes have the positions of the nodes of Gmsh's own element, after the affine map of its corners."""
         (kind, points), = apart(seen_by_gmsh, path)
         self.assertEqual(kind, SHAPES[shape][1])
         local = apart(reference, shape, "gmsh")
@@ -366,7 +365,7 @@ class BetweenFormatsTest(FolderTest):
                 first = "first.vtk" if cell else "first.msh"
                 apart(write_cell, shape, self.path(first))
                 targets = ["e"] + ["vtk"] * (cell is not None) + ["msh"] * (gmsh_type is not None)
-                # Converts the file that VTK or Gmsh wrote to all formats, and then between all
+                # Converts the file that VTK or Gmsh wrote to all formats, and then converts the results between all
                 # formats, in both directions.
                 routes = [(first, "one." + t) for t in targets]
                 routes += [("one." + s, f"from_{s}.{t}") for s in targets for t in targets]

@@ -64,8 +64,8 @@ def exercised(info):
 
 
 def cannot_hold(difference):
-    """Returns true for unavoidable differences that the conversion reports: time steps, and shapes of cells that
-    the other format does not have. Additional items in B are sets, stored as arrays or as cells."""
+    """Returns true for unavoidable differences that the conversion reports: time steps, and cell shapes that the other
+    format does not have. Items that exist only in B are sets, which are stored as arrays or as cells."""
     kind, what = difference["kind"], difference["what"]
     if kind == "cells":
         return all(" of other cells " in place["value_b"] for place in difference["places"])

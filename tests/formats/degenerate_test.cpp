@@ -1,6 +1,6 @@
-// Round trips of every degenerate and non-manifold family: through Writer and Reader with every
-// codec, in both orders, with delay buffers and short segments, and through the converters in every
-// order.
+// Round trips of every degenerate and non-manifold family of meshes. They pass through Writer and
+// Reader with every codec, in both orders, with delay buffers and short segments, and through the
+// converters in every order.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,8 +34,8 @@ std::string name_of(const ::testing::TestParamInfo<std::size_t>& parameter) {
 
 void expect_round_trips(const TestMesh& mesh, ConnectivityCodec codec, SomeCases& some) {
   for (const std::uint64_t segment_cells : {0, 5}) {
-    // Short segments are slow: they are tested only with a short delay buffer, and in order keep
-    // without one.
+    // Short segments are slow. They are tested only with a short delay buffer and, in order keep,
+    // without a delay buffer.
     if (segment_cells > 0 && mesh.schema.delay != (mesh.schema.order == Order::keep ? 0 : 7))
       continue;
     if (some.skips_next()) continue;
@@ -147,7 +147,7 @@ TEST(Collapsed, FourThousandHexahedraTakeFewBits) {
   }
 }
 
-// All vertices of this mesh are unused: a group has cells but none of the vertices of a point
+// No cell of this mesh uses a vertex, so that a group has cells but none of the vertices of a point
 // array.
 TEST(CellsWithoutNodes, BesideAPointArray) {
   TestMesh mesh;

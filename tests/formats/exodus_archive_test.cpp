@@ -1,5 +1,5 @@
-// Tests Exodus files that are compressed to .shm and decompressed. Independent programs compare the
-// result with the source: in Order::keep netCDF finds no difference; in the other orders
+// Tests of Exodus files that are compressed to .shm and decompressed. Independent programs compare
+// the result with the source. In Order::keep, netCDF finds no difference. In the other orders,
 // libexodusii reads the same mesh.
 #include <gtest/gtest.h>
 #include <netcdf.h>
@@ -75,8 +75,8 @@ TEST(ExodusArchive, WhatTheManualDoesNotNameComesBackEqual) {
   }
 }
 
-// Calls `define` on a new netCDF-4 file that is otherwise a valid Exodus file; returns the error of
-// converting it.
+// Creates a valid netCDF-4 Exodus file, and calls `define` to add something that cannot be
+// converted. Returns the error of converting the file.
 Error refusal(const std::string& path, const std::function<void(int)>& define) {
   exodus_files::Maker(path, {EX_NETCDF4 | EX_NOCLASSIC, 8, 32});
   int id = -1;
@@ -110,8 +110,8 @@ TEST(ExodusArchive, GroupsAndTypesOfUsersAreRefusedByName) {
   EXPECT_NE(types.detail.find("'colours', 'lists'"), std::string::npos) << types.detail;
 }
 
-// A set and its variable are larger than one extra may be, so that they are stored in several
-// extras. Members are renumbered.
+// A set and its variable are larger than an extra may be, so that they are stored in several
+// extras. Their members are renumbered.
 TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   TemporaryFolder folder;
   const std::string path = folder / "large.e", copy = folder / "copy.e";
@@ -150,7 +150,7 @@ TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   EXPECT_TRUE(file_content(path) == file_content(copy));
 }
 
-// The files are nearly empty, or contain values that were never written.
+// Some of these files are nearly empty; others contain values that were never written.
 TEST(ExodusArchive, SparseAndSmallFilesComeBackEqual) {
   TemporaryFolder folder;
   const std::string path = folder / "small.e", copy = folder / "copy.e";
@@ -194,7 +194,8 @@ TEST(ExodusArchive, SparseAndSmallFilesComeBackEqual) {
   }
 }
 
-// A file of few bytes may declare the smaller amount of unwritten values, but not the larger.
+// A file of few bytes may declare the smaller of these two amounts of unwritten values, but not the
+// larger.
 TEST(ExodusArchive, UnwrittenValuesHaveABound) {
   TemporaryFolder folder;
   for (const std::size_t steps : {100, 1000}) {

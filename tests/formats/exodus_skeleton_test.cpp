@@ -1,5 +1,6 @@
-// Tests of the text that describes the structure of an Exodus file: it is restored unchanged, it is
-// the same for files with other numbers, and text of older versions is still read correctly.
+// Tests of the text that describes the structure of an Exodus file. The text is restored unchanged,
+// and is the same for files that differ only in numbers. Text of older versions is still read
+// correctly.
 #include <gtest/gtest.h>
 #include <netcdf.h>
 
@@ -183,8 +184,8 @@ TEST(ExodusSkeleton, OldTextDoesNotGrowWithoutBound) {
   EXPECT_THROW(from_text(text + "\n", kPlace), Failure);
 }
 
-// Reading a dimension takes time in proportion to its own length, not to the length of its
-// variable's name.
+// The time to read a dimension is proportional to its own length, and does not depend on the length
+// of the variable's name.
 TEST(ExodusSkeleton, LongNamesOfManyDimensionsAreRead) {
   const std::string name(1000000, 'x'), dimensions(1000000, '\t');
   const Skeleton skeleton =

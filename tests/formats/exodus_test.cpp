@@ -63,7 +63,7 @@ std::size_t array_named(const MeshInfo& info, const std::string& name) {
   return 0;
 }
 
-// Returns all cells as lists "block: corners".
+// Returns all cells as pairs of a block and a list of corners.
 using Cells = std::vector<std::pair<std::uint32_t, std::vector<std::uint64_t>>>;
 Cells all_cells(MeshSource& mesh, std::size_t piece = 1000) {
   Cells cells;
@@ -329,7 +329,7 @@ TEST(Exodus, PlanarAndSingleFilesComeBackEqual) {
     EX(ex_put_init(id, "flat", dimension, 4, 2, 2, 0, 0));
     const float x[4] = {0, 1, 1, 0}, y[4] = {0, 0, 1, 1};
     EX(ex_put_coord(id, x, dimension > 1 ? y : nullptr, nullptr));
-    // The same number twice, and 0.
+    // The ids of the two blocks are changed below: to the same number twice, and to 0 and -3.
     const int bars[2] = {1, 2}, more[2] = {3, 4};
     EX(ex_put_block(id, EX_ELEM_BLOCK, 5, "BAR  ", 1, 2, 0, 0, 0));
     EX(ex_put_block(id, EX_ELEM_BLOCK, 6, "bEAm2", 1, 2, 0, 0, 0));
@@ -367,7 +367,7 @@ TEST(Exodus, Cdf5ComesBackEqual) {
   EXPECT_TRUE(equal_files(folder / "five.e", folder / "copy.e"));
 }
 
-// Mid nodes of edges and faces must be close to the middle of VTK's edges and faces.
+// Mid nodes of edges and faces must be close to the middles of the edges and faces of the VTK cell.
 TEST(Exodus, SecondOrderNodesAreInVtkOrder) {
   constexpr std::array<std::array<int, 2>, 12> kEdges{{{0, 1},
                                                        {1, 2},
@@ -423,8 +423,8 @@ TEST(Exodus, SecondOrderNodesAreInVtkOrder) {
   EXPECT_GT(faces, 0U);
 }
 
-// Returns a mesh as a reader of another format provides it: cells of two blocks alternate, polygons
-// vary in size, arrays have many types.
+// Returns a mesh as a reader of another format provides it. The cells of two blocks alternate,
+// polygons have different numbers of corners, and arrays have many types.
 MemoryMesh foreign_mesh() {
   MemoryMesh mesh;
   mesh.mesh.schema.source_format = "vtk";
@@ -533,8 +533,8 @@ void make_polyhedra(const std::string& path, const Lists& faces, const Lists& ce
   EX(ex_close(id));
 }
 
-// The mesh consists of two hexahedra that share face 4. Their faces are described in several
-// irregular ways.
+// The mesh consists of two hexahedra that share face 4. Each test case describes their faces in
+// another irregular way.
 TEST(Exodus, FacesOfPolyhedraComeBack) {
   const Lists faces = {{1, 4, 3, 2},  {5, 6, 7, 8},    {1, 2, 6, 5},  {2, 3, 7, 6},
                        {3, 4, 8, 7},  {4, 1, 5, 8},    {2, 3, 10, 9}, {6, 7, 12, 11},
@@ -607,7 +607,7 @@ TEST(Exodus, SideSetsFollowCellsThatLeftTheirBlock) {
   NC(nc_put_var_int(id, sides, side));
   NC(nc_close(id));
 
-  // The same mesh with the second and third cells, which are in different blocks, exchanged.
+  // Opens the same mesh, and exchanges its second and third cells, which are in different blocks.
   Spool spool(folder / ".");
   const auto source = open_exodus(folder / "first.e", spool);
   MemoryMesh moved = copy_of(*source);
@@ -725,7 +725,7 @@ TEST(Exodus, RefusesDamagedStructure) {
     if (whole[i].key.rfind("/name") == whole[i].key.size() - 5) continue;
     mesh.mesh.extras[i].data.clear();
     EXPECT_THROW(write_exodus(mesh, folder / "copy.e"), Failure) << whole[i].key;
-    // Without these extras, the id is the number of the set, and all factors are 1.
+    // Exceptions: without these extras, the id of a set is its position, and all factors are 1.
     if (whole[i].key.starts_with("mesh/") &&
         (whole[i].key.ends_with("/id") || whole[i].key.ends_with("/factors")))
       continue;

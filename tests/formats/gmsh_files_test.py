@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests round trips of files that Gmsh itself wrote: in order keep Gmsh finds no difference; in orders stream and free
-Gmsh finds the same mesh with the same data under other numbers.
+"""Tests round trips of files that Gmsh itself wrote. In order keep, Gmsh finds no difference. In orders stream and free,
+Gmsh finds the same mesh with the same data, but with other numbers.
 
 Usage: gmsh_files_test.py PATH_OF_SHM     (exit code 77, skipped, without Gmsh for Python)
 """
@@ -125,7 +125,7 @@ def sparse_tags():
 
 
 def every_type():
-    """Creates an element of each Gmsh type. Gmsh stops with an error at type numbers that have no shape."""
+    """Creates an element of each Gmsh type, except type numbers without a shape, for which Gmsh stops with an error."""
     without_shape = {*range(67, 71), *range(84, 90), *range(100, 106), *range(125, 137)}
     node, element = 1, 1
     for kind in range(1, 141):
@@ -145,7 +145,7 @@ def every_type():
 
 
 def add_views(path):
-    """Writes nodal, elemental and corner data with steps, on all items and on some, for the mesh in memory."""
+    """Writes nodal, elemental and corner data with steps for the mesh in memory: on all items, and on some items only."""
     name = gmsh.model.getCurrent()
     nodes = [int(n) for n in gmsh.model.mesh.getNodes()[0]]
     kinds, tags, corners = gmsh.model.mesh.getElements()
@@ -222,7 +222,7 @@ class Binary40:
             self.out += f"${name}\n".encode() + data + f"$End{name}\n".encode()
 
     def put(self, kinds):
-        """Converts the next words of the text to binary; `kinds`: i int, q long, d double. Returns the values."""
+        """Converts the next words of the text to binary. `kinds`: i int, q long, d double. Returns the converted values."""
         values = [(float if k == "d" else int)(next(self.words)) for k in kinds]
         self.data += struct.pack(self.order + kinds, *values)
         return values

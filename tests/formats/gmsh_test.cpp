@@ -1,6 +1,6 @@
-// Tests of Gmsh MSH: all data that Gmsh can see in a file is restored, and no file crashes the
-// reader. If SHM_CORPUS is set, every file of its folder gmsh/ is converted to .shm and back; if
-// Gmsh for Python is installed, Gmsh itself compares source and result.
+// Tests of Gmsh MSH files. All data that Gmsh can see in a file is restored, and no file crashes
+// the reader. If SHM_CORPUS is set, every file of its folder gmsh/ is converted to .shm and back.
+// If Gmsh for Python is installed, Gmsh itself compares source and result.
 #include "gmsh/gmsh.h"
 
 #include <gtest/gtest.h>
@@ -190,8 +190,8 @@ const std::string kVersion1 =
     "$ENDNOD\n$ELM\n3\n1 5 7 1 8 1 2 3 4 5 6 7 8\n2 3 8 2 4 1 2 3 4\n9 7 7 1 5 2 3 7 6 "
     "20\n$ENDELM\n";
 
-// The mesh has alternating blocks, partitions, sparse tags, a view with two steps and a view on
-// some nodes.
+// The mesh has alternating blocks, partitions, sparse tags, a view with two steps, and a view that
+// covers only some nodes.
 const std::string kVersion2 =
     "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Comments\nanything $ at all\n$EndComments\n"
     "$PhysicalNames\n2\n2 5 \"skin of it\"\n3 7 \"body\"\n$EndPhysicalNames\n"
@@ -356,8 +356,8 @@ TEST_F(GmshTest, ManyCombinationsOfTags) {
   expect_round_trip(nodes);
 }
 
-// Sections that the reader does not interpret may refer to nodes and elements by tags. Every node
-// and element therefore keeps its tag, in any order.
+// Sections that the reader does not interpret may refer to nodes and elements by tag. Every node
+// and element therefore keeps its tag, whatever the order.
 TEST_F(GmshTest, TagsStayWhereOthersMayNameThem) {
   const std::string mesh =
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n"
@@ -383,7 +383,7 @@ TEST_F(GmshTest, TagsStayWhereOthersMayNameThem) {
     EXPECT_EQ(read.values<std::int64_t>("gmsh:element_tag"), (std::vector<std::int64_t>{1, 2}));
     expect_round_trip(mesh + naming);
   }
-  // A polygon in two parts: tag 5 of each part is the number of its parent.
+  // The polygon is divided into two parts. Tag 5 of each part is the number of its parent.
   const std::string parts =
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n"
       "$Elements\n2\n1 34 2 0 1 3 1 2 3\n2 68 5 0 1 0 1 1 1 2 3\n$EndElements\n";
@@ -519,8 +519,8 @@ TEST_F(GmshTest, FollowsARenumbering) {
   }
 }
 
-// Returns a mesh as a reader of another format provides it: cell shapes alternate; it has names,
-// steps, and arrays of any form.
+// Returns a mesh as a reader of another format provides it. Cell shapes alternate, and the mesh has
+// names, steps, and arrays of many kinds.
 MemoryMesh foreign_mesh() {
   MemoryMesh mesh;
   mesh.info_.schema.source_format = "vtk";
@@ -666,7 +666,8 @@ bool survives(const std::string& file, const std::string& out) {
   }
 }
 
-// Counts that are too large for the file are refused before memory is allocated for them.
+// Counts that are too large for the size of the file are refused before memory is allocated for
+// them.
 TEST_F(GmshTest, LyingCounts) {
   const std::string v2 = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n";
   const std::string v4 = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
@@ -689,7 +690,7 @@ TEST_F(GmshTest, LyingCounts) {
           v4 + nodes4 + "$Elements\n" + huge + " 1 1 1\n1 1 1 1\n1 1 2\n$EndElements\n"}) {
       EXPECT_THROW(open_text(file), Failure) << file;
     }
-    // A header of another form is not an error: the section is kept as it is.
+    // A section whose header has another form is not an error: the section is kept unchanged.
     for (const std::string& file :
          {v2 + nodes + "$NodeData\n" + huge + "\n$EndNodeData\n",
           v2 + nodes + "$NodeData\n1\n\"a\"\n1\n0\n3\n0\n1\n" + huge + "\n1 5\n$EndNodeData\n"})
@@ -730,7 +731,7 @@ TEST_F(GmshTest, DamageIsSurvived) {
   }
 }
 
-// The extras do not fit the mesh, as in a damaged .shm file.
+// The extras do not agree with the mesh, as may be the case in a damaged .shm file.
 TEST_F(GmshTest, DamagedExtrasAreRefused) {
   for (const std::string& file : {kVersion1, kVersion2, kVersion41}) {
     const MemoryMesh whole = open_text(file);

@@ -1,4 +1,4 @@
-// Tests of AVS UCD files: their interpretation, round trips, and reports of damage.
+// Tests of AVS UCD files: how their contents are interpreted, round trips, and reports of damage.
 #include "ucd/ucd.h"
 
 #include <gtest/gtest.h>

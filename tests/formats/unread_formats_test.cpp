@@ -1,4 +1,5 @@
-// Files of unsupported formats are recognized by name and not mistaken for others.
+// Files of unsupported formats are recognized and named in the message. They are not mistaken for
+// files of other formats.
 #include "formats/unread_formats.h"
 #include "files/mesh_files.h"
 

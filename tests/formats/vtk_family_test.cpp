@@ -1,4 +1,4 @@
-// Tests the conversion between legacy VTK and VTU if extras of the mesh are inconsistent, as in a
+// Tests the conversion between legacy VTK and VTU of meshes whose extras are inconsistent, as in a
 // hostile .shm file. The result must be a Failure or a readable file. vtk_files_test.py checks
 // valid extras with VTK.
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@
 namespace shm::converters {
 namespace {
 
-// The mesh consists of two polyhedra, with one of each kind of item in addition to points and
-// cells.
+// The mesh consists of two polyhedra. In addition to points and cells, it has one item of each
+// kind.
 const char* const kLegacy = R"(# vtk DataFile Version 4.2
 a title
 ASCII
@@ -91,8 +91,8 @@ class VtkFamilyTest : public VtkTest {
       return false;
     }
   }
-  // Changes each byte of each text extra, truncates the text at each position, and repeats each
-  // line.
+  // Tests every variant of each text extra: with one changed byte, truncated at each position, and
+  // with one line repeated.
   void bend_all(MeshSource& mesh) {
     std::size_t readable = 0, refused = 0;
     const auto try_it = [&](const std::string& key, const std::string& text) {
@@ -126,7 +126,7 @@ TEST_F(VtkFamilyTest, BentExtrasOfXmlFiles) {
   bend_all(*open_vtu(path("out.vtu"), spool_));
 }
 
-// Creating a list of that number of names would not end in reasonable time.
+// A list of that number of names could not be created in reasonable time.
 TEST_F(VtkFamilyTest, ImpossibleNumbersOfComponents) {
   const auto mesh = open_text(kLegacy);
   std::string skeleton = text_of(find_extra(mesh->info(), "vtk/skeleton"));

@@ -30,12 +30,12 @@ EVERY = 5 if SANITIZED else 1  # of very many similar files
 VARIANTS = "field data 'variants' (variants)"
 TABLE = "lookup table 'lookup_table'"
 AXES = ["metadata of " + axis + "_COORDINATES" for axis in "XYZ"]
-# Items of these files of the corpus that VTU cannot store.
+# Items of some files of the corpus that VTU cannot store, by file name.
 OF_CORPUS = {
     "vtk-data__can.vtk": ["title 'converted from pyvista/vtk-data:Data/can.vtu'"],
     "sofa__vox8_binary.vtk": [TABLE],
 }
-# Items that have another name in VTU, and that legacy files lack.
+# Items that have another name in VTU and that legacy files do not contain, by file name.
 OTHERWISE = {"vtk-data__can.vtk": ["Title"]}
 
 HEAD = "# vtk DataFile Version 4.2\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n"
@@ -165,7 +165,7 @@ class VtkFamilyTest(FolderTest):
                                     OTHERWISE.get(name, []))
 
     def test_through_archives(self):
-        """A .shm file is decompressed to the same contents in both formats, for each order."""
+        """A .shm file is decompressed to the same contents in both formats, for each order of the .shm file."""
         vtk_oracle.write(vtk_oracle.sample(), "51", "BINARY", self.path("all.vtk"))
         os.mkdir(self.path("samples"))
         vtu_oracle.write_samples(self.path("samples"))
@@ -247,8 +247,8 @@ class VtkFamilyTest(FolderTest):
 
     def test_pieces_keep_title_time_and_order_of_nodes(self):
         points = [(x, y, z) for z in range(3) for y in range(3) for x in range(3)]
-        # A Lagrange hexahedron of second order: corners, edges, faces, body. For the vertical
-        # edges, nodes 18 and 19 of old files are 19 and 18 of new files.
+        # The element is a Lagrange hexahedron of second order with its corners, edges, faces and body. Of its vertical
+        # edges, nodes 18 and 19 of old files are nodes 19 and 18 of new files.
         hexahedron = [0, 2, 8, 6, 18, 20, 26, 24, 1, 5, 7, 3, 19, 23, 25, 21, 9, 11, 17, 15,
                       12, 14, 10, 16, 4, 22, 13]
         field = array_xml("TimeValue", "2.5", "Float64", 1, 'NumberOfTuples="1"')
@@ -331,8 +331,8 @@ class VtkFamilyTest(FolderTest):
                             middle = tuple(sum(places[ids.GetId(i)][k] for i in range(8))
                                            for k in range(3))
                             self.assertEqual(names.GetValue(c), name_of(middle))
-                        # The strings are the same in any order, although their positions in a list
-                        # differ.
+                        # The strings are the same in any order of the vertices, although their positions in the list of
+                        # strings differ.
                         self.shm("diff", path, back, "--match")
         self.assertIn("names", self.shm("diff", source, back, code=1).stdout)
 
@@ -351,7 +351,7 @@ class VtkFamilyTest(FolderTest):
             self.assertIn("strings", self.shm("info", write("bad.vtu", strings), code=3).stderr)
 
     def test_pieces(self):
-        """Strings of all pieces form one array; arrays of some pieces only are reported."""
+        """Strings of all pieces form one array. Arrays that only some pieces have are reported."""
         first = grid_xml([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [[0, 1, 2, 3]], 10,
                          "<PointData>" + text_xml("s", "abcd") + "</PointData>")
         second = grid_xml([(5, 0, 0), (6, 0, 0), (5, 1, 0)], [[0, 1, 2]], 5,
@@ -448,7 +448,7 @@ VECTORS v double
         self.assertIsInstance(grid.GetPoints().GetData(), vtk.vtkIntArray)
 
     def test_polyhedra(self):
-        """Two polyhedra share a face; each polyhedron lists the corners of that face in its own direction."""
+        """Two polyhedra share a face. Each polyhedron lists the corners of that face in its own direction."""
         points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)]
         faces = [[(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], [(1, 3, 2), (1, 2, 4), (2, 3, 4),
                                                                  (3, 1, 4)]]

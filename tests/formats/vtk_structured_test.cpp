@@ -1,5 +1,5 @@
-// Tests of VTK legacy files of structured and polygonal data: their interpretation, round trips
-// that keep the kind of data set, comparison by VTK itself, and hostile files.
+// Tests of legacy VTK files with structured and polygonal data: how they are interpreted, round
+// trips that keep the kind of data set, comparison by VTK itself, and hostile files.
 #include <gtest/gtest.h>
 
 #include <array>

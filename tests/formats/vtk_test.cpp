@@ -1,4 +1,4 @@
-// Tests of VTK legacy files: round trips, comparison by VTK itself, and hostile files.
+// Tests of legacy VTK files: round trips, comparison by VTK itself, and hostile files.
 #include "vtk/legacy/vtk.h"
 
 #include <gtest/gtest.h>
@@ -31,8 +31,8 @@ constexpr const char* kTwoTets =
     "POINTS 5 float\n0 0 0 1 0 0 0 1 0 0 0 1 1 1 1\n"
     "CELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n";
 
-// Returns text that uses everything the format allows: CRLF, blank lines, unusual case, every kind
-// of attribute.
+// Returns a file in text form that uses everything the format allows: CRLF, blank lines, unusual
+// case, every kind of attribute.
 std::string everything_in_text() {
   std::string text =
       "# vtk DataFile Version 4.2\ntitle  with two blanks\nascii\n\ndataset Unstructured_Grid\n"
@@ -163,7 +163,8 @@ TEST_F(VtkTest, EverythingInTextMeansWhatItShould) {
   EXPECT_NE(skeleton.find("|COMPONENT_NAMES\n|x%20x\n|\n|z\n|INFORMATION 4\n"), std::string::npos);
 }
 
-// Strings and bits are not numeric data, but they, too, belong to points and cells.
+// Strings and bits are not numeric data, but they belong to points and cells, too, and must be
+// renumbered with them.
 TEST_F(VtkTest, StringsAndBitsFollowARenumbering) {
   const std::string text =
       std::string(kHead) +
@@ -259,7 +260,8 @@ TEST_F(VtkTest, LinearTypesOfSecondOrderAreWhatTheyAre) {
   }
 }
 
-// A face may repeat its first point or have no points. Such faces are stored outside the cells.
+// A face may repeat its first point, or have no points at all. Such faces are stored outside of the
+// cells.
 TEST_F(VtkTest, PolyhedraOfOddFacesComeBack) {
   for (const std::string face : {"3 0 1 0", "0"}) {
     const int numbers = face == "0" ? 1 : 4;
@@ -289,7 +291,7 @@ TEST_F(VtkTest, EmptyMeshesAndMeshesWithoutCellsComeBack) {
   }
 }
 
-// Lists of strings are read from files, too, and may be damaged.
+// Lists of strings are read from .shm files, too, and may therefore be damaged.
 TEST_F(VtkTest, BentListsOfStringsAreRefused) {
   const auto with_list = [&](const std::string& encoding, const std::string& list) {
     const std::string values = encoding == "ASCII" ? "a\nb\n"
@@ -324,8 +326,8 @@ TEST_F(VtkTest, BentListsOfStringsAreRefused) {
     EXPECT_EQ(code_of([&] { with_list("BINARY", list); }), ErrorCode::corrupt) << list;
 }
 
-// A mesh as readers of other formats provide it: blocks with numbers, steps, arrays on some blocks,
-// roles.
+// A mesh as readers of other formats provide it. It has blocks with numbers, time steps, arrays on
+// some blocks only, and arrays with roles.
 class ForeignMesh : public MeshSource {
  public:
   ForeignMesh() {
@@ -395,7 +397,7 @@ TEST_F(VtkTest, MeshesOfOtherFormatsGetPlainFiles) {
   EXPECT_EQ(as<double>(find_extra(all.info, "vtk/data/0")->data), (std::vector<double>{1.5}));
 }
 
-// Extras are read from files, too: extras that do not fit the mesh must be refused before they are
+// Extras come from files, too. Extras that do not fit the mesh must be refused before they are
 // used.
 class BentMesh : public ForeignMesh {
  public:
@@ -521,8 +523,8 @@ TEST_F(VtkTest, EveryTruncationIsSurvived) {
     for (std::size_t length = 0; length < whole.size(); ++length) {
       const std::string file = write_file("cut.vtk", whole.substr(0, length));
       Spool spool(directory_.string());
-      // A file without the complete CELL_TYPES contains no mesh. After CELL_TYPES, a truncated text
-      // may be valid.
+      // A file that is cut before the end of CELL_TYPES does not contain a complete mesh. If a text
+      // file is cut later, it may still be valid.
       if (length < types && whole.find("CELLS") < length) {
         EXPECT_THROW(open_vtk(file, spool), Failure) << length;
       } else {

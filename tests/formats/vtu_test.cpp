@@ -73,7 +73,8 @@ std::vector<std::byte> all_of(MeshSource& mesh) {
   return all;
 }
 
-// Two tetrahedra and their points, inline; tests replace %FIELD% and other placeholders.
+// A VTU file with two tetrahedra and their points as inline data. Tests replace %FIELD% and other
+// placeholders.
 constexpr const char* kPlain = R"(<?xml version="1.0"?>
 <VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
   <!-- made by hand -->
@@ -132,7 +133,8 @@ class VtuTest : public FolderTest {
       EXPECT_NE(std::string(failure.what()).find(words), std::string::npos) << failure.what();
     }
   }
-  // Returns true for a complete mesh, false for a Failure. Any other result is a bug.
+  // Returns true if the result is a complete mesh, and false if it is a Failure. Any other result
+  // is a bug.
   bool readable(const std::string& bytes) {
     try {
       Spool spool(fs::temp_directory_path().string());
@@ -494,7 +496,8 @@ TEST_F(VtuTest, LyingHeadersOfCompressedArrays) {
 }
 
 TEST_F(VtuTest, BombsStayWithinTheirBlocks) {
-  // The data of an array of five floats is 64 MiB of zeros in 64 KiB; only the first block is read.
+  // The array has five floats, but its data is 64 MiB of zeros, compressed to 64 KiB. Only the
+  // first block is read.
   const std::vector<std::byte> zeros(vtu::kMostBlockBytes);
   const auto packed = vtu::compress(vtu::Compressor::zlib, zeros.data(), zeros.size());
   const std::string block(reinterpret_cast<const char*>(packed.data()), packed.size());
@@ -542,7 +545,7 @@ TEST_F(VtuTest, BrokenSkeletonsAreFailures) {
     copy.mesh.extras = {extra};
     write_vtu(copy, path("out.vtu"), spool_);
   };
-  // The text belongs to another mesh: pieces and arrays that do not fit are left out.
+  // The text belongs to another mesh. Its pieces and arrays that do not fit this mesh are left out.
   write_with(valid);
   EXPECT_EQ(open_vtu(path("out.vtu"), spool_)->info().vertices, 8u);
   EXPECT_THROW(write_with(""), Failure);

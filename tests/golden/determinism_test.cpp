@@ -1,10 +1,10 @@
 // Checks that the same input results in the same mesh groups on every machine, with every compiler,
-// and in every version that does not change the coders on purpose. The test runs under g++ -O0, -O1
+// and in every version, unless the coders are changed on purpose. The test runs under g++ -O0, -O1
 // and -O3 (presets same-gcc-O0, tsan, release) and clang -O1 and -O3 (dev, same-clang-O3), with one
-// thread and two. On a mismatch it prints the new table, which replaces the old table if the change
-// is intended (the commit says which stream became smaller or larger). Data that passes through
-// zstd (schema, extras, steps) may change with zstd's version and is left out; for groups of shifts
-// and patterns, the input of zstd is compared.
+// thread and with two. On a mismatch it prints the new table. If the change is intended, this table
+// replaces the old table, and the commit states which stream became smaller or larger. Data that
+// passes through zstd (schema, extras, steps) may change with the version of zstd and is left out.
+// For groups of shifts and patterns, the input of zstd is compared.
 #include <xxhash.h>
 #include <zstd.h>
 

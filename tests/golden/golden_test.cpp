@@ -36,7 +36,7 @@ TEST(Golden, NoTwinStandsAlone) {
     }
 }
 
-// Each feature has a file of the version that the library writes.
+// For each feature there is a golden file of the version that the library writes.
 TEST(Golden, EveryFeatureHasAFile) {
   for (const FeatureFile& feature : feature_files())
     EXPECT_TRUE(fs::exists(golden_folder() / "0.10" / (feature.name + ".shm"))) << feature.name;

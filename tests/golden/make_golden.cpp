@@ -1,8 +1,8 @@
-// Creates golden files: make_golden DIR FAULTY_DIR writes NAME.shm and the same contents as text in
-// NAME.txt for each feature of the format into DIR. It writes the faulty files 001.shm and so on
-// into FAULTY_DIR, with list.txt, which describes the fault of each. Run it by hand after adding a
-// format version or a faulty file. Existing files are never overwritten, because files of old
-// versions must be read, or refused, for ever.
+// Creates golden files. `make_golden DIR FAULTY_DIR` writes two files into DIR for each feature of
+// the format: NAME.shm, and the same contents as text in NAME.txt. It writes the faulty files
+// 001.shm and so on into FAULTY_DIR, with list.txt, which describes the fault of each file. Run it
+// by hand after adding a format version or a faulty file. Existing files are never overwritten,
+// because files of old versions must be read, or refused, for ever.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>

@@ -68,7 +68,7 @@ def content(path):
 
 
 def without_trailing(path):
-    """Returns the bytes of a file without those after the mesh, e.g. parity: the golden text contains only their number."""
+    """Returns the bytes of a file up to the end of the mesh. The golden text states only the number of bytes after it."""
     trailing = int(content(path[:-4] + ".txt").rsplit(b"trailing bytes ", 1)[1])
     data = content(path)
     return data[: len(data) - trailing]
@@ -126,7 +126,7 @@ class Changed(unittest.TestCase):
         self.assertEqual(b"".join(text_of(content(path) + b"abc")), twin)
 
     def test_bitstreams_that_say_anything_are_errors_or_meshes(self):
-        """Hostile streams with matching checksums: whatever they contain, decoding raises nothing but ShmError."""
+        """Decodes hostile streams with correct checksums. Whatever they contain, decoding raises nothing but ShmError."""
         class Fits(int):
             __hash__ = int.__hash__
 
@@ -157,7 +157,7 @@ class Changed(unittest.TestCase):
 
 
 def stream_places(data):
-    """Returns the beginning and end of each bitstream of a group, and of step values after their headers."""
+    """Returns the first and end offset of each bitstream of a group, and of the step values after their headers."""
     places, at, sequence = [], 16, 0
     while True:
         chunk = reference_decoder.file.read_chunk(data, at, sequence)
@@ -203,7 +203,7 @@ class Generated(BothAgree):
             self.assertTrue(self.check(mesh, ["--level", "best", "--codec", "mixed"], scratch))
 
     def test_many_cells_around_an_edge(self):
-        """More cells share an edge than the codec distinguishes: a wheel of twelve cells, coded spoke by spoke."""
+        """More cells share an edge than the codec can distinguish. The mesh is a wheel of twelve cells, coded spoke by spoke."""
         spokes, layers = 12, 30
         size, turn = 2 * spokes + 1, math.pi / spokes
         ring = [(math.cos(turn * i), math.sin(turn * i)) for i in range(2 * spokes)]
@@ -300,7 +300,7 @@ class Corpus(BothAgree):
                             break
                     tried += times
             else:
-                # Tests each file with another part of the settings, until the time is up.
+                # Tests each file with different settings, until the time is up.
                 small = [path for path in sample_of(files) if os.path.getsize(path) <= LARGEST]
                 for turn in range(len(SETTINGS)):
                     for number, source in enumerate(small):

@@ -1,6 +1,6 @@
-// Checks the worked example of spec/examples.md, byte for byte. The Writer creates the file again,
-// and the test compares it with the hex dump in the text, so that neither can change without the
-// other.
+// Checks the worked example of spec/examples.md, byte for byte. The Writer writes the file of the
+// example, and the test compares it with the hex dump in the text. So neither the Writer nor the
+// text can change without the other.
 #include <gtest/gtest.h>
 
 #include <array>

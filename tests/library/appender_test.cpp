@@ -312,8 +312,8 @@ TEST(Appender, GivesTheMeshWithoutSteps) {
     }
 }
 
-// Errors of values outside the box that is quantized to 10 bits also stay within the bound. Values
-// that are not finite are restored exactly.
+// Values outside the box that is quantized to 10 bits stay within the error bound, too. Values that
+// are not finite are restored exactly.
 TEST(Appender, QuantizedArraysKeepTheirBound) {
   Stepped stepped;
   stepped.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
@@ -408,8 +408,7 @@ TEST(Appender, RefusesFilesThatAreDamagedOrLie) {
       inconsistent.chunks.back().payload[at] ^= static_cast<std::byte>(change);
       (void)survives(put_together(std::move(inconsistent)), stepped);
     }
-  // Damages the list of chunks: a missing chunk, an extra chunk, or a chunk with a wrong sequence
-  // number.
+  // Damages the list of chunks: removes a chunk, then changes the sequence number of another chunk.
   FileParts without = parts;
   without.chunks.erase(without.chunks.begin() + 2);
   EXPECT_FALSE(survives(put_together(std::move(without)), stepped));

@@ -1,6 +1,6 @@
-// Tests of the boundary surface. For each shape and for meshes of all kinds, its faces are checked
-// against a count of all sides. Its values are checked, and its memory, which must depend only on
-// the size of the active surface.
+// Tests of the boundary surface. For each shape, and for meshes of all kinds, the found faces are
+// compared with a count of all sides of all cells. The tests also check the values on the surface,
+// and the memory of the search, which must depend only on the size of the active surface.
 #include "shm/boundary_surface.h"
 
 #include <gtest/gtest.h>
@@ -148,8 +148,9 @@ Faces counted_faces(const TestMesh& mesh) {
   return faces;
 }
 
-/// `order`: for each vertex and cell of the file, in coding order, its number in the source; null
-/// if the numbers are equal.
+/// Returns the faces of the surface, numbered as in the source. `order` contains the source's
+/// number of each vertex and cell of the file, in coding order; null if file and source use the
+/// same numbers.
 Faces found_faces(const BoundarySurface& surface, const RecordedOrder* order = nullptr) {
   Faces faces;
   for (std::size_t f = 0; f < surface.face_count(); ++f) {
@@ -445,7 +446,7 @@ TEST(BoundarySurface, WhatThreeCellsHaveIsInside) {
   mesh.cells.push_back({0, {4, 5, 7, 6, 8, 9, 11, 10}});
   mesh.cells.push_back({0, {4, 5, 7, 6, 12, 13, 15, 14}});
   EXPECT_EQ(expect_counted(mesh).face_count(), 15u);
-  mesh.cells.push_back(mesh.cells[0]);  // the same cell twice: all of its sides are shared
+  mesh.cells.push_back(mesh.cells[0]);  // with the same cell twice, all of its sides are shared
   EXPECT_EQ(expect_counted(mesh).face_count(), 10u);
 }
 
@@ -511,7 +512,7 @@ TEST(BoundarySurface, OfManyCellsAroundAVertex) {
 
 // --- memory
 
-/// Returns the largest number of open sides, and of vertices, that are kept after any block.
+/// Returns the largest numbers of open sides and of vertices that are in memory after a block.
 std::pair<std::size_t, std::size_t> most_kept(const TestMesh& mesh) {
   WriteOptions options;
   options.group_cells = 64;
@@ -536,7 +537,7 @@ std::pair<std::size_t, std::size_t> most_kept(const TestMesh& mesh) {
 
 TEST(BoundarySurface, KeepsWhatTheActiveSurfaceNeeds) {
   const auto [sides, vertices] = most_kept(grid(2, 2, 1500));
-  EXPECT_LE(sides, 60u);  // about 12 for each layer of four cells
+  EXPECT_LE(sides, 60u);  // about 12 open sides for each layer of four cells
   EXPECT_LE(vertices, 30u);
   const auto [mixed, mixed_vertices] = most_kept(every_shape());
   EXPECT_GT(mixed, 0u);
@@ -646,7 +647,7 @@ TEST(BoundarySurface, CarriesSteppedArrays) {
     const auto bytes = written(stepped);
     BoundaryOptions options;
     options.arrays = {{0, 5}, {3, 9}, {2, 1}, {1, 0}, {4, 4}, {3, 0}, {0, 4}};
-    // Values are written in coding order; `order` gives the source's number of each element.
+    // Values are written in coding order. `order` contains the source's number of each element.
     const BoundarySurface surface = boundary_of(bytes, options);
     ASSERT_EQ(surface.arrays.size(), options.arrays.size());
     for (std::size_t i = 0; i < options.arrays.size(); ++i) {

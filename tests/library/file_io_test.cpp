@@ -119,7 +119,8 @@ TEST_F(FileIo, NamedTemporaries) {
     EXPECT_EQ((*sink)->temporary().find(path(".a.tmp")), 0u);
     ASSERT_TRUE((*sink)->write(bytes("after")));
     if (commit) {
-      fs::remove((*sink)->temporary());  // as some libraries do before they create a file
+      // Some libraries remove an existing file before they create it again.
+      fs::remove((*sink)->temporary());
       std::ofstream((*sink)->temporary()) << "named";
       ASSERT_TRUE((*sink)->commit());
     }

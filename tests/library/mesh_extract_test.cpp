@@ -1,6 +1,6 @@
-// Tests of MeshExtractor: a piece is equal to that part of the whole mesh as a Reader returns it.
-// Only the bytes that are needed for the piece are read. An inconsistent index can hide cells but
-// cannot change anything else.
+// Tests of MeshExtractor. A piece must equal the same part of the whole mesh as a Reader returns
+// it. Only the bytes that the piece needs are read. An inconsistent index can hide cells but cannot
+// change anything else.
 #include "shm/mesh_extract.h"
 
 #include <map>
@@ -453,7 +453,7 @@ TEST(MeshExtract, ThreadsStopWhereItIsDamaged) {
   }
 }
 
-// Damage in a group that a single thread would not read causes no error with several threads
+// Damage in a group that a single thread does not read must not cause an error with several threads
 // either.
 TEST(MeshExtract, ThreadsFailWhereOneDoes) {
   const TestMesh mesh = two_blocks();
@@ -520,8 +520,8 @@ TEST(MeshExtract, NoMesh) {
 constexpr std::uint64_t kBarWidth = kSanitized ? 10 : 16;
 constexpr std::uint64_t kBarGroup = kBarWidth * kBarWidth * 8;  // cells
 
-/// Returns a bar of layers; each segment is one layer. The bar has two static arrays and a stepped
-/// array.
+/// Returns a bar that consists of layers of cells. Each segment is one layer. The bar has two
+/// static arrays and a stepped array.
 Stepped bar(Order order) {
   Stepped stepped;
   stepped.mesh = with_order(grid(kBarWidth, kBarWidth, 128, ScalarType::float64, warped), order,
@@ -601,8 +601,8 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       EXPECT_LT(bytes_of(source, *file, vertex),
                 order == Order::stream ? segments[2].bytes : bytes.size() / 2);
 
-      // Reading one step reads each chunk of that step in this segment once. The StepReader was
-      // opened before.
+      // Reading one step reads each chunk of that step in this segment exactly once. The StepReader
+      // has been opened before.
       ASSERT_TRUE(file->steps(2));
       bytes_of(source, *file, third);
       std::uint64_t chunks = 0;
@@ -712,7 +712,8 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
       refused("no box", [](IndexEntry& e) { e.box.fill(std::nan("")); });
       refused("far box", [](IndexEntry& e) { e.box = {50, 50, 50, 51, 51, 51}; });
     }
-    // A request for a box cannot detect this error: wrong boxes far away hide the groups.
+    // An extractor cannot detect this error when the request is a box: boxes that are far away hide
+    // the groups.
     const Bytes hidden = with_index(bytes, [](container::Index& index) {
       for (IndexEntry& entry : index.entries) entry.box = {50, 50, 50, 51, 51, 51};
     });

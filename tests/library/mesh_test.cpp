@@ -73,8 +73,8 @@ TEST(WholeMesh, StreamRenumbersAllAlike) {
     return std::vector(m.xyz.begin() + static_cast<std::ptrdiff_t>(24 * v),
                        m.xyz.begin() + static_cast<std::ptrdiff_t>(24 * v + 24));
   };
-  // The set still refers to the same points, although these have other numbers and their data was
-  // reordered.
+  // The set still refers to the same points, although the points have other numbers and the data of
+  // the set was reordered.
   for (std::size_t i = 0; i < 3; ++i) {
     std::int64_t before = 0, after = 0;
     std::memcpy(&before, &mesh.extras[0].data[8 * i], 8);
@@ -118,8 +118,8 @@ TEST(WholeMesh, OptionsAreThoseOfWriterAndReader) {
   EXPECT_EQ(*one, *two);
 }
 
-// The caller can pass its own arrays with 32-bit numbers, and blocks that state the number of
-// corners.
+// A caller can pass arrays with 32-bit numbers, and blocks that state the number of corners of each
+// cell.
 TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   const Mesh mesh = sample(Order::keep, 0);
   const std::vector<std::uint32_t> corners(mesh.corners.begin(), mesh.corners.end());

@@ -28,8 +28,8 @@ struct Uses {
   std::vector<std::uint64_t> first, last;
 };
 
-/// Removes the vertices that no cell uses, which write_mesh places between cells. Must hold: the
-/// mesh has no static point arrays.
+/// Removes the vertices that no cell uses, because write_mesh places them between cells. Must hold:
+/// the mesh has no static point arrays.
 TestMesh used_only(TestMesh mesh) {
   const Uses uses(mesh);
   std::vector<std::uint64_t> fresh(mesh.vertices);
@@ -135,7 +135,7 @@ class Joined {
   Bytes file_;
 };
 
-/// Returns a file that is written in parts of `segments` segments each; the options contain the
+/// Returns a file that is written in parts of `segments` segments each. The options contain the
 /// number of cells in a segment. `values` are in coding order.
 Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t segments,
                        const Values& values = {}, const std::vector<double>& times = {}) {
@@ -234,8 +234,8 @@ TEST(PartWriter, PartsMakeTheFileOfOneWriter) {
         }
 }
 
-/// Checks that a mesh of two blocks with steps, written in parts, results in the same file as with
-/// one Writer.
+/// Checks that a mesh of two blocks with steps results in the same file, whether it is written in
+/// parts or by one Writer.
 void expect_steps_in_parts(Order order, WriteOptions options) {
   Stepped stepped = with_steps(used_only(two_blocks()), order);
   options.segment_cells = 7;
@@ -306,7 +306,7 @@ TEST(PartWriter, RefusesWhatCannotFit) {
 
   options.segment_starts.clear();
   auto writer = PartWriter::create(mesh.schema, options, {}).value();
-  EXPECT_FALSE(writer.mesh_chunks());  // too early; later calls return the same error
+  EXPECT_FALSE(writer.mesh_chunks());  // called too early; later calls return the same error
   EXPECT_FALSE(writer.end_mesh());
   auto first = PartWriter::create(mesh.schema, options, {}).value();
   EXPECT_FALSE(first.add_imported_vertex(0, std::span(mesh.xyz).first(12)));

@@ -5,7 +5,8 @@
 
 The tool has debug information, no optimization and no sanitizers. The script compares the units that scripts/path
 finds with the two lists in the document, in both directions. When all sources were in two folders, the same script
-counted 80 units that run in compressing and 69 in decompressing; at most 60 % of these numbers are allowed.
+counted 80 units that run during compression and 69 that run during decompression. At most 60 % of these numbers are
+allowed.
 """
 import re
 import shutil

@@ -218,7 +218,8 @@ class Alarms {
   struct sigaction before_ {};
 };
 
-/// One end of a socket as a caller's own source; returns the available bytes, a few at a time.
+/// One end of a socket, used as a source that the caller implements. It returns the available
+/// bytes, a few at a time.
 class SocketSource final : public ByteSource {
  public:
   explicit SocketSource(int descriptor) : descriptor_(descriptor) {}

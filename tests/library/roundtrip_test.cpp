@@ -1,5 +1,5 @@
-// Writes and reads every generated family of meshes: both orders, with delay buffers, quantized and
-// exact.
+// Writes and reads every generated family of meshes in both orders, with and without delay buffers,
+// and with quantized and exact values.
 #include <limits>
 
 #include "support/coded_meshes.h"

@@ -81,9 +81,9 @@ bool says(const std::string& code, const std::string& word) {
   return false;
 }
 
-// The modules of both trees, from the lowest to the highest, and the modules that each may include.
-// A folder without a line here is not a module. A module includes only modules that are listed
-// before it.
+// The modules of both trees, from the lowest to the highest, each with the modules that it may
+// include. A folder without a line here is not a module. A module may include only modules that are
+// listed before it.
 struct Module {
   std::string folder;
   std::set<std::string> may_include;
@@ -218,7 +218,8 @@ TEST(Rules, EachModuleIncludesOnlyWhatItMay) {
   }
 }
 
-// A module is small enough to be surveyed, and no module is created for a single file.
+// A module is small enough to read its file list at a glance, and no module is created for a single
+// file.
 TEST(Rules, ModulesHoldThreeToThirtyFiles) {
   for (const char* root : {"libshmformat/src", "libshmformat/include", "converters", "tests"}) {
     std::map<std::string, std::size_t> files;
@@ -252,9 +253,10 @@ TEST(Rules, OnlyTheTopModuleIncludesVerbs) {
   }
 }
 
-/// The free functions that a source declares, and those that it defines with external linkage, with
-/// their namespaces: "shm::converters::open_mesh". Reads statements of namespaces and skips the
-/// bodies of everything else. Templates, operators and members are left out.
+/// Finds the free functions that a source declares, and the free functions that it defines with
+/// external linkage. Names include namespaces: "shm::converters::open_mesh". Only statements in
+/// namespaces are read; all other bodies are skipped. Templates, operators and members are left
+/// out.
 class FreeFunctions {
  public:
   std::set<std::string> declared, defined;
@@ -280,7 +282,7 @@ class FreeFunctions {
     return text.find_first_not_of(" \n") == std::string::npos;
   }
 
-  /// Replaces the contents of strings and characters, which may have braces.
+  /// Removes the contents of string and character literals, which may contain braces.
   static std::string without_literals(const std::string& code) {
     std::string out;
     for (std::size_t i = 0; i < code.size(); ++i) {
@@ -328,7 +330,8 @@ class FreeFunctions {
       open += (code_[at_] == '{') - (code_[at_] == '}');
   }
 
-  /// The name with its namespaces; empty if the statement is no free function, or an internal one.
+  /// Returns the name of the function with its namespaces; empty if the statement declares no free
+  /// function, or a function with internal linkage.
   std::string function_in(const std::string& statement) const {
     for (const char* other :
          {"template", "operator", "static", "using", "class", "struct", "friend"})
@@ -495,8 +498,8 @@ TEST(Rules, TheLibraryThrowsNothingAndKeepsNoGlobals) {
   for (const char* folder : {"libshmformat/src", "libshmformat/include"})
     for (const Source& source : sources_in(folder)) {
       for (const char* word : {"throw", "catch", "thread_local"}) {
-        // std::thread can report only by an exception that no more threads are available, and
-        // memory may run out in a thread that has no caller.
+        // std::thread reports only by an exception that no more threads are available. Memory may
+        // run out in a thread that has no caller.
         const bool threads = source.name() == "workers.cpp" || source.name() == "ordered_tasks.h";
         if (threads && word == std::string("catch")) continue;
         // zstd returns a null pointer if memory has run out. Callers must see this as any other
@@ -507,7 +510,7 @@ TEST(Rules, TheLibraryThrowsNothingAndKeepsNoGlobals) {
         }
         EXPECT_FALSE(says(source.code, word)) << source.path << " uses " << word;
       }
-      // A static variable that is not const: "static Type name =", "... name;", "... name{".
+      // Finds static variables that are not const: "static Type name =", "... name;", "... name{".
       std::istringstream lines(source.code);
       for (std::string line; std::getline(lines, line);) {
         const bool variable = says(line, "static") && !says(line, "constexpr") &&

@@ -143,7 +143,7 @@ TEST(Schema, LimitsAreKept) {
   limits.max_arrays = 2;
   EXPECT_EQ(code(limits), ErrorCode::over_limit);
   limits = {};
-  limits.max_static_components = 4002;  // 4000 + 3; the stepped array does not count
+  limits.max_static_components = 4002;  // one less than 4000 + 3; the stepped array does not count
   EXPECT_EQ(code(limits), ErrorCode::over_limit);
 }
 

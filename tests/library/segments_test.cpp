@@ -1,5 +1,5 @@
-// Tests of segments: a mesh that is cut at many places is read back completely, with each vertex
-// once. The positions of the cuts depend only on counts.
+// Tests of segments: a mesh that is cut at many places is read back completely, and each vertex is
+// returned only once. The positions of the cuts depend only on counts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -132,9 +132,8 @@ TEST(Segments, ImportsAreCheapOnACoherentMesh) {
     expect_round_trip(with_order(mesh, order, order == Order::keep, 0), {}, &whole);
     expect_round_trip(with_order(mesh, order, order == Order::keep, 0), cut_every(6750), &cut);
     EXPECT_EQ(cut.segments, 4u);
-    EXPECT_EQ(
-        cut.imported_vertices,
-        3u * 31 * 31 + 2 * 31);  // there is one cut between layers, and two are within a layer
+    EXPECT_EQ(cut.imported_vertices,
+              3u * 31 * 31 + 2 * 31);  // one cut is between layers, and two cuts are within a layer
     EXPECT_LE(cut.streams.at("imports"), 80u);
   }
   SizeReport shifts;
@@ -194,8 +193,8 @@ std::string text_read(std::span<const std::byte> bytes, const ReadOptions& optio
   }
 }
 
-/// Checks that a Reader delivers the same text with several numbers of threads and little
-/// read-ahead.
+/// Checks that a Reader returns the same text of the contents with any number of threads, and with
+/// little memory for reading ahead.
 void expect_same_with_threads(std::span<const std::byte> bytes) {
   const std::string alone = text_read(bytes, {});
   for (const auto& [threads, ahead] :
@@ -234,8 +233,8 @@ TEST(Segments, DamageIsToldAlikeWithThreads) {
       bytes[at] ^= std::byte{4};
       expect_same_with_threads(std::span(bytes).first(at));
     }
-    // Damages a file but keeps its checksums correct: in the middle of a segment, or so that the
-    // start of a segment is inconsistent.
+    // Damages the file in two ways that keep its checksums correct: changes bytes in the middle of
+    // a segment, or makes the start of a segment inconsistent.
     for (std::size_t nth = 0; nth < 5; ++nth) {
       FileParts parts = take_apart(bytes);
       Chunk* chunk = parts.find(container::ChunkKind::group, nth);
@@ -358,8 +357,8 @@ TEST_P(SegmentsReadAlone, DamageIsNoticed) {
   ASSERT_TRUE(read_all(bytes));
   for (std::size_t size = 0; size < bytes.size(); size += 3)
     EXPECT_FALSE(read_all(std::span(bytes).first(size))) << size;
-  // An inconsistent index with correct checksums leads to an error or to the same blocks, never to
-  // a crash.
+  // An inconsistent index with correct checksums may cause an error, or the same blocks are
+  // returned. It must never cause a crash.
   PlainRandom random(11);
   for (int n = 0; n < 300; ++n) {
     FileParts parts = take_apart(bytes);
@@ -443,7 +442,7 @@ class FailingTask final : public OrderedTasks<int, int>::Task {
   Result<void> end(const OrderedTasks<int, int>::Emit&) override { return {}; }
 };
 
-// Runs each test with several threads, and as on a system without threads.
+// Runs each test twice: with several threads, and as on a system without threads.
 class OrderedTasksBy : public testing::TestWithParam<unsigned> {};
 
 TEST_P(OrderedTasksBy, NoMemoryComesOutInItsTurn) {

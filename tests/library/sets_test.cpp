@@ -219,7 +219,7 @@ TEST(Sets, ThatMakeNoSenseAreRefused) {
     ASSERT_EQ(places.size(), 1u);
     EXPECT_FALSE(read_set(extras, places[0], kBounds));
   }
-  // The values are truncated: a caller can pass such a list of bytes, but a file cannot contain it.
+  // The values are truncated. A caller can pass such a list of bytes, but no file can contain it.
   Extra cut = vertices(n + "members", {0, 1});
   cut.data.pop_back();
   EXPECT_FALSE(sets_of_extras({&cut, 1}, kBounds));

@@ -132,7 +132,7 @@ TEST(Summary, ReadsNoValues) {
   }
   CountedSource source(bytes);
   ASSERT_TRUE(read_summary(source));
-  // The header of a group follows the header of its chunk, which is read twice.
+  // Each chunk header is read twice; for a group, the group header that follows is read, too.
   EXPECT_LT(source.bytes, index_bytes + schema_bytes + 200 * parts.chunks.size());
   EXPECT_LT(source.bytes, bytes.size() / 10);
 }
@@ -345,8 +345,8 @@ TEST(Summary, HeadersThatLieAreFound) {
   });
 }
 
-/// The payload length is such that header plus payload wraps around to the chunk length in the
-/// index.
+/// Chooses a payload length so large that the sum of header and payload wraps around to the chunk
+/// length in the index.
 TEST(Summary, LengthsDoNotWrap) {
   FileParts parts = take_apart(small_file());
   Chunk unknown;
@@ -432,7 +432,8 @@ TEST(Summary, ChunksThatNobodyKnows) {
   }
 }
 
-// The codec of a segment is the codec of its cells, even if its first group has none.
+// The codec of a segment is the codec of its cells, even if its first group contains no cells and
+// therefore no codec.
 TEST(Summary, AGroupOfUnusedVerticesComesFirst) {
   const TestMesh mesh = with_order(grid(2, 2, 2), Order::stream, true, 0);
   MemorySink sink;

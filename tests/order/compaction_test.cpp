@@ -85,7 +85,8 @@ Checker check(MemoryMesh& mesh) {
 TEST(Compaction, GridNeedsTwoSlicesOfVertices) {
   MemoryMesh mesh = grid_mesh(10, 8, 12);
   const Checker checker = check(mesh);
-  EXPECT_LE(checker.widest, 11u * 9u + 11u + 4u);  // a slice, a row and the corners of one cell
+  EXPECT_LE(checker.widest,
+            11u * 9u + 11u + 4u);  // the vertices of a slice, of a row, and the corners of one cell
   EXPECT_EQ(checker.order.front(), mesh.cells[0][0]);
 }
 

@@ -1,4 +1,4 @@
-// Tests of trials of delay buffers: samples contain runs of cells with their data, and a buffer is
+// Tests of trials of delay buffers. A sample contains runs of cells with their data. A buffer is
 // used only if it makes the file smaller.
 #include "order/delay_trial.h"
 
@@ -98,8 +98,8 @@ TEST(DelayTrial, CellsWithVerticesThatAreNone) {
   EXPECT_THROW(SampleMesh(mesh, std::vector<CellRun>{{7, 20}}), Failure);
 }
 
-// Returns the result of find_delay if the file with each delay has the size in `bytes`. `tried`
-// receives the delays that find_delay tried.
+// Returns the delay that find_delay chooses if the file has the size in `bytes` for each delay.
+// `tried` receives the delays that find_delay tried.
 std::uint32_t found(MeshSource& mesh, const std::map<std::uint32_t, std::uint64_t>& bytes,
                     std::vector<std::uint32_t>* tried = nullptr,
                     double worthwhile = kWorthwhileAtBest) {

@@ -1,5 +1,5 @@
-// The search for an order of cells observes its memory limit on a mesh that needs several times as
-// much memory.
+// Tests that the search for an order of cells stays within its memory limit, on a mesh that needs
+// several times as much memory.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -184,7 +184,8 @@ TEST(FreeOrder, IsNeverMuchLarger) {
   }
 }
 
-// In a cube all axes look alike; only the coordinates of cells show which axis the file followed.
+// In a cube all axes look alike. Only the coordinates of the cells show along which axis the file
+// was ordered.
 TEST(FreeOrder, CubeIsFoundByItsPlaces) {
   MemoryMesh mesh = grid_mesh(8, 8, 8);
   shuffle_mesh(mesh, 12, true);

@@ -1,5 +1,5 @@
-// Tests of the spool: it returns data unchanged, from memory or from disk, and uses memory for data
-// that will be needed again soon.
+// Tests of the spool, which stores data in memory or on disk. It returns data unchanged, and keeps
+// data in memory that will be needed again soon.
 #include "base/spool.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Tests of Order::free if the mesh does not fit into memory: the spooled mesh has the same
-// contents, and the resulting file is the same with any amount of memory.
+// Tests of Order::free for meshes that do not fit into memory. The spooled mesh must have the same
+// contents, and the resulting file must be the same with any amount of memory.
 #include "order/spooled_mesh.h"
 
 #include <gtest/gtest.h>
@@ -89,7 +89,8 @@ TEST(SpooledMesh, SpoolAndMemoryGiveTheSameFile) {
   }
 }
 
-// Unused vertices come last, in the order of their numbers, which is not an order of coordinates.
+// Unused vertices come last, in the order of their numbers, which differs from the order of their
+// coordinates.
 TEST(SpooledMesh, VerticesThatNoCellUses) {
   MemoryMesh grid = grid_mesh(9, 8, 7), flat = quads();
   for (MemoryMesh* mesh : {&grid, &flat}) {

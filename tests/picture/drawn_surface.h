@@ -1,4 +1,4 @@
-// Surfaces to draw, built face by face.
+// Surfaces that are built face by face, as input for drawing.
 #pragma once
 
 #include <array>
@@ -28,8 +28,9 @@ struct DrawnSurface {
     face_begin.push_back(corners.size());
     blocks.push_back(block);
   }
-  // Adds a sheet of n x n squares with these side lengths, perpendicular to `axis` at coordinate
-  // `at`. Its sides are parallel to the other two axes, in cyclic order: x, y, z, x.
+  // Adds a sheet of n x n faces, perpendicular to `axis` at coordinate `at`. `sides` contains the
+  // side lengths of the sheet along x, y and z. The vertices run along the other two axes in cyclic
+  // order: x, y, z, x.
   void add_sheet(std::uint32_t n, std::size_t axis, double at,
                  std::array<double, 3> sides = {1, 1, 1}, std::uint32_t block = 0) {
     const auto first = static_cast<std::uint32_t>(xyz.size() / 3);

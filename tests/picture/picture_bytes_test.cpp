@@ -1,5 +1,5 @@
 // Checks that the same mesh results in the same pixels on every machine, with every compiler and
-// optimization. The test runs in the same builds as determinism_tests and on other machines. On a
+// optimization. The test runs in the same builds as determinism_tests, and on other machines. On a
 // mismatch it prints the new table, which replaces the old table if the change is intended.
 #include <gtest/gtest.h>
 #include <xxhash.h>
@@ -35,8 +35,8 @@ DrawnSurface bent_box(std::uint32_t n) {
   return box;
 }
 
-/// Returns polygons of many corners, planar or not, that intersect each other; and edges and
-/// points.
+/// Returns edges, points, and polygons of many corners. The polygons intersect each other, and some
+/// are not planar.
 DrawnSurface scattered() {
   DrawnSurface mesh;
   PlainRandom random(5);

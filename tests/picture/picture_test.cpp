@@ -1,5 +1,5 @@
-// Tests of complete pictures: the visible part of a mesh, the viewpoint, colours, and legend; and
-// meshes with hostile numbers.
+// Tests of complete pictures: the visible part of a mesh, the direction of view, colours, the
+// legend, and meshes with hostile numbers.
 #include "picture/picture.h"
 
 #include <gtest/gtest.h>
@@ -55,8 +55,8 @@ TEST(Picture, ABoxFillsItsFrameAndNothingElse) {
   const Picture picture = draw(box, small(Vector{0, -1, 0}));
   EXPECT_EQ(picture.drawn, 6u);
   EXPECT_EQ(picture.skipped, 0u);
-  // The picture has 160 x 120 pixels with a margin of 5. A side that is twice as wide as high
-  // covers 150 x 75 pixels, beginning in the middle of a row.
+  // The picture has 160 x 120 pixels, with a margin of 5 pixels. A side that is twice as wide as
+  // high covers 150 x 75 pixels, beginning in the middle of a row.
   EXPECT_EQ(picture.covered, 150u * 76);
   EXPECT_NE(picture.image.at(5, 60), kBackground);
   EXPECT_NE(picture.image.at(154, 60), kBackground);
@@ -223,8 +223,8 @@ TEST(Picture, TextsAreOfOurFont) {
   }
 }
 
-/// Polygons that are not planar are divided into fans: the picture must not depend on the corner
-/// that comes first.
+/// Polygons that are not planar are divided into fans. The picture must not depend on which corner
+/// is stored first.
 TEST(Picture, FacesLookTheSameFromWhicheverCornerOn) {
   DrawnSurface mesh, turned;
   const std::vector<double> values = {0, 3, 1, 8, 2};
@@ -287,7 +287,7 @@ TEST(Picture, FacesTooNarrowForSamplesAreDrawnByTheirEdges) {
 }
 
 TEST(Picture, AnyAxisGoesUp) {
-  // If the axes of a box are exchanged and another axis points up, the picture can be the same: 3
+  // If the axes of a box are permuted and another axis points up, the picture can be the same: 3
   // units wide and 2 high.
   const DrawnSurface box = DrawnSurface::box(1, {3, 1, 2});  // seen from -y: 3 wide, 2 high
   const Picture upright = draw(box, small(Vector{0, -1, 0}));
@@ -299,8 +299,8 @@ TEST(Picture, AnyAxisGoesUp) {
   EXPECT_EQ(covered({3, 2, 1}, {0, 0, 1}, 1), upright.covered);
   EXPECT_EQ(covered({2, 3, 1}, {0, 0, 1}, 0), upright.covered);
   EXPECT_NE(covered({2, 3, 1}, {0, 0, 1}, 1), upright.covered);
-  // In a view along the axis that should point up, y points up instead; in a view along y, z points
-  // up.
+  // If the view is along the axis that should point up, y points up instead. In a view along y, z
+  // points up.
   EXPECT_EQ(covered({3, 2, 1}, {0, 0, 1}, 2), upright.covered);
   EXPECT_EQ(covered({3, 1, 2}, {0, -1, 0}, 1), upright.covered);
   EXPECT_EQ(covered({1, 2, 3}, {1, 0, 0}, 0), upright.covered);

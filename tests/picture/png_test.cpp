@@ -1,5 +1,5 @@
-// Tests of writing images with and without a palette. preview_test checks that pixels are read back
-// unchanged.
+// Tests of writing images as PNG, with and without a palette. preview_test.py checks that the
+// pixels can be read back unchanged.
 #include "picture/png.h"
 
 #include <gtest/gtest.h>

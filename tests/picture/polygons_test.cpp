@@ -1,5 +1,5 @@
-// Tests of the conversion of surfaces to polygons that halfedge structures can store: which faces
-// stay connected, are separated, or are left out, and how polygons are split.
+// Tests of the conversion of surfaces to polygons that halfedge structures can store. Checks which
+// faces stay connected, are separated or are left out, and how polygons are split.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -106,7 +106,7 @@ void expect_manifold(const Polygons& polygons) {
   }
 }
 
-// V - E + F.
+// Returns the Euler characteristic: vertices - edges + faces.
 long euler(const Polygons& polygons) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (std::size_t f = 0; f < polygons.face_count(); ++f) {

@@ -1,4 +1,4 @@
-// Tests of the raster: the samples that a triangle covers, depth order, lines and points, and
+// Tests of the raster: which samples a triangle covers, the order by depth, lines and points, and
 // positions outside the picture.
 #include "picture/raster.h"
 
@@ -59,8 +59,8 @@ TEST(Raster, CornersGoRoundEitherWay) {
   EXPECT_EQ(image_of(one).pixels, image_of(other).pixels);
 }
 
-/// Each triangle is drawn into a separate raster, which counts its samples. Together the triangles
-/// cover each sample of the square once.
+/// Each triangle is drawn into a separate raster, which counts its samples. All triangles together
+/// must cover each sample of the square exactly once.
 TEST(Raster, SharedEdgesLeaveNoGapAndNoDouble) {
   constexpr std::uint32_t kSide = 12;
   PlainRandom random(7);

@@ -1,6 +1,6 @@
-// Tests of surfaces written with OpenMesh: no list of faces is refused or ends the process,
-// although Debian builds the library with assertions. Decimation preserves the properties of
-// surfaces.
+// Tests of surfaces written with OpenMesh. Every list of faces is accepted, and none of them ends
+// the process, although Debian builds OpenMesh with assertions. Decimation preserves the properties
+// of a surface.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -82,7 +82,7 @@ def is_closed(faces):
 
 
 def euler(points, faces):
-    """Returns V - E + F."""
+    """Returns the Euler characteristic: vertices - edges + faces."""
     return len(points) - len({frozenset(way) for way in ways(faces)}) + len(faces)
 
 
@@ -272,8 +272,8 @@ class SurfaceTest(FolderTest):
             self.assertEqual([len(one) for one in colours.values()], [1, 1, 1])
             self.assertEqual(len(set.union(*colours.values())), 3)
             self.assertEqual(len(set.union(*surfaces.values())), 1)
-            # At each step, the smallest value is violet and the largest yellow: u of exodus_text
-            # depends on the number of the vertex, which is computed from its coordinates.
+            # At each step, the smallest value is violet and the largest is yellow. The array u of exodus_text depends
+            # on the number of the vertex, which the test computes from its coordinates.
             for step in range(3):
                 ply, report = self.ply(name, "--array", f"{names['point']}@{step}")
                 vertex = [round(x / .25) + 3 * round(y / .25) + 9 * round(z / .25) for x, y, z in ply.points]

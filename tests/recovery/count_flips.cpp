@@ -1,10 +1,10 @@
-// Counts the effects of damage: flips every single bit of files, truncates them at every byte, and
-// reads each damaged file front to back and by its index. The result must be an error or exactly
-// the same contents; anything else is wrong data. Each file is read in a separate process, so that
-// crashes and hangs are counted, too.
-//   count_flips [--sample N] FILE.shm...   every N-th bit and truncation of each file (default 1:
-//   all)
-// Prints one JSON object; the exit code is 1 if any result was wrong. Run by hand, and by
+// Counts the effects of damage. Flips every single bit of each file, truncates the file at every
+// byte, and reads each damaged file front to back and by its index. The result must be an error or
+// exactly the same contents; anything else is counted as wrong data. Each file is read in a
+// separate process, so that crashes and hangs are counted, too.
+//   count_flips [--sample N] FILE.shm...   tests every N-th bit and truncation of each file
+//   (default 1: all)
+// Prints one JSON object. The exit code is 1 if any result was wrong. Run by hand, and by
 // scripts/trust.
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -34,7 +34,8 @@ using Bytes = std::vector<std::byte>;
 /// A read that takes this long hangs: reading these files normally takes milliseconds.
 constexpr unsigned kHangSeconds = 20;
 
-/// The parts of a file as texts, by name; parts that cannot be read are left out.
+/// The contents of the parts of a file as text, by the name of the part. Parts that cannot be read
+/// are left out.
 using Parts = std::map<std::string, std::string>;
 
 void add_segments(shm::RandomSource& source, Parts& parts) {
@@ -93,13 +94,14 @@ struct Whole {
   std::string text;  // text of the whole file, read front to back
   Parts parts;
   bool is_mesh = true;
-  std::size_t end = 0;  // end of the file's trailer; parity may follow
+  std::size_t end = 0;  // offset after the file's trailer; parity may follow
 };
 
 struct Counts {
   std::uint64_t flips = 0, cuts = 0;   // finished or in progress
   std::uint64_t errors = 0, same = 0;  // results of reading front to back
-  std::uint64_t parts_same = 0;  // parts of damaged files that were read correctly by the index
+  /// Number of parts of damaged files that were read correctly by the index.
+  std::uint64_t parts_same = 0;
   std::uint64_t wrong = 0, crashes = 0, hangs = 0;
   std::uint64_t slowest_nanoseconds = 0;
 };
@@ -128,8 +130,8 @@ void look_at(std::span<const std::byte> bytes, const Whole& whole, Counts& count
       std::max(counts.slowest_nanoseconds, static_cast<std::uint64_t>(took.count()));
 }
 
-/// Tests case `n` of a file: the first cases flip bits, the others truncate. Returns false after
-/// the last case.
+/// Tests case `n` of a file: the first cases flip bits, the other cases truncate the file. Returns
+/// false if there is no case `n`.
 bool try_case(std::uint64_t n, const Bytes& file, const Whole& whole, std::uint64_t sample,
               Counts& counts) {
   const std::uint64_t flips = (file.size() * 8 + sample - 1) / sample;
@@ -149,8 +151,8 @@ bool try_case(std::uint64_t n, const Bytes& file, const Whole& whole, std::uint6
   return true;
 }
 
-/// Tests all cases of a file in child processes. If a child dies, its case is counted, and the next
-/// child continues with the following case.
+/// Tests all cases of a file in child processes. If a child crashes, its case is counted, and
+/// another child continues with the next case.
 bool try_file(const Bytes& file, std::uint64_t sample, Counts& counts) {
   Whole whole;
   const auto text = text_of(file);

@@ -333,8 +333,8 @@ TEST(Damage, BytesAtRandom) {
   }
 }
 
-/// Each of very many headers claims all following bytes. These bytes must not be read again for
-/// each header.
+/// Each of very many headers claims that all following bytes belong to its chunk. These bytes must
+/// not be read again for each header.
 TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
   constexpr std::size_t kHeaders = 50'000;
   ByteWriter out;
@@ -370,7 +370,7 @@ Bytes without_index(const FileParts& parts) {
 }
 
 // If chunks of two files are mixed, a reader cannot determine which chunk belongs to which file.
-// With another bound, the same bytes mean other values.
+// The two files have different error bounds, so that the same bytes mean different values.
 TEST(Damage, PartsOfTwoFilesAreRefused) {
   const Bytes one = file(Order::keep);
   FileParts parts = take_apart(one);
@@ -381,8 +381,9 @@ TEST(Damage, PartsOfTwoFilesAreRefused) {
   EXPECT_TRUE(found(put_together(parts)).schema);
   parts.chunks[3] = schema;
   EXPECT_EQ(error_of(put_together(parts)), ErrorCode::corrupt);
-  // A chunk has the sequence number of another chunk. If both are equal, the chunk is a repetition.
-  // If they differ, the index must decide, or the file is refused.
+  // A chunk has the sequence number of another chunk. If the two chunks are equal, one of them is a
+  // repetition. If they differ, the index must decide which chunk is right; without an index, the
+  // file is refused.
   parts = take_apart(one);
   Bytes joined = without_index(parts);
   const auto at = places(one);
@@ -417,8 +418,9 @@ TEST(Damage, StepsBeyondTheLimitAreRefused) {
   EXPECT_EQ(reader.error().code, ErrorCode::over_limit);
 }
 
-// A lost chunk between groups is a group only if cells or vertices are missing too. If that cannot
-// be determined, step values, which count groups, must not be assigned to other elements.
+// A lost chunk between two groups counts as a group only if cells or vertices are missing, too. If
+// that cannot be determined, step values, which refer to groups by number, must not be assigned to
+// other elements.
 TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
   const Bytes whole = file(Order::stream, 60, 60);
   const Left all = *left_of(whole);
@@ -445,7 +447,8 @@ TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
   expect_within(*left, all, "an extra among groups");
 }
 
-// A copy of the index in the middle does not end the file: the trailer points to another index.
+// A copy of the index in the middle of the file does not end the file, because the trailer points
+// to another index.
 TEST(Damage, ACopyOfTheIndexIsNoEnd) {
   const Bytes whole = file(Order::keep);
   const auto at = places(whole);
@@ -463,9 +466,9 @@ TEST(Damage, ACopyOfTheIndexIsNoEnd) {
     EXPECT_LT(damage.offset, middle + bytes) << damage.section;
 }
 
-/// Returns copies of the file whose index is damaged in different ways: a byte of the index, its
-/// header, the headers of index and trailer, or a byte of the index with all chunks in reverse
-/// order.
+/// Returns copies of the file with an unusable index: with a damaged byte of the index, a damaged
+/// header of the index, damaged headers of index and trailer, or a damaged byte of the index and
+/// all chunks in reverse order.
 std::vector<Bytes> without_index(const Bytes& whole) {
   const auto at = places(whole);
   const auto [begin, end] = at.back();

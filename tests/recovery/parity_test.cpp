@@ -1,5 +1,5 @@
-// Tests of parity: lost parts of a file are restored within the limits of the parity, and data
-// after a trailer does no harm.
+// Tests of parity. Lost parts of a file are restored within the limits of its parity, and foreign
+// data after a trailer has no effect.
 #include "archive/parity.h"
 
 #include <gtest/gtest.h>
@@ -109,8 +109,7 @@ TEST_F(Parity, NothingLostIsNothingDone) {
   }
 }
 
-// Each stripe can be restored after the loss of as many blocks as it has parity blocks, at any
-// positions.
+// A stripe with N parity blocks can be restored after the loss of any N blocks.
 TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
   const Bytes file = random_bytes(300 * 4096 - 77, 1);
   const ParityShape shape = parity_shape(file.size(), .05);
@@ -184,8 +183,8 @@ TEST_F(Parity, OneSectorInAHundred) {
   }
 }
 
-// If both copies of some checksums are lost, blocks without a checksum are treated as damaged: they
-// are healed if the parity suffices, and otherwise counted as lost.
+// If both copies of some checksums are lost, the blocks without a checksum are treated as damaged.
+// They are restored if the parity suffices, and are otherwise counted as lost.
 TEST_F(Parity, ChecksumsThatAreLostTwice) {
   const Bytes file = random_bytes(40 * 4096, 5);
   const ParityShape shape = parity_shape(file.size(), 1);
@@ -223,8 +222,8 @@ TEST_F(Parity, FlippedBytesOfPackets) {
     }
 }
 
-// Packets that claim to protect more bytes than the file has, or that are in the wrong place, are
-// ignored.
+// Packets are ignored if they claim to protect more bytes than the file has, or if they are in the
+// wrong place.
 TEST_F(Parity, PacketsInTheWrongPlaceAreNone) {
   const Bytes file = random_bytes(10'000, 7);
   Bytes whole = with_parity(file, .4);
@@ -244,8 +243,8 @@ TEST_F(Parity, PacketsInTheWrongPlaceAreNone) {
   }
 }
 
-// Headers that claim more parity than data, or more bytes than the file has, are ignored and do not
-// use memory.
+// Headers are ignored, and no memory is allocated for them, if they claim more parity than data or
+// more bytes than the file has.
 TEST_F(Parity, LyingHeadersAreNone) {
   const Bytes file = random_bytes(10'000, 8);
   const Bytes whole = with_parity(file, ParityShape{file.size(), 2, 2});
@@ -341,7 +340,7 @@ TEST_F(Parity, GoldenFilesHeal) {
   }
 }
 
-// The bytes are fixed by the specification.
+// The specification determines the bytes of the parity exactly.
 TEST_F(Parity, IsTheSameEverywhere) {
   Bytes file(3 * 4096 + 100);
   for (std::size_t i = 0; i < file.size(); ++i) file[i] = static_cast<std::byte>(i * i >> 5);
@@ -352,7 +351,8 @@ TEST_F(Parity, IsTheSameEverywhere) {
   EXPECT_EQ(sum, 9290023745792755765u) << "the bytes have changed";
 }
 
-// Replaces every field of every packet, in one packet or in all packets, with correct checksums.
+// Replaces every field of packets by other values with correct checksums, in one packet or in all
+// packets.
 TEST_F(Parity, FieldsThatLie) {
   const Bytes whole = parity_file().bytes;
   const auto places = parity_packets(whole);

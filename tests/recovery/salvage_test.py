@@ -31,8 +31,8 @@ from folder_test import SANITIZED, forced
 from sample_meshes import hexahedra
 
 SHM = "shm"
-# Cells along a side of the mesh, cells of a segment, bytes of a sector. The mesh has more than
-# twenty segments of many sectors. Its file has more than one megabyte, so that it stores the schema
+# Number of cells along a side of the mesh, number of cells of a segment, and size of a sector in bytes. The mesh has
+# more than twenty segments, each of many sectors. Its file has more than one megabyte, so that it stores the schema
 # twice.
 N, SEGMENT, SECTOR = (22, 484, 2048) if SANITIZED else (30, 1250, 4096)
 STEPS = 6
@@ -118,7 +118,7 @@ class Chunk:
                 begin += stream[3]
             assert begin == self.end
         if self.kind == VALUES:
-            self.parts = []  # for each part: array, step, group, and whether the part refers to an earlier step
+            self.parts = []  # for each part of step values: array, step, group, and whether the part refers to an earlier step
             place, size = (0, 0, 0), 0
             for _ in range(self.varint(data)):
                 place = tuple(before + self.signed(data) for before in place)
@@ -236,7 +236,7 @@ class Salvage(unittest.TestCase):
             self.assertTrue(file.read() == self.whole)
 
     def compare(self, touched, steps=(0, STEPS - 1), numbered=True):
-        """Checks that all data in rest.shm is correct, and that it contains at least everything outside touched chunks."""
+        """Checks that all data in rest.shm is correct. The file must contain at least all data outside of the touched chunks."""
         mesh = self.mesh
         segments = {g.segment for g in self.groups} - {c.segment for c in touched if c.kind == GROUP}
         lost = {part[:3] for c in touched if c.kind == VALUES for part in c.parts}

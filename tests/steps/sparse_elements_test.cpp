@@ -1,6 +1,6 @@
-// Tests of arrays on few elements, for which only a part of the mesh data is kept in memory. For
-// all meshes, segments, groups and codecs, columns over these elements produce the same bytes and
-// values as columns over all elements.
+// Tests of arrays on few elements, for which only a part of the mesh data is kept in memory.
+// Columns over these elements must produce the same bytes and values as columns over all elements,
+// for all meshes, segments, groups and codecs.
 #include "steps/sparse_elements.h"
 
 #include <functional>
@@ -182,8 +182,8 @@ TEST(SparseElements, SayWhatAllElementsSay) {
   EXPECT_GT(compared, 10000 / every(10));
 }
 
-// Positions are reused, because the ring of cells is full and because vertices are introduced and
-// finalized.
+// Positions in the kept data are used again, because the ring of cells is full and because vertices
+// are introduced and finalized.
 TEST(SparseElements, InMeshesThatTakePlacesAgain) {
   for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::shifts})
     for (const std::uint32_t group_cells : {700u, 65536u}) {
@@ -194,8 +194,8 @@ TEST(SparseElements, InMeshesThatTakePlacesAgain) {
     }
 }
 
-// The number of domain changes of a column is limited by the number of elements and slots,
-// including those that are left out.
+// The number of domain changes of a column is limited by the number of elements and slots. Elements
+// and slots that are not kept count, too.
 TEST(SparseElements, MayChangeDomainsAsOftenAsAllElements) {
   Stepped stepped = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
   stepped.options.connectivity = ConnectivityCodec::rows;
@@ -210,7 +210,7 @@ TEST(SparseElements, AtLevelBest) {
   EXPECT_GT(expect_same_columns(stepped), 50u);
 }
 
-// The element count in an index may be wrong for one step although it was correct for the steps
+// The element count in an index may be wrong for one step, even if it was correct for the steps
 // before.
 TEST(SparseElements, AreNotThinLater) {
   Stepped stepped = with_arrays_on_few(scattered(9, 1), Order::keep);

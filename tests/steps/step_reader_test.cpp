@@ -237,8 +237,8 @@ struct Places {
     return std::to_string(segment) + " array " + std::to_string(array) + " step " +
            std::to_string(step);
   }
-  /// Returns the names of these parts in all segments that contain them, each preceded by the
-  /// segment number.
+  /// Returns the full names of these parts in all segments that contain them. A full name begins
+  /// with the segment number.
   std::set<std::string> in_all(const std::set<std::string>& names) const {
     std::set<std::string> all;
     for (const std::string& name : names)
@@ -248,8 +248,8 @@ struct Places {
           all.insert(full);
     return all;
   }
-  /// Returns the names of the parts that were read, and checks that each was read completely. If a
-  /// part belongs to a segment, its name begins with the segment number.
+  /// Returns the names of the parts that were read, and checks that each part was read completely.
+  /// The name of a part of a segment begins with the segment number.
   std::set<std::string> touched(const WatchedSource& source) const {
     std::set<std::size_t> hit, left;
     for (std::size_t i = 0; i < owner.size(); ++i)
@@ -316,7 +316,8 @@ Stepped watched_mesh(Order order) {
     stepped.values[{wave, step}] = waving.values.at({0, step});
     stepped.values[{other, step}] = waving.values.at({0, step});
     stepped.values[{other, step}].resize(stepped.mesh.cells.size() * 8);
-    if (kSanitized && step / 2 != 2) continue;  // keeps only steps 4 and 5; the test reads step 5
+    // with sanitizers, keeps only steps 4 and 5; the test reads step 5
+    if (kSanitized && step / 2 != 2) continue;
     Bytes& phrases = stepped.values[{phrase, step}];  // the random values of 10 cells, repeated
     for (std::size_t i = 0; i < stepped.mesh.cells.size() * 17; ++i)
       phrases.push_back(i < 170 ? static_cast<std::byte>(random()) : phrases[i - 170]);

@@ -78,8 +78,8 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
           }
 }
 
-// With neighbourhoods that are found by vertex numbers, values need as few bytes as with
-// neighbourhoods on the active surface.
+// Neighbourhoods can be found by vertex numbers or on the active surface. Values must need as few
+// bytes in both cases.
 TEST(StepValues, OverShiftsToo) {
   Stepped stepped = waves(3);
   stepped.options.connectivity = ConnectivityCodec::rows;
@@ -91,7 +91,7 @@ TEST(StepValues, OverShiftsToo) {
   EXPECT_LE(bytes.size() * 20, over_surface * 21);
 }
 
-// At level fast, and without neighbourhoods, decoding does not need the mesh.
+// Decoding does not need the mesh at level fast, nor with codecs that have no neighbourhoods.
 TEST(StepValues, InTerms) {
   Stepped stepped = waves(5);
   for (const auto& [codec, level] : {std::pair(ConnectivityCodec::patterns, Level::standard),
@@ -424,7 +424,8 @@ TEST(StepValues, LyingHeaders) {
   refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // differs from the previous group
   refused(
       0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
-  // The header states a trend without steps, which only headers of version 0 can express.
+  // The header states a trend but no steps to compute it from, which only headers of version 0 can
+  // express.
   for (const bool trend : {false, true}) {
     FileParts parts = take_apart(waves_file());
     Chunk& chunk = *parts.find(ChunkKind::step_values);
@@ -486,7 +487,7 @@ TEST(StepValues, DamagedBytesGiveAsManyValuesOrNone) {
 
 TEST(StepValues, AGroupMayTakeTooMuch) {
   ReadLimits limits;
-  limits.max_group_bytes = 20000;  // enough for the cells, but not for their neighbourhoods
+  limits.max_group_bytes = 20000;  // enough memory for the cells, but not for their neighbourhoods
   EXPECT_EQ(code_of(written(with_steps(grid(6, 6, 6), Order::stream)), limits),
             ErrorCode::over_limit);
   Stepped stepped;

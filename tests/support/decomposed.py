@@ -114,7 +114,7 @@ class Split:
         self.nodes_of = [sorted(nodes, reverse=p % 2 == 1) for p, nodes in enumerate(self.nodes_of)]
 
     def rows(self, dimension, part):
-        """Returns the numbers of the rows of a dimension that belong to a part; None if all of them do."""
+        """Returns the numbers of the rows of a dimension that belong to a part; None if all rows belong to it."""
         nodes, cells = self.nodes_of[part], self.cells_of[part]
         get = self.file.get
         if dimension == "num_nodes":

@@ -23,7 +23,7 @@ struct Family {
 
 using Corners = std::array<std::uint64_t, 8>;
 
-/// Returns a mesh of these cells. Its vertices, as many as the cells refer to, are at arbitrary
+/// Returns a mesh of these cells. It has as many vertices as the cells refer to, at arbitrary
 /// points.
 inline TestMesh mesh_of(const std::vector<Corners>& cells, std::uint64_t vertices = 0) {
   TestMesh mesh;
@@ -136,8 +136,8 @@ inline TestMesh part_of_grid(
   return mesh;
 }
 
-/// Returns a closed row of `count` cells: corner i of the last face is corner glue[i] of the first
-/// face.
+/// Returns a closed row of `count` cells. Corner i of the last face is the same vertex as corner
+/// glue[i] of the first face.
 inline TestMesh closed_row(std::uint64_t count, const std::array<std::uint64_t, 4>& glue) {
   std::vector<Corners> cells;
   for (std::uint64_t c = 0; c < count; ++c) {
@@ -276,8 +276,8 @@ inline void add_glued(std::vector<Family>& all) {
   all.push_back({"torus of 2", torus(2, 2, 2)});
   all.push_back({"torus of 3 x 2 x 1", torus(3, 2, 1)});
   all.push_back({"torus of 6 x 5 x 4", torus(6, 5, 4)});
-  // In the first mesh, each cell shares two faces with the previous cell; in the second mesh, all
-  // six.
+  // In the first mesh, each cell shares two faces with the previous cell. In the second mesh, each
+  // cell shares all six faces.
   std::vector<Corners> two_faces, all_faces;
   for (std::uint64_t c = 0; c < 30; ++c) {
     const std::uint64_t v = 2 * c;

@@ -266,7 +266,7 @@ class Maker {
       ex_entity_type type;
       std::int64_t base;
       std::size_t most;
-      bool second;  // each entry also has a side or an orientation
+      bool second;  // true if each entry also has a side or an orientation
       const char* stem;
     };
     const std::array<Kind, 5> kinds{{{EX_NODE_SET, 1000, kNodes, false, "nodes"},

@@ -228,8 +228,8 @@ inline void add_oddities(const std::string& path) {
   if (to.hdf5()) add_storage(to);
 }
 
-// Reads through netCDF every variable that has exactly one dimension of nodes or elements. Returns
-// one sentence per node or element, which names the node or element by its id.
+// Reads every variable that has exactly one dimension of nodes or elements, through netCDF. Returns
+// one sentence per node or element; each sentence contains the id of the node or element.
 inline std::multiset<std::string> told_by_netcdf(const std::string& path) {
   std::multiset<std::string> sentences;
   int id = -1, variables = 0;

@@ -1,7 +1,8 @@
 // Faulty files: one small file for each fault that a reader must reject ("What a reader must
-// reject" in spec/). Each file has exactly one fault; its lengths and checksums are correct unless
-// they are the fault. The files are stored, numbered, in tests/golden/faulty, so that other readers
-// can be tested with them. A file keeps its number for ever; new files are added at the end.
+// reject" in spec/). Each file has exactly one fault. Its lengths and checksums are correct, unless
+// the fault is a wrong length or checksum. The files are stored, numbered, in tests/golden/faulty,
+// so that other readers can be tested with them. A file keeps its number for ever; new files are
+// added at the end.
 #pragma once
 
 #include <functional>
@@ -276,8 +277,8 @@ class FaultyFiles {
                  {std::byte{0x50}, std::byte{0x2a}, std::byte{0x4d}, std::byte{0x18}, std::byte{4},
                   std::byte{0}, std::byte{0}, std::byte{0}, std::byte{1}, std::byte{2},
                   std::byte{3}, std::byte{4}}));
-    // A frame with magic number, a descriptor without a content size, a window of 2^28 bytes, and
-    // an empty last block.
+    // A frame that consists of the magic number, a descriptor without a content size, a window of
+    // 2^28 bytes, and an empty last block.
     extra("a zstd frame with a window of 2^28 bytes.",
           packed(1, 0,
                  {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}, std::byte{0},
@@ -380,9 +381,9 @@ class FaultyFiles {
         }));
   }
 
-  /// Files with correct checksums and one bitstream that cannot be decoded. The test applies a
-  /// fixed sequence of changes to the bitstream, one at a time, and stores the first that makes it
-  /// undecodable.
+  /// Files with correct checksums and one bitstream that cannot be decoded. A fixed sequence of
+  /// changes is applied to the bitstream, one change at a time. The file contains the first change
+  /// that makes the bitstream undecodable.
   void bitstreams() {
     broken_bitstreams({"keep",
                        "stream_turned",
@@ -622,8 +623,8 @@ class FaultyFiles {
       put_packed(out, blob, packing);
       return std::move(out.bytes);
     };
-    // Returns a packed list of one extra with this type, reference distance, declared number of
-    // values, and number of bytes of values.
+    // Returns a packed list with a single extra, with this type, reference distance, declared
+    // number of values, and number of bytes of values.
     const auto one = [&](int type, std::uint64_t distance, std::uint64_t values,
                          std::size_t bytes) {
       ByteWriter out;
@@ -746,7 +747,8 @@ class FaultyFiles {
     of("it is empty.", [](Bytes& blob) { blob.clear(); });
     add(kCorrupt, "Packed index: a number of nine bytes.", with("no_cells", [](FileParts& parts) {
           ByteWriter blob, out;
-          // Totals of zero; one array with one component whose smallest value has nine bytes.
+          // Stores totals of zero, and one array with one component, whose smallest value has nine
+          // bytes.
           blob.put_bytes(Bytes(8));
           for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{1, 0, 1, 9})
             blob.put_u8(byte);

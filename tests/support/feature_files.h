@@ -344,8 +344,8 @@ inline TestMesh replayed(Order order) {
   return mesh;
 }
 
-/// Adds arrays of 17, 16, 16, 16, 16 and 13 components: tables are used for the first three arrays
-/// of 16 components and for the last array.
+/// Adds arrays of 17, 16, 16, 16, 16 and 13 components. Tables are used for the first three arrays
+/// of 16 components, and for the last array.
 inline TestMesh with_tables_for_some(TestMesh mesh) {
   for (const std::uint32_t components : {17, 16, 16, 16, 16, 13}) {
     std::string name = "a";
@@ -629,8 +629,8 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
   return std::move(sink.bytes);
 }
 
-/// Returns a file with random step values. From one step to the next, all values change by the same
-/// amount. The values are coded by terms, as differences between steps.
+/// Returns a file with random step values that all change by the same amount from one step to the
+/// next. The values are coded by terms, as differences between steps.
 inline std::vector<std::byte> steps_that_rise() {
   TestMesh mesh = bent_grid(6, 5, 4);
   ArrayInfo points = array_of("p", Location::point, ScalarType::float32);
@@ -691,7 +691,8 @@ inline TestMesh quads_in_rows() {
 }
 
 /// Returns a file of cells in this codec, in two segments of several groups, with values at
-/// vertices and cells, and two vertices that no cell uses: one between cells, one at the end.
+/// vertices and cells. Two vertices are used by no cell: one vertex between cells, and one at the
+/// end.
 inline std::vector<std::byte> rows_of_cells(ConnectivityCodec codec, Level level,
                                             Order order = Order::keep) {
   const int row = order == Order::keep ? 4 : 8;
@@ -709,8 +710,8 @@ inline std::vector<std::byte> rows_of_cells(ConnectivityCodec codec, Level level
   return std::move(sink.bytes);
 }
 
-/// Returns the mesh without a delay, without polygons and polyhedra of any size, and without cells
-/// with many nodes. The blocks of these cells remain as blocks of triangles.
+/// Returns the mesh without a delay buffer, without polygons and polyhedra of varying size, and
+/// without cells with many nodes. The blocks of these cells remain as blocks of triangles.
 inline TestMesh with_few_nodes(TestMesh mesh) {
   mesh.schema.delay = 0;
   for (BlockInfo& block : mesh.schema.blocks) {

@@ -38,8 +38,8 @@ struct Field {
   std::vector<std::size_t> elements{};
 };
 
-/// Reads a number as it is stored: signed integers stay folded, and floating-point numbers are
-/// returned as bits. For a text, returns its length.
+/// Reads a number as it is stored: signed integers stay in their unsigned (zigzag) form, and
+/// floating-point numbers are returned as bits. For a text, returns its length.
 inline std::uint64_t get_number(ByteReader& in, FieldType type) {
   switch (type) {
     case FieldType::u8: return in.get_u8();
@@ -67,8 +67,8 @@ inline int bits_of(FieldType type) {
   return type == FieldType::u8 ? 8 : type == FieldType::u16 ? 16 : type == FieldType::u32 ? 32 : 64;
 }
 
-/// Writes a number in the form that get_number() returns. Must hold: `type` is the type of a number
-/// and not a checksum.
+/// Writes a number that has the form returned by get_number(). Must hold: `type` is the type of a
+/// number and not a checksum.
 inline void put_number(ByteWriter& out, FieldType type, std::uint64_t number) {
   if (type == FieldType::varint) return out.put_varint(number);
   int bytes = bits_of(type) / 8;
@@ -308,7 +308,7 @@ class FieldWalk {
 struct Section {
   std::vector<std::byte> bytes;
   std::vector<Field> fields;
-  /// Number of bytes after the fields. The fields describe the meaning of these bytes.
+  /// Number of bytes after the fields. The fields describe these bytes.
   std::size_t bytes_behind = 0;
   /// Replaces these fields in the file by other bytes.
   std::function<void(FileParts&, const std::vector<std::byte>&)> put{};
@@ -379,7 +379,8 @@ inline std::vector<std::byte> changed(const Section& section, const Field& field
     out.put_bytes(all.subspan(field.end, (more ? end : begin) - field.end));
     behind = all.subspan(more ? begin : end);
   } else if (field.type == FieldType::varint && n % 32 == 1) {
-    // Writes the same number with trailing zero groups, in some cases more than a varint may have.
+    // Writes the same number with additional groups of zero bits at its end, in some cases more
+    // groups than a varint may have.
     out.put_bytes(section.bytes_of(field));
     out.bytes.back() |= std::byte{0x80};
     for (std::uint64_t zeros = n / 32 % 10; zeros > 0; --zeros) out.put_u8(0x80);

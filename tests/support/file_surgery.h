@@ -35,8 +35,8 @@ struct FileParts {
   std::vector<std::byte>
       members;  ///< bytes of the members of an archive, without the list of members
   std::vector<Chunk> chunks;
-  std::optional<std::uint64_t>
-      index_offset{};  ///< the offset that the trailer contains; last_offset() if not set
+  /// Offset of the index in the trailer; last_offset() if not set.
+  std::optional<std::uint64_t> index_offset{};
 
   /// Returns the offset of the last chunk; 0 if there are no chunks.
   std::uint64_t last_offset() const {

@@ -10,8 +10,7 @@ import zlib
 
 SANITIZED = "SHM_SANITIZED" in os.environ  # builds with sanitizers are about ten times slower; only the release build runs all cases
 
-# Tests over the corpus use one of SHARE files on average, selected by a hash of the file name and
-# SEED.
+# Tests over the corpus use every SHARE-th file on average. A hash of the file name and SEED selects the files.
 SHARE = int(os.environ.get("SHM_SHARE") or 1)
 SEED = os.environ.get("SHM_SEED", "")
 
@@ -30,7 +29,7 @@ def is_sampled(path):
 
 
 def lacks(tool, command):
-    """Returns the name of the library that the command needs and the tool was built without; None if there is none."""
+    """Returns the name of a library that the command needs and that the tool was built without; None if nothing is missing."""
     text = subprocess.run([tool, command, "-", "-o", "-"], capture_output=True, text=True, input="").stderr
     found = re.search(r"this shm was built without (\w+)", text)
     return found and found[1]

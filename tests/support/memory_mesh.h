@@ -27,8 +27,8 @@ class MemoryMesh final : public MeshSource {
   std::vector<std::byte> points;
   std::vector<std::uint32_t> cell_blocks;
   std::vector<std::vector<std::uint64_t>> cells;
-  std::vector<std::vector<std::vector<std::byte>>>
-      arrays;  // values by array, then by step (0 for a static array)
+  // Values of each array, by step; a static array has only step 0.
+  std::vector<std::vector<std::vector<std::byte>>> arrays;
 
   const MeshInfo& info() const override { return mesh; }
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
@@ -51,7 +51,8 @@ class MemoryMesh final : public MeshSource {
     if (count > 0) std::memcpy(out, arrays[array][step].data() + first * stride, count * stride);
   }
 
-  std::size_t most_at_once = 1000;  // largest number of cells in a batch; callers ask for more
+  // Largest number of cells in a batch, even if callers request more.
+  std::size_t most_at_once = 1000;
 
   std::uint32_t add_block(CellShape shape, std::uint32_t nodes, std::int64_t id = 1) {
     mesh.schema.blocks.push_back({id, "block " + std::to_string(id), shape, nodes});

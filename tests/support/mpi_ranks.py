@@ -12,14 +12,16 @@ from folder_test import FolderTest, forced
 SHM, SHM_MPI, MAKE_MESH = "shm", "shm_mpi", "shm_make_mesh"
 CORPUS = os.environ.get("SHM_CORPUS", "")
 
-# The first settings allow Open MPI to run as root, in a container, and on fewer cores than ranks.
-# Of the last three settings, some stop the search for networks, which takes a third of the time of
-# a small run; one makes waiting ranks yield the processor.
+# The first settings allow Open MPI to run as root in a container, and on fewer cores than ranks. The next settings skip
+# the search for networks, which takes a third of the time of a small run. The last setting makes waiting ranks yield
+# the processor.
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                    OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_hwloc_base_binding_policy="none",
                    OMPI_MCA_pml="ob1", OMPI_MCA_btl="self,vader",
                    OMPI_MCA_mpi_yield_when_idle="1")
-AT_ONCE = 3  # number of tests that run in parallel; each leaves most of a processor idle while its ranks start, end and wait for each other
+# Number of tests that run in parallel. Each test leaves most of a processor idle while its ranks start, end and wait for
+# each other.
+AT_ONCE = 3
 
 
 def shm(*arguments):
@@ -107,7 +109,7 @@ class Exodus:
 
 
 class Joined:
-    """Nodes, elements, values and sets of one file or of the parts of one mesh. Nodes are identified by their
+    """Nodes, elements, values and sets of a single file, or of all parts of a mesh. Nodes are identified by their
     numbers, elements by their block and their position in the order of element numbers."""
 
     def __init__(self, files, whole=None):
@@ -122,8 +124,8 @@ class Joined:
             raise AssertionError(f"parts differ at {key}: {value} and {into[key]}")
 
     def add(self, file, whole):
-        # If the file is the whole mesh, positions are used as numbers. Parts refer to the numbers
-        # in the maps of the whole mesh as original numbers.
+        # If the file is the whole mesh, positions serve as numbers. Parts contain the numbers of the whole mesh in
+        # their maps, as original numbers.
         alone = whole is None
         nodes = range(1, file.size("num_nodes") + 1) if alone else file.get("node_num_map")
         elements = file.elements()

@@ -1,5 +1,5 @@
-// Constants for tests with very many similar cases. Sanitizers make a build about ten times slower;
-// in such a build, these tests run only every n-th case. The release build runs all cases.
+// Constants for tests with very many similar cases. Sanitizers make a build about ten times slower.
+// In such a build, these tests run only every n-th case; the release build runs all cases.
 #pragma once
 
 #include <cstddef>
@@ -18,16 +18,16 @@ inline constexpr bool kSanitized = false;
 inline constexpr bool kSanitized = false;
 #endif
 
-/// True in a build with ThreadSanitizer. It checks how threads interact, not what they compute, so
-/// that few cases are enough.
+/// True in a build with ThreadSanitizer. ThreadSanitizer checks how threads interact, not what they
+/// compute, so that few cases are enough.
 #if defined(__SANITIZE_THREAD__)
 inline constexpr bool kWatchesThreads = true;
 #else
 inline constexpr bool kWatchesThreads = false;
 #endif
 
-/// True if tests run only a few of many similar cases: in builds with sanitizers, and in the preset
-/// quick, which is as slow because it does not optimize.
+/// True if tests run only a few of many similar cases. This applies to builds with sanitizers, and
+/// to the preset `quick`, which is as slow because it does not optimize.
 #if defined(SHM_FEW_CASES)
 inline constexpr bool kFewCases = true;
 #else

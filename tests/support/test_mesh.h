@@ -40,8 +40,8 @@ struct TestMesh {
   std::vector<std::byte> xyz;  // coordinates of all vertices, packed
   std::uint64_t vertices = 0;
   std::vector<TestCell> cells;
-  std::vector<std::vector<std::byte>>
-      arrays;  // packed values of each static array, by element in input order
+  // Packed values of each static array; elements are in input order.
+  std::vector<std::vector<std::byte>> arrays;
 
   void set_points(const std::vector<std::array<double, 3>>& points) {
     xyz.clear();
@@ -196,8 +196,9 @@ inline bool same_up_to_rotation(std::span<const std::uint64_t> a,
   return false;
 }
 
-/// Writes and reads the mesh and compares everything except rounded values. In Order::stream the
-/// result is compared as a mesh, without its order. Returns the bytes of the file.
+/// Writes and reads the mesh, and compares everything except rounded values. In Order::stream, the
+/// result is compared as a mesh whose elements may be in another order. Returns the bytes of the
+/// file.
 inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptions options = {},
                                                 SizeReport* report_out = nullptr) {
   MemorySink sink;
@@ -304,7 +305,7 @@ inline std::array<double, 3> warped(double x, double y, double z) {
 }
 
 /// Returns nx * ny * nz hexahedra of the unit cube in scanline order. Cells for which `skip(i, j,
-/// k)` returns true are left out. Their vertices are not removed, and may be unused.
+/// k)` returns true are left out. Their vertices stay in the mesh, and may be unused.
 inline TestMesh grid(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,
                      ScalarType type = ScalarType::float32, Warp warp = straight,
                      bool (*skip)(std::uint64_t, std::uint64_t, std::uint64_t) = nullptr) {

@@ -54,8 +54,8 @@ class AppendTest(FolderTest):
         os.remove(self.path("back.e"))
 
     def test_restarts_of_as_many_steps(self):
-        # The parts differ only in the values of their steps; the second part even has the same
-        # number of steps.
+        # The parts differ only in the values of their steps. The second part even has the same number of steps as the
+        # first.
         for first, second, third in (((0, 1, 2), (3, 4, 5), (6,)), ((0,), (1,), (2,))):
             parts = [self.exodus(f"part{i}.e", steps, with_globals=False)
                      for i, steps in enumerate((first, second, third))]
@@ -93,7 +93,7 @@ class AppendTest(FolderTest):
                          ["all.e", "first.e", "first.e.shm"])
 
     def test_a_file_with_parity(self):
-        """Appended data is protected by the same share of parity."""
+        """Appended data has the same share of parity as the rest of the file."""
         whole = self.exodus("whole.e", range(6))
         file = self.packed(self.exodus("a.e", range(3)), "--parity", "30%")
         self.assertIn("parity", self.shm("verify", file))
@@ -104,13 +104,13 @@ class AppendTest(FolderTest):
         before = self.bytes(file)
         with open(file, "r+b") as damaged:
             damaged.write(bytes(4096))
-        # New parity would make the damage permanent.
+        # The damaged file is refused, because new parity would make the damage permanent.
         self.shm("append", file, self.exodus("more.e", range(7)), code=3, stderr=".")
         self.shm("repair", file)
         self.assertEqual(self.bytes(file), before)
         bare = self.packed(self.exodus("bare.e", range(3)))
         self.shm("append", bare, whole)
-        # Parity begins at `end`. Some of the damaged bytes are in parts that append only copies.
+        # Parity begins at `end`. Some of the damaged bytes are in parts of the file that append only copies.
         end = len(self.bytes(bare)) - 16
         for at in range(100, end, 211 if SANITIZED else 41):
             with open(file, "wb") as damaged:
@@ -121,7 +121,7 @@ class AppendTest(FolderTest):
         self.assert_steps(file, self.path("more.e"))
 
     def test_a_file_of_a_single_step(self):
-        """The step of such a file refers to no other step, nor do appended steps, unless --key-steps announced them."""
+        """The step of such a file refers to no other step. The same holds for appended steps, unless --key-steps was used."""
         first, all_steps = self.exodus("first.e", (0,)), self.exodus("all.e", range(7))
         grown = {}
         for how in ((), ("--key-steps", "1"), ("--key-steps", "8")):

@@ -1,5 +1,5 @@
-// Tests of the comparison of meshes and of the round trip through a .shm file: data is restored
-// unchanged, in both orders, and every kind of change is detected.
+// Tests the comparison of meshes, and the round trip through a .shm file. Data is restored
+// unchanged in both orders, and every kind of change is detected.
 #include "compare/compare.h"
 #include "mesh/cell_rotations.h"
 
@@ -290,7 +290,7 @@ TEST(RoundTrip, CellsOfEachBlockTogether) {
   MemorySource source(compressed.bytes);
   StagedMesh restored(source, "test.shm", spool);
 
-  // The restored mesh, as a format stores it in which the cells of each block are consecutive.
+  // Regroups the restored mesh as a format does that stores the cells of each block consecutively.
   MemoryMesh grouped;
   grouped.mesh = restored.info();
   grouped.mesh.schema.order = Order::keep;

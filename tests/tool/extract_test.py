@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests shm extract: pieces equal the parts of the whole mesh that this script selects, as read by VTK and ncdump.
+"""Tests shm extract. Pieces must equal the parts of the whole mesh that this script selects itself, as read by VTK and ncdump.
 
 Usage: extract_test.py PATH_OF_SHM     (exit code 77, skipped, if VTK, NumPy or netCDF is missing)
 """
@@ -31,7 +31,7 @@ N = 8  # cells per side
 
 
 class Grid:
-    """Hexahedra of two blocks and, in the last layer, wedges, with number maps, three steps and sets."""
+    """A mesh of hexahedra in two blocks and, in the last layer, wedges, with number maps, three steps and sets."""
 
     def __init__(self):
         m = N + 1
@@ -155,7 +155,7 @@ class ExtractTest(FolderTest):
         return output, self.path(name)
 
     def expect_piece(self, whole, piece, chosen):
-        """Compares a piece with the whole mesh. `chosen`: numbers of the cells of the piece in the whole mesh."""
+        """Compares a piece with the whole mesh. `chosen`: the numbers that the cells of the piece have in the whole mesh."""
         cells, vertices = piece.cell["shm_cell_number"], piece.point["shm_vertex_number"]
         np.testing.assert_array_equal(cells, np.sort(np.asarray(chosen, dtype=np.int64)))
         used = sorted({v for c in chosen for v in whole.cells[c]})
@@ -251,7 +251,7 @@ class ExtractTest(FolderTest):
         self.assertEqual(ncdump(self.path("back.e"), "ss_names"), ["inlet"])
         np.testing.assert_array_equal(ncdump(self.path("back.e"), "elem_num_map"),
                                       grid.elem_map[100:300])
-        # A source without number maps: cell numbers are positions in the file, counted from 1.
+        # The source has no number maps, so that cell numbers are positions in the file, counted from 1.
         self.shm("extract", self.path("piece.shm"), self.path("none.vtk"), "--cells", "50:60")
         self.shm("compress", self.path("none.vtk"), "-o", self.path("none.shm"))
         self.shm("extract", self.path("none.shm"), self.path("none.e"), "--cells", "3:6")
@@ -266,7 +266,7 @@ class ExtractTest(FolderTest):
                 self.assertTrue((sides.types == vtk.VTK_QUAD).all())
                 self.assertEqual(len(sides.cells), len(self.grid.inlet))
                 self.assertTrue((sides.cell["shm_side"] == 4).all())
-                # The set covers all of x = 0 below the wedges, sheared along y. Each point occurs
+                # The set covers the whole side x = 0 below the wedges; the mesh is sheared along y. Each point occurs
                 # once.
                 self.assertEqual(len(sides.points), (N + 1) * N)
                 np.testing.assert_allclose(sides.points[:, 0], sides.points[:, 1] * .08)
@@ -409,8 +409,8 @@ $EndElements
         _, errors = self.shm("extract", self.path("cut.shm"), self.path("x.vtu"), code=3)
         self.assertIn("end record", errors)
         self.assertFalse(os.path.exists(self.path("x.vtu")))
-        # UCD has no steps, and VTK cannot store Exodus's truth table. Both losses are reported;
-        # with --strict they are errors.
+        # UCD has no time steps, and VTK cannot store the truth table of Exodus. Both losses are reported. With
+        # --strict, they are errors.
         _, errors = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), "--strict", code=6)
         self.assertIn("not in", errors)
         self.assertFalse(os.path.exists(self.path("x.vtu")))

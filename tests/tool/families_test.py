@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Runs families of generated meshes through the tool: all orders, delay buffers, lossless and quantized.
+"""Runs families of generated meshes through the tool, in all orders, with and without delay buffers, lossless and quantized.
 
 families_test.py SHM          shm_make_mesh (and shm_make_tet_mesh, with TetGen) are in the folder of SHM
 

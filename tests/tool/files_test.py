@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests commands with many files: folders, skipped files, compressed files, --rm, conventions of gzip, xz, zstd and cp.
+"""Tests commands with many files: folders, skipped files, packed files, --rm, and conventions of gzip, xz, zstd and cp.
 
 Usage: files_test.py PATH_OF_SHM
 """
@@ -177,8 +177,8 @@ class FilesTest(FolderTest):
                     self.assertIn(done.returncode, (0, 3), done.stderr)
                     if done.returncode == 0:
                         self.assertEqual(done.stdout, self.bytes("expected.shm"))
-        # A .shm file that was compressed again with gzip, and an Exodus file, which the netCDF
-        # library opens by its name.
+        # The two files are a .shm file that was packed by gzip, and an Exodus file, which the netCDF library opens by
+        # its name.
         (self.folder / "again.shm.gz").write_bytes(gzip.compress(self.bytes("expected.shm")))
         self.shm("verify", "again.shm.gz", "--against", "a.vtk")
         self.shm("decompress", "again.shm.gz", "-o", "again.vtk")
@@ -254,7 +254,7 @@ class FilesTest(FolderTest):
         self.assertIn("did you mean shm compress a.vtk?", text)
 
     def shares_on_terminal(self, *words):
-        """Returns the percentages that a terminal shows while the tool runs, in order."""
+        """Returns the percentages that a terminal shows while the tool runs, in the order of their appearance."""
         pid, terminal = pty.fork()
         if pid == 0:
             os.chdir(self.folder)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests the conventions that shm has in common with other tools: each row of the table in docs/tool.md has a test,
-and each test has a row. Also tests the output on a terminal after short commands.
+"""Tests the conventions that shm has in common with other tools. Each row of the table of habits in docs/tool.md has a
+test, and each test has a row. Also tests the output on a terminal after short commands.
 
 Usage: habits_test.py PATH_OF_SHM
 """
@@ -212,8 +212,8 @@ class HabitsTest(FolderTest):
         self.shm("compress", "run.vtk")
         whole = bytearray(self.bytes("run.vtk.shm"))
         expected = self.shm("info", "--json", "run.vtk.shm")[0]
-        # Searches for a byte of the values that info does not read; with --json, info reads no
-        # ranges by default.
+        # Searches for a byte of the values that `info` does not read when --json is given, because --json alone
+        # requests no ranges.
         for at in range(len(whole)):
             whole[at] ^= 0xff
             (self.folder / "hurt.shm").write_bytes(whole)

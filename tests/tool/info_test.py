@@ -104,8 +104,8 @@ class InfoTest(FolderTest):
         self.assertNotIn("\033", text)
 
     def keys_of(self, value, prefix=""):
-        """Returns the names of all members, including those of objects in lists; a map of streams or arrays by
-        name counts as one member."""
+        """Returns the names of all members, including those of objects in lists. A map of streams or arrays by name counts
+        as one member."""
         found = set()
         if isinstance(value, list):
             for item in value:

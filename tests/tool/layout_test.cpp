@@ -1,4 +1,4 @@
-// Tests of layout diagrams: the width is exact, and the picture is small and well-formed.
+// Tests of layout diagrams. The computed width is exact, and the picture is small and well-formed.
 #include "tool/layout.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ TEST(Layout, HasAVerdict) {
 TEST(Layout, WidthOfARowOfCells) {
   MemoryMesh mesh = grid_mesh(20, 1, 1);
   const Layout layout = measure(mesh);
-  EXPECT_EQ(layout.width, 8u);  // each cell has only its own corners live
+  EXPECT_EQ(layout.width, 8u);  // only the corners of the current cell are live
   EXPECT_EQ(layout.width_at_cell, 0u);
   EXPECT_EQ(layout.vertices, 84u);
   EXPECT_EQ(layout.cells, 20u);

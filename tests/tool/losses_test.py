@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests that the tool reports data that an output cannot store. If the output name belongs to a format that stores
-more than the format in --format, the tool reports an error before it does any work.
+"""Tests that the tool reports data that an output cannot store. If the name of the output belongs to a format that could
+store more than the format in --format, the tool reports an error before it does any work.
 
 Usage: losses_test.py PATH_OF_SHM
 """
@@ -52,7 +52,7 @@ class LossesTest(FolderTest):
                                 lost="3 of 4 time steps")
 
     def test_numbers_that_are_too_large_for_exodus(self):
-        """Gmsh's physical tags become 32-bit set numbers: a larger tag gets another number, which is reported."""
+        """Gmsh's physical tags become 32-bit set numbers. A tag that is too large gets another number, which is reported."""
         corners = [(n & 1, n >> 1 & 1, n >> 2) for n in range(8)]
         for tag, fits in ((2**31 - 1, True), (2**31, False), (2**32, False)):
             self.write("far.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n"
@@ -66,7 +66,7 @@ class LossesTest(FolderTest):
                 self.run_tool("convert", "far.msh", "strict.e", "--strict", code=6)
 
     def test_names_that_netcdf_does_not_take_are_bad_input(self):
-        """The reader of classic netCDF headers does not check names of the source."""
+        """The reader of classic netCDF headers does not check the names in the source, but netCDF refuses to write them."""
         plain = Path(self.path("run.e")).read_bytes()
         self.assertIn(b"num_nodes", plain)
         Path(self.path("odd.e")).write_bytes(plain.replace(b"time_step", b"time/step").replace(b"len_line", b"len/line"))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests shm join --merge: the parts of a decomposed Exodus mesh result in the same file as the whole mesh, or in an
-error that names a part, without a file.
+"""Tests shm join --merge. The parts of a decomposed Exodus mesh must result in the same file as the whole mesh, or in an
+error that names a part, without an output file.
 
 Usage: merge_test.py PATH_OF_SHM
 """
@@ -45,7 +45,7 @@ class MergeTest(FolderTest):
                                  self.bytes(self.path("whole.e.shm")))
 
     def test_parts_by_name(self):
-        """Parts may be given in any order; the numbers in their names count."""
+        """Parts may be given in any order, because their order is determined by the numbers in their names."""
         self.split(11, n=3)
         parts = [f"mesh.e.11.{part:02}" for part in range(11)]
         self.shm("join", "--merge", "-o", "named.shm", *parts)

@@ -1,5 +1,5 @@
-// Tests of the differences between two meshes: each kind of change is found at the right place, and
-// nothing else, even if vertices and cells are in another order.
+// Tests of the differences between two meshes. Each kind of change is found at the right place, and
+// no other differences are reported, even if vertices and cells are in another order.
 #include "compare/mesh_diff.h"
 
 #include <gtest/gtest.h>
@@ -337,7 +337,8 @@ TEST(MeshDiff, StepsOfEqualTimesBelongTogether) {
   EXPECT_EQ(found.differences[1].places[0].a, 1u);
 }
 
-// One mesh has a vector and the other its components, as in different formats, at a single step.
+// The meshes are a single step, as in different formats: one mesh has a vector, the other has its
+// components.
 TEST(MeshDiff, BetweenFormats) {
   MemoryMesh a = grid_mesh(3, 2, 2), b = grid_mesh(3, 2, 2);
   a.mesh.schema.source_format = "vtk";
@@ -373,7 +374,7 @@ TEST(MeshDiff, BetweenFormats) {
   EXPECT_EQ(found.differences[0].places[0].component, 1u);
 }
 
-// One format stores an array on some blocks only; another format fills the array up.
+// One format stores an array on some blocks only; another format fills the array for all cells.
 TEST(MeshDiff, ValuesOfSomeBlocksAgainstAll) {
   MemoryMesh a = grid_mesh(2, 1, 1), b = grid_mesh(2, 1, 1);
   for (MemoryMesh* mesh : {&a, &b}) {
@@ -421,8 +422,8 @@ TEST(MeshMatch, AnyOrder) {
   }
 }
 
-// Returns hexahedra that do not share vertices, or only within layers, so that up to eight vertices
-// are at one point.
+// Returns the hexahedra of a mesh with separate vertices, or with vertices that are shared only
+// within layers. Up to eight vertices are then at the same point.
 MemoryMesh torn(const MemoryMesh& mesh, std::uint64_t cells_together, double gap = 0) {
   MemoryMesh apart;
   apart.mesh.schema.source_format = "test";
@@ -457,8 +458,8 @@ TEST(MeshMatch, CoincidentVerticesGoWithTheirCells) {
   }
 }
 
-// Two complete copies of a mesh at the same place: only their values distinguish them, but cells of
-// different copies must not be mixed.
+// Two complete copies of a mesh are at the same place. Only their values distinguish them, but
+// cells of different copies must not be mixed.
 TEST(MeshMatch, CopiesStayWhole) {
   const MemoryMesh grid = grid_mesh(5, 4, 3);
   MemoryMesh a = grid;

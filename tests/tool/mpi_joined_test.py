@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests shm_mpi compress with a decomposed Exodus mesh: it writes the same bytes as for the whole mesh, or reports a
-single error that names a part.
+"""Tests shm_mpi compress with a decomposed Exodus mesh. The program writes the same bytes as for the whole mesh, or
+reports a single error that names a part.
 
 Usage: mpi_joined_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
@@ -44,7 +44,7 @@ class JoinedTest(RanksTest):
         for kind in ("classic", "64-bit-data"):
             whole, parts = self.split(2, n=4, kind=kind)
             self.expect_joined(whole, parts, (3,), "--segment-cells", 30)
-        # The chunking is that of the first part.
+        # The result has the netCDF chunk sizes of the first part.
         whole, parts = self.split(2, n=4, kind="netCDF-4 classic model")
         self.expect_own_file(whole, parts, (3,))
 
@@ -64,8 +64,7 @@ class JoinedTest(RanksTest):
         self.expect_joined(whole, parts, (2,), "--segment-cells", 9000, "--order", "stream")
 
     def test_parts_without_elements_of_some_blocks(self):
-        # The first part has only the first block, so that the order of names differs from the whole
-        # file.
+        # The first part has only the first block. The order of names therefore differs from that in the whole file.
         whole, parts = self.split(5, lambda cell: cell // 45)
         self.expect_own_file(whole, parts, (1, 3))
 
@@ -76,8 +75,8 @@ class JoinedTest(RanksTest):
         self.expect_own_file(whole, parts, (2,))
 
     def expect_own_file(self, whole, parts, counts, *options):
-        """For parts with names in another order than in the whole file: checks that the result is the whole mesh, and
-        that restoring and compressing it again results in the same bytes."""
+        """Tests parts whose names are in another order than in the whole file. Checks that the result is the whole mesh,
+        and that restoring and compressing it again results in the same bytes."""
         done = ranks(2, "compress", parts, "-o", self.path("first.shm"), "-q", "--segment-cells", 40)
         self.assertEqual(done.returncode, 0, done.stderr)
         back = self.path("back.e")

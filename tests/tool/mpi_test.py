@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests shm_mpi: the ranks of an MPI program write the same bytes as shm alone, or fail together. If the parts of a
-decomposed mesh that they write are joined by their number maps, the result equals the mesh that shm writes.
+"""Tests shm_mpi. The ranks of an MPI program write the same bytes as shm, or all of them fail. If the parts of a
+decomposed mesh that the ranks write are joined by their number maps, the result equals the mesh that shm writes.
 
 Usage: mpi_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
@@ -98,7 +98,7 @@ class MpiTest(RanksTest):
     # --- parts of a decomposed mesh
 
     def decompressed(self, mesh, n, *options, loss=""):
-        """Compresses a mesh with some options. Returns the paths of the parts that n ranks write, and of the mesh
+        """Compresses a mesh with some options. Returns the paths of the parts that n ranks write, and the path of the mesh
         that shm writes."""
         packed, whole, out = self.path("packed"), self.path("whole.e"), self.path("out.e")
         done = shm("compress", mesh, "-o", packed, "-q", *options)
@@ -129,7 +129,7 @@ class MpiTest(RanksTest):
             self.assertEqual(part.get("name_nod_var")[:len(names)], names)
             names = whole.get("name_elem_var")
             self.assertEqual(part.get("name_elem_var")[:len(names)], names)
-            # Values that are float in the whole mesh have equal values as double in the parts.
+            # Values that are float in the whole mesh are stored as double in the parts, with equal values.
             part.types.update({k: v for k, v in whole.types.items() if v == "float"})
             for name, kind in part.types.items():
                 if kind == "float" and name in part.values:
@@ -175,7 +175,7 @@ class MpiTest(RanksTest):
         for n, options in ((1, []), (2, ["--order", "stream"]), (3, ["--segment-cells", "100"]),
                            (4, ["--segment-cells", "64", "--delay", "20"])):
             parts = self.expect_parts(self.path("grid.e"), n, *options)
-        # A part with one block lists the other blocks and the sets too, without members.
+        # A part that has cells of only one block also lists the other blocks and the sets, without members.
         self.assertEqual(parts[0].get("eb_prop1"), [10, 20, 30])
         self.assertEqual(parts[0].get("eb_status")[2], 0)
         self.assertEqual(parts[3].get("ns_status"), [0])
@@ -369,8 +369,7 @@ class MpiTest(RanksTest):
         packed = self.packed(self.steps(2, 6), "--segment-cells", 50)
         self.expect_failure(4, "no/such/folder", "decompress", packed, "-o",
                             self.path("no/such/folder/out.e"))
-        # One rank cannot write its part. The other ranks write no parts either, and existing files
-        # stay.
+        # One rank cannot write its part. Then the other ranks write no parts either, and existing files remain.
         os.mkdir(self.path("out.e.3.1"))
         self.write("out.e.3.0", "old")
         self.expect_failure(4, "is a folder", "decompress", packed, "-o", self.path("out.e"))

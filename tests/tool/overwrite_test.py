@@ -33,8 +33,8 @@ def snapshot(folder):
     return found
 
 
-# Each entry: a title; the words of a command, in which {} is the output and the other names are
-# files of setUp(); and the input that each attempt also uses as the output.
+# Each entry has a title, the words of a command, and the input that each attempt uses as the output, too. In the words,
+# {} is the output, and the other names are files of setUp().
 COMMANDS = [
     ("compress", ["compress", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
     ("convert", ["convert", "mesh.vtk", "{}", "--format", "vtu"], "mesh.vtk"),
@@ -218,7 +218,7 @@ class OverwriteTest(FolderTest):
                     self.assertGreater(len(text), 100)
                 if words[0] in ("info", "layout"):  # these show the name
                     got, expected = len(got), len(expected) + len("pipe") - len("-")
-                if words[0] == "view":  # view contains the name too, in the element with the file
+                if words[0] == "view":  # the output of view contains the file name, too, in the element with the file
                     got, expected = ((text.partition(b">")[2]) for text in (got, expected))
                 self.assertEqual(got, expected)
 

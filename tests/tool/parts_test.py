@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests commands that read a mesh from an archive: one of its files with --part, or all of them.
+"""Tests commands that read a mesh from an archive: a single file of the archive with --part, or all of its files.
 
 Usage: parts_test.py PATH_OF_SHM
 """

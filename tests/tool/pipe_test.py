@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests shm in pipes: it reads and writes the same data as in files.
+"""Tests that shm reads and writes the same data in pipes as in files.
 
 Usage: pipe_test.py PATH_OF_SHM
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests the pictures of shm preview with a separate decoder: their contents and colours, and errors.
+"""Tests the pictures of shm preview, and its errors. A separate decoder reads the pictures to check contents and colours.
 
 Usage: preview_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool was built without libpng)
 
@@ -325,7 +325,7 @@ class PreviewTest(FolderTest):
         self.refused("cut.shm", code=3)
 
     def attempt(self, path, *words, out="out.png"):
-        """Draws a file and returns the exit code; either a complete picture or only a message must result."""
+        """Draws a file and returns the exit code. The result must be either a complete picture, or only a message."""
         done = subprocess.run([SHM, "preview", str(path), "-o", out, "--size", "32x32", "-q", *words],
                               cwd=self.directory.name, capture_output=True, timeout=60)
         text, left = done.stderr.decode(), os.listdir(self.directory.name)
@@ -354,8 +354,7 @@ class PreviewTest(FolderTest):
 
     def test_faulty_files(self):
         os.remove(self.path("mesh.vtk"))
-        # These faults are in data that a picture of blocks does not need and therefore does not
-        # read.
+        # The following faults are in data that is not needed for a picture of blocks, and is therefore not read.
         unseen = re.compile("Index: |Step values: |Parts of step values: |A group after step values"
                             "|The sequence of the second chunk|Last group of .*: stream array"
                             "|Extras: a blob|Step times: of 2.24 |Old index: another first element of step values"
@@ -366,7 +365,7 @@ class PreviewTest(FolderTest):
         for number, _, sentence in lines[::3 if SANITIZED else 1]:
             path = GOLDEN / "faulty" / (number + ".shm")
             with self.subTest(file=number, sentence=sentence):
-                code = self.attempt(path, out="-")  # a file would be flushed to the disk
+                code = self.attempt(path, out="-")  # writing to a file would be slower, because it is flushed to the disk
                 codes[code] += 1
                 if code != 0:
                     self.assertEqual(self.attempt(path), code)

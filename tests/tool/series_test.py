@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests time series: some steps of a mesh, and one file for each step.
+"""Tests time series: commands that select some steps of a mesh, and series with one file for each step.
 
 Usage: series_test.py PATH_OF_SHM     (exit code 77, skipped, if VTK or NumPy is missing)
 """
@@ -52,7 +52,7 @@ class Steps(SeriesTest):
                (["--time", "1.5"], (3,)), (["--time", "1.5000001"], (3,)))
 
     def test_of_one_format(self):
-        """The result is the same as for a file without the other steps, including global variables."""
+        """The result must be the same as for a file that never had the other steps, including global variables."""
         self.exodus("run.e", range(6))
         self.shm("compress", "run.e", "-q")
         for words, steps in self.CHOICES:
@@ -168,7 +168,7 @@ class Files(SeriesTest):
             self.assert_step(f"a_000{step}.vtu", step)
 
     def test_formats_that_hold_many(self):
-        """With a pattern, the tool writes one file for each step, even in formats that store several steps."""
+        """If the output name has a pattern, the tool writes one file per step, even in formats that store several steps."""
         self.exodus("run.e", range(3))
         self.shm("convert", "run.e", "one_%d.e", "-q")
         self.shm("convert", "run.e", "one_%d.shm", "-q")
@@ -210,7 +210,7 @@ class Files(SeriesTest):
         self.shm("convert", "run.e", "y.pvd", code=4, stderr="y: is not a folder, but y.pvd needs one")
 
     def test_nothing_is_lost(self):
-        """Existing files, inputs, and data that the files cannot store: all are detected before writing."""
+        """Existing files, inputs, and data that the files cannot store are detected before any file is written."""
         self.exodus("run.e", range(6))
         self.shm("convert", "run.e", "a_%d.vtu", "--strict", code=6, stderr="global variables")
         self.shm("convert", "run.e", "a_%d_%d.vtu", code=2, stderr="one %d")
@@ -233,8 +233,8 @@ class Files(SeriesTest):
 
 
 def grid_at(step, **how):
-    """Returns a mesh of two hexahedra with fields at a step, as a VTK grid. `how`: differences from the other
-    meshes."""
+    """Returns a mesh of two hexahedra with fields at a step, as a VTK grid. `how`: in which respects the mesh differs from
+    the other meshes of the series."""
     grid = vtk.vtkUnstructuredGrid()
     points = vtk.vtkPoints()
     points.SetDataTypeToDouble()
@@ -274,7 +274,7 @@ def grid_at(step, **how):
 
 
 class Meshes(SeriesTest):
-    """Files of one step each, which are read as one mesh with steps."""
+    """Files with one step each, which the tool reads as one mesh with steps."""
 
     def vtk_file(self, file, step, mode="appended", **how):
         if file.endswith(".vtk"):
@@ -362,7 +362,7 @@ class Meshes(SeriesTest):
                     self.assertEqual(before["cell", "label"], after["cell", "label"])
 
     def test_one_file_of_many_steps(self):
-        """A format that stores one step receives the last step, and the loss is reported, also within the format."""
+        """A format that stores one step receives the last step. The loss is reported, even if the format does not change."""
         self.series("a_%d.vtu")
         self.shm("compress", "a_%d.vtu", "-o", "a.shm", "-q")
         self.shm("decompress", "a.shm", "-o", "last.vtu", "-q", stderr="time steps 0 to 3 of 5")
@@ -375,7 +375,7 @@ class Meshes(SeriesTest):
         self.assertEqual(self.times("some.shm"), [.25, .5])
 
     def test_appended(self):
-        """Appends files, single or as a series, whichever way FILE was created."""
+        """Appends single files or a series of files, whichever way FILE was created."""
         self.series("a_%d.vtu", range(6))
         self.series("all_%d.vtu", range(9))
         for order in ("keep", "stream"):
@@ -408,7 +408,7 @@ class Meshes(SeriesTest):
         self.shm("diff", "a.pvd", "a_%d.vtu")
 
     def test_removed(self):
-        """Sources are removed only if all of their steps are known to be stored."""
+        """Sources are removed only if it is known that all of their steps are stored."""
         self.series("a_%d.vtu", range(3))
         for words in (["a_%d.vtu", "-o", "a.shm"], ["c.pvd"]):
             self.write("c.pvd", self.collection_of([(step, f"a_{step}.vtu") for step in range(3)]))
@@ -422,7 +422,7 @@ class Meshes(SeriesTest):
         self.shm("diff", "a_%d.vtu", "b_%d.vtu")
 
     def test_times(self):
-        """Times come from the collection, from field data, or are numbers."""
+        """The times of steps come from the collection or from field data; otherwise they are 0, 1, 2, ..."""
         self.series("a_%d.vtu", (0, 2, 10))
         self.assertEqual(self.times("a_%d.vtu"), [0, .5, 2.5])
         self.series("b_%d.vtu", (3, 4), time="none")
@@ -484,7 +484,7 @@ class Meshes(SeriesTest):
                          ["a_0.vtu", "a_1.vtu", "a_2.vtu", "c_0.vtk", "e_0.e"])
 
     def test_what_is_not_kept(self):
-        """Field data is taken from the first file, which is reported once."""
+        """Field data is taken from the first file. If it differs in other files, that is reported once."""
         for step in range(4):
             self.vtk_file(f"a_{step}.vtk", step, cycle=100 * step)
         done = subprocess.run([SHM, "compress", "a_%d.vtk", "-o", "a.shm", "-q"], text=True,

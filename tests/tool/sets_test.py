@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests that sets are stored under keys that do not belong to a format, whatever the format of the source. Files of
+"""Tests that sets are stored under keys that do not belong to a format, whichever format the source has. Only files of
 version 0.9 store sets under keys of Exodus.
 
 sets_test.py SHM
@@ -20,18 +20,18 @@ from sample_meshes import TWO_BLOCKS
 SHM = "shm"
 GOLDEN = Path(__file__).resolve().parents[1] / "golden" / "0.9"
 
-# The same mesh with values that can be computed from the members: factors of 1, and an id that is
-# the position of the set.
+# The same mesh with values that can be computed from the members of the sets: all factors are 1, and the id of a set is
+# its position.
 OF_ONES = (TWO_BLOCKS.replace("dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 2", "dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 1")
            .replace("ss_prop1 = 3", "ss_prop1 = 1"))
-# The same mesh with a set without members, whose status is 0, and a set with another number of
-# factors than nodes.
+# The same mesh with two unusual sets: one without members, whose status is 0, and one whose number of factors is not
+# its number of nodes.
 ODD = (TWO_BLOCKS.replace("num_side_sets = 1", "num_side_sets = 2").replace("ss_status = 1 ;", "ss_status = 1, 0 ;")
        .replace("ss_prop1 = 3", "ss_prop1 = 3, 9").replace('ss_names = "inlet"', 'ss_names = "inlet", ""')
        .replace("num_df_ss1 = 8", "num_df_ss1 = 1").replace("dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 2", "dist_fact_ss1 = 4")
        .replace("ns_status = 1", "ns_status = 7"))
 
-# A Gmsh mesh with groups of surfaces and volumes: one group has no name, and one has two blocks.
+# A Gmsh mesh with groups of surfaces and of volumes. One group has no name, and one group has two blocks.
 GROUPS = """$MeshFormat
 2.2 0 8
 $EndMeshFormat

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs each command of shm once on a small mesh. Most Python tests of the tool do not run with sanitizers; this one does.
+"""Runs each command of shm once on a small mesh. Unlike most Python tests of the tool, this test also runs with sanitizers.
 
 Usage: smoke_test.py PATH_OF_SHM
 """
@@ -12,8 +12,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from folder_test import FolderTest, lacks
 from sample_meshes import write_vtk
 
-# By command: its calls, in order, and the files that they write. Earlier commands write the inputs
-# of later commands.
+# For each command: its calls in order, and the files that they write. Earlier commands write the inputs of later
+# commands.
 CALLS = {
     "compress": [["mesh.vtk", "-o", "mesh.shm", "--parity", "5"], ["mesh.vtk", "-o", "free.shm", "--order", "free", "--rel", "1e-3"],
                  ["moved.vtk", "-o", "moved.shm", "--level", "fast", "--segment-cells", "20"],

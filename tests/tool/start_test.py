@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests which libraries the tool loads: few when it starts, and those of a format only for a file of that format.
-Also tests the message if a library cannot be loaded.
+"""Tests which libraries the tool loads: only a few when it starts, and the libraries of a format only for a file of that
+format. Also tests the message if a library cannot be loaded.
 
 Usage: start_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool is linked to all libraries)
 """

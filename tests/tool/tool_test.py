@@ -206,8 +206,8 @@ class ToolTest(FolderTest):
         self.assertIn("shm repair -o OUT.shm", self.shm("verify", cut, code=3)[1])
         self.assertIn("shm repair -o OUT.shm",
                       self.shm("decompress", cut, "-o", self.path("x.vtk"), code=3)[1])
-        # Damages values at the end of the group, which is the second chunk; info does not read
-        # them.
+        # Damages values at the end of a group, which is the second chunk of the file. `info` does not read these
+        # values.
         third = [mark.start() for mark in re.finditer(b"SHMc", good)][2]
         damaged = bytearray(good)
         damaged[third - 1] ^= 0x10
@@ -223,7 +223,7 @@ class ToolTest(FolderTest):
         self.assert_only("mesh.vtk", "mesh.vtk.shm", "cut.shm")
 
     def test_an_index_that_lies_is_damage(self):
-        """Faulty files of tests/golden have a wrong field in the index, or a wrong box, and correct checksums."""
+        """These faulty files of tests/golden have correct checksums, but a wrong field in the index, or a wrong box."""
         folder = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "golden", "faulty")
         with open(os.path.join(folder, "list.txt"), encoding="utf-8") as lines:
             lies = [line.split(" ", 2) for line in lines if re.search(" [Ii]ndex: another | a box that is not ", line)]
@@ -357,7 +357,7 @@ class ToolTest(FolderTest):
         self.assertEqual(files[0], files[2])
 
     def test_key_steps(self):
-        """Constant values need few bytes, except in steps that do not refer to other steps."""
+        """The values are constant, so that they need few bytes, except in steps that do not refer to other steps."""
         mesh, packed = self.path("steps.msh"), self.path("steps.shm")
         corners = ("0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1")
         with open(mesh, "w") as out:
@@ -582,7 +582,7 @@ class ToolTest(FolderTest):
             write(lines(numbers))
             self.shm("compress", self.mesh, "-o", packed, *free)
             self.shm("verify", packed, "--against", self.mesh, "--cell-order", order)
-        write(lines(shuffled)[:-1])  # without a line end after the last number
+        write(lines(shuffled)[:-1])  # the file has no line end after the last number
         self.shm("compress", self.mesh, "-o", packed, *free, "--bits", "12", "--segment-cells", "30")
         self.shm("verify", packed, "--against", self.mesh, "--cell-order", order)
         self.shm("verify", packed, "--against", self.mesh, code=1)  # no known order
@@ -764,8 +764,7 @@ class ToolTest(FolderTest):
                   "blocks that array 'heat' covers (NaN on all other blocks)", factors, "QA records"]
         self.assertEqual(self.losses("convert", exodus, vtk), of_vtk)
         self.assertEqual(self.losses("convert", exodus, msh), [factors, "QA records"])
-        # The losses are the same from a .shm file; an Exodus file and a .shm file can store
-        # everything.
+        # The losses are the same if the source is a .shm file. Exodus files and .shm files can store everything.
         self.shm("compress", exodus, "-o", packed)
         self.assertEqual(self.losses("decompress", packed, "-o", vtk), of_vtk)
         self.assertEqual(self.losses("decompress", packed, "-o", self.path("back.e"), "--strict"), [])

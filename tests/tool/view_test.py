@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests shm view: the page contains exactly the given file, and no part of the file name acts as markup.
+"""Tests shm view. The page contains exactly the given file, and no part of the file name acts as markup.
 
 Usage: view_test.py PATH_OF_SHM
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests files that bench/whole generates: round trips of a small file of each family, and two sizes.
+"""Tests files that bench/whole generates: round trips of a small file of each family, and the sizes of two files.
 
 Usage: whole_files_test.py PATH_OF_SHM     (exit code 77, skipped, if NumPy or netCDF4 is missing)
 """

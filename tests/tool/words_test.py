@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests messages: a wrong call or file leads to a message of one line that names the error.
+"""Tests messages. A wrong call or file must cause a message of one line that names the error.
 
 Usage: words_test.py PATH_OF_SHM
 """

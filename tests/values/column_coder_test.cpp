@@ -108,7 +108,7 @@ const Elements& cells() {
 
 struct Plan {
   std::vector<std::size_t> groups,
-      tiles;  // ends of groups and of tiles as element indices, without the last end
+      tiles;  // element indices after the last element of each group or tile, except the last
   std::vector<char> covers;
   Level level = Level::standard;
   bool copies = true;
@@ -530,8 +530,8 @@ TEST(ColumnCoder, EarlierValuesAreRecalled) {
     }
 }
 
-/// Returns values of three components. Nine in ten elements equal the element a fixed distance
-/// back, which depends on the corner of the cell.
+/// Returns values of three components. Nine in ten elements equal an earlier element at a fixed
+/// distance, which depends on the corner of the cell.
 std::vector<double> standing_again(const Elements& elements, std::mt19937_64& random) {
   std::vector<double> values;
   for (std::size_t i = 0; i < elements.size(); ++i) {
@@ -789,7 +789,7 @@ TEST(ColumnCoder, DomainsChangeInProportionToElements) {
   }
   EXPECT_GT(under_zstd, 0);
 
-  // A writer that ignores this limit is refused, but not too early.
+  // A file whose writer ignored this limit is refused, but not too early.
   const auto shared = std::make_shared<const ArrayInfo>(info);
   ComponentCoder<SplitEncoder> careless(shared, 0, true);
   ComponentCoder<SplitDecoder> reader(shared, 0, true);

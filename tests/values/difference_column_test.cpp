@@ -1,6 +1,6 @@
-// Tests of values encoded as differences along numbers: all values are restored bit for bit,
-// whatever the numbers; smooth values need few bytes; error bounds hold; damaged bytes are handled
-// safely.
+// Tests of values encoded as differences along numbers. All values are restored bit for bit,
+// whatever the vertex or cell numbers are. Smooth values need few bytes, error bounds hold, and
+// damaged bytes are handled safely.
 #include "codecs/shifts/difference_column.h"
 #include "codecs/shared/codec_id.h"
 
@@ -113,8 +113,8 @@ Numbers shuffled(Numbers numbers) {
   std::shuffle(numbers.begin(), numbers.end(), random);
   return numbers;
 }
-/// Returns numbers of which few have known neighbours. Some numbers replace others in the table,
-/// and some occur again.
+/// Returns numbers that mostly have no known neighbours. Some numbers replace other numbers in the
+/// table, and some occur again.
 Numbers sparse() {
   Numbers numbers;
   std::mt19937_64 random(2);
@@ -229,8 +229,8 @@ std::vector<DomainKind> kinds_of(const DifferenceColumn::Encoded& encoded,
 
 // --- taps
 
-using Taps =
-    std::vector<std::pair<std::uint64_t, std::int64_t>>;  // each pair: how far back, and the factor
+/// Pairs of a distance back, and the factor of the value at that distance.
+using Taps = std::vector<std::pair<std::uint64_t, std::int64_t>>;
 Taps taps(const std::vector<Factor>& factors) {
   Taps list;
   for (const Tap& tap : taps_of(factors)) list.push_back({tap.back, tap.count});
@@ -251,7 +251,7 @@ TEST(Taps, AreProductsOfDifferences) {
   // The longest lags that can be encoded.
   const std::uint64_t longest = 0xffffffff;
   EXPECT_EQ(taps({{0xffffffff, 3}}), (Taps{{3 * longest, 1}, {2 * longest, -3}, {longest, 3}}));
-  // All of them predict a constant exactly.
+  // All combinations of taps predict a constant exactly.
   for (std::uint32_t a = 1; a <= kMostOrder; ++a)
     for (std::uint32_t b = 1; b <= kMostOrder; ++b)
       for (std::uint32_t c = 1; c <= kMostOrder; ++c) {
@@ -353,8 +353,8 @@ TEST(DifferenceColumn, OddFloats) {
     wide.push_back(std::uint64_t{it} << 32 | (it & 1 ? 0xffffffff : 0));
   expect_back_all(ScalarType::float32, narrow);
   expect_back_all(ScalarType::float64, wide);
-  // The values are doubles that all fit into float32, doubles that do not all fit, and -0.0 among
-  // multiples of a step.
+  // Tests doubles that all fit into float32, doubles that do not all fit, and -0.0 among multiples
+  // of a step.
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 3e38f, 1e-40f, -0.0});
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 1e39, 1e-50});
   expect_back_all<double>(ScalarType::float64, {.1, .2, -0.0});
@@ -499,7 +499,7 @@ TEST(DifferenceColumn, SmoothValuesCostLittle) {
              100;
     });
     EXPECT_LE(share(info, group), .01);
-    // The same values are in random order: at least the planes of high bytes are small.
+    // The same values in random order: at least the byte planes of high bytes are small.
     group.values = values_of(info, group.numbers, smooth);
     const double in_order = share(info, group);
     EXPECT_LE(in_order, type == ScalarType::float32 ? .55 : .75);

@@ -79,7 +79,7 @@ void expect_in_range(const Weights& weights) {
   for (std::int32_t it : weights) EXPECT_LE(std::abs(it), kMostWeight);
 }
 
-// Terms with equal values: only the sum of their weights is determined.
+// Tests terms with equal values, for which only the sum of their weights is determined.
 TEST(Fitting, EqualTerms) {
   std::mt19937_64 random(5);
   std::vector<FitSample> samples(100);

@@ -1,5 +1,5 @@
-// Tests that loops over all values compute the same indices of linear domains as a ValueTranslator
-// computes for each value.
+// Tests the loops that compute the indices of linear domains for all values together. The results
+// must equal those that a ValueTranslator computes for each single value.
 #include "codecs/patterns/linear_indices.h"
 
 #include <gtest/gtest.h>

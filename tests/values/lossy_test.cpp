@@ -217,7 +217,7 @@ TEST(Lossy, ThroughShifts) {
       std::size_t bytes = 0;
       const CompareReport report = round_trip(mesh, options, &bytes);
       EXPECT_TRUE(report.equal()) << part << "\n" << words(report);
-      EXPECT_GE(report.measured.size(), 2u);  // 40 bits of a float32 do not round
+      EXPECT_GE(report.measured.size(), 2u);  // quantization to 40 bits does not round a float32
       for (const MeasuredError& error : report.measured)
         EXPECT_LE(error.largest, error.promised) << error.what;
       EXPECT_GT(bytes, last);
@@ -227,8 +227,8 @@ TEST(Lossy, ThroughShifts) {
 }
 
 // Quantization steps depend on the magnitudes of the values. Even if the bound is near the distance
-// between neighbouring floats, errors stay within the bound and the size is no larger than
-// lossless.
+// between neighbouring floats, errors stay within the bound, and the file is no larger than with
+// lossless values.
 TEST(Lossy, TighterBoundsCostMoreButNotMoreThanLossless) {
   MemoryMesh mesh = grid_mesh(12, 12, 12);
   std::mt19937_64 random(1);

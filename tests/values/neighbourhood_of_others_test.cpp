@@ -1,6 +1,5 @@
-// Tests of the neighbourhoods of cells other than hexahedra: on lattices, where the expected result
-// is obvious, and in random meshes, where a neighbourhood must not contain vertices that do not
-// exist.
+// Tests of the neighbourhoods of cells other than hexahedra. On lattices the expected result is
+// obvious. In random meshes, a neighbourhood must not contain vertices that do not exist.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -94,7 +93,7 @@ Point sum(std::initializer_list<std::pair<std::int32_t, std::uint64_t>> terms) {
   return p;
 }
 
-/// Returns cells that divide each cube of the lattice; `parts` contains the corners of each cell in
+/// Returns cells that divide each cube of the lattice. `parts` contains the corners of each cell in
 /// VTK's order. `layers`: number of layers of cubes.
 std::vector<TestedCell> cut_lattice(CellShape shape, const Parts& parts,
                                     std::uint64_t layers = kSide - 1) {
@@ -301,8 +300,8 @@ TEST(NeighbourhoodOfOthers, ReachOnlyAdds) {
   }
 }
 
-// The meshes consist of cells of random shapes and vertices in moving windows, including degenerate
-// cells.
+// The meshes consist of cells with random shapes, also degenerate cells. Their vertices are chosen
+// from windows that move along the vertex numbers.
 TEST(NeighbourhoodOfOthers, NamesOnlyWhatIsThere) {
   using enum CellShape;
   constexpr std::array<std::pair<CellShape, std::size_t>, 12> kShapes = {{{hexahedron, 8},

@@ -1,5 +1,5 @@
-// Tests of neighbourhoods: on grids, where the expected result is obvious, for all rotations of
-// hexahedra, and in random meshes, where a neighbourhood must not contain vertices that do not
+// Tests of neighbourhoods on grids, where the expected result is obvious; for all rotations of
+// hexahedra; and in random meshes, where a neighbourhood must not contain vertices that do not
 // exist.
 #include "codecs/shared/neighbourhood.h"
 
@@ -24,8 +24,8 @@ Point plus(const Point& p, const Point& q, std::int32_t times) {
   return {p[0] + times * q[0], p[1] + times * q[1], p[2] + times * q[2]};
 }
 
-/// A cell as a list of vertex numbers. A hexahedron also has its corners relative to the coder's
-/// frame.
+/// A cell as a list of vertex numbers. For a hexahedron, also contains its corners relative to the
+/// coder's frame.
 struct TestedCell {
   std::vector<std::uint64_t> vertices;
   bool hexahedral = true;
@@ -104,8 +104,8 @@ enum class Turned { no, rotated, mirrored };
 struct Grid {
   Point size;
   std::vector<TestedCell> cells;
-  /// Positions of the corners, by cell and corner bits, of the stored corners and of the corners in
-  /// the frame.
+  /// Positions of the corners, by cell and corner bits: corners in stored order, and corners in the
+  /// frame.
   std::vector<std::array<Point, 8>> stored, frame;
 
   Grid(const Point& n, Turned turned) : size(n) {
@@ -202,8 +202,8 @@ TEST(Neighbourhood, OfVerticesOfAGrid) {
   for (const Seen& seen : walk.vertices) {
     const Point p = grid.point(seen.element);
     if (p[0] < 1 || p[1] < 1 || p[2] < 1) continue;
-    // A cell inside the grid introduces a single vertex, whose neighbourhood contains all other
-    // corners.
+    // A cell inside the grid introduces a single vertex. The neighbourhood of the vertex contains
+    // all other corners of the cell.
     std::uint32_t wanted = 0;
     const bool lattice = p[0] >= 2 && p[1] >= 2 && p[2] >= 2;
     if (lattice) wanted |= Neighbourhood::kLattice;
@@ -453,7 +453,8 @@ TEST(Neighbourhood, ARepeatedCornerIsNotItsOwnNeighbour) {
       }
   const Seen& last = walk.vertices[5];  // position 6 is introduced last, at 7
   EXPECT_EQ(last.element, 5u);
-  EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice));  // vertex 6 is at both corners by then
+  // At that time, vertex 6 is known at both corners.
+  EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice));
   EXPECT_EQ(walk.vertices[6].around.known, 0);
 }
 

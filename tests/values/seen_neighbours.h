@@ -1,5 +1,5 @@
-// Collects the results of a NeighbourFinder for each new vertex and each cell, as vertex and cell
-// numbers.
+// Records the neighbours that a NeighbourFinder returns for each new vertex and each cell, as
+// vertex and cell numbers.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ namespace shm {
 struct Seen {
   std::uint64_t element = 0, cell = 0;
   Neighbourhood around;
-  std::array<std::uint64_t, 13>
-      at{};  // numbers of the neighbours (of a vertex: vertices, of a cell: cells)
+  /// Numbers of the neighbours: vertices for a vertex, cells for a cell.
+  std::array<std::uint64_t, 13> at{};
 
   bool knows(std::uint32_t bits) const { return around.knows(bits); }
 };

@@ -1,5 +1,5 @@
-// Tests of values encoded by terms: the state that a group inherits from the previous group is the
-// same in encoder and decoder.
+// Tests of values encoded by terms. The state that a group inherits from the previous group must be
+// the same in encoder and decoder.
 #include "codecs/patterns/term_column.h"
 #include "codecs/shared/codec_id.h"
 
@@ -74,7 +74,7 @@ std::vector<T> some_of(std::span<const T> words, std::size_t count) {
 }
 
 TEST(TermColumn, StatesBehindAShuffledGroupAreTranslatedToATable) {
-  // The rank of 0 is 1, and so is the state of the vertices that the shuffled group left.
+  // The rank of the value 0 is 1. The vertices of the shuffled group have the state 1, too.
   using Limits = std::numeric_limits<std::int64_t>;
   const std::vector<std::int64_t> words{Limits::min(), 0, 1, Limits::max() / 2, Limits::max()};
   std::vector<std::int64_t> names;
@@ -163,8 +163,8 @@ std::vector<T> special_walk(std::size_t count, std::uint32_t seed) {
   return values;
 }
 
-/// Codes in pieces of several hundred and several thousand elements, and checks that all bits are
-/// restored.
+/// Encodes and decodes in pieces of several hundred and several thousand elements, and checks that
+/// all bits are restored.
 template <class T>
 void expect_back_in_pieces(ScalarType type, bool of_vertices) {
   constexpr std::size_t kCount = 5000;

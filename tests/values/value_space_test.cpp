@@ -1,6 +1,6 @@
-// Tests of value spaces, translators and the choice of a domain: every value has an index, indices
-// are in the order of values, and each value can be computed from its index. A value without an
-// index is reported.
+// Tests of value spaces, translators and the choice of a domain. Every value has an index, indices
+// are in the order of values, and each value can be computed from its index. If a value has no
+// index, that is reported.
 
 #include <gtest/gtest.h>
 

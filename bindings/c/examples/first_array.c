@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
 
   want.type = array.type;
   if (shmf_read(file, &want, 1, NULL, &why) != SHMF_OK)
-    return failed(file, &why); /* sets want.used */
+    return failed(file, &why); /* the call sets want.used, the size of the array in bytes */
   want.data = malloc(want.used);
   want.bytes = want.used;
   if (shmf_read(file, &want, 1, NULL, &why) != SHMF_OK) return failed(file, &why);

@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   const double times[3] = {0, 0.5, 1};
 
   if (argc != 2) return fprintf(stderr, "usage: write_steps FILE.shm\n"), SHMF_MISUSE;
-  for (int v = 0; v < VERTICES; ++v) { /* four vertices per layer, around the axis x */
+  for (int v = 0; v < VERTICES; ++v) { /* each layer has four vertices around the axis x */
     points[v][0] = v / 4 * 0.1;
     points[v][1] = v % 4 == 1 || v % 4 == 2;
     points[v][2] = v % 4 >= 2;

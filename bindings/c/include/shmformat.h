@@ -39,9 +39,9 @@
 
    Conventions
    - The prefix is shmf_, because shm_open(), SHM_INFO, SHM_LOCK ... belong to POSIX shared memory.
-   - Every function that can fail returns a shmf_status, 0 for success, and describes a failure in
-     `error`, which may be NULL. After a failure a handle can still be closed or freed; the contents
-     of memory for results are then undefined.
+   - Every function that can fail returns a shmf_status: 0 for success. It describes a failure in
+     `error`, which may be NULL. After a failure, a handle can still be closed or freed, and memory
+     for results has undefined contents.
    - Structs begin with struct_size, which the caller sets to the sizeof in its own version of this
      header. Later versions add members at the end. The library reads and writes at most struct_size
      bytes, and reads missing members as 0. 0 always means the default.
@@ -89,23 +89,23 @@ extern "C" {
    version of the loaded library in the same form. */
 #define SHMF_VERSION (1000000 * SHMF_VERSION_MAJOR + 1000 * SHMF_VERSION_MINOR + SHMF_VERSION_PATCH)
 SHMF_API uint32_t shmf_version(void);
-SHMF_API const char* shmf_version_string(void); /* e.g. "0.10.0" */
+SHMF_API const char* shmf_version_string(void); /* For example "0.10.0". */
 
-/* Frozen numbers; 1 to 7 are the same as in shm::ErrorCode. */
+/* Status of a call. The numbers are frozen; 1 to 7 are the same as in shm::ErrorCode. */
 typedef enum shmf_status {
   SHMF_OK = 0,
-  SHMF_IO = 1,          /* the system or a callback failed to deliver bytes */
-  SHMF_TRUNCATED = 2,   /* the file ends before it should */
-  SHMF_CORRUPT = 3,     /* the file contradicts itself or a checksum */
-  SHMF_UNSUPPORTED = 4, /* valid, but needs a feature that this library does not support */
-  SHMF_OVER_LIMIT = 5,  /* the file needs more than the limits in shmf_open_options */
-  SHMF_MISUSE = 6,      /* the caller violated the contract of a call */
-  SHMF_OUTPUT = 7,      /* the output could not be written */
+  SHMF_IO = 1,          /* The system or a callback failed to deliver bytes. */
+  SHMF_TRUNCATED = 2,   /* The file ends before it should. */
+  SHMF_CORRUPT = 3,     /* The file contradicts itself or a checksum. */
+  SHMF_UNSUPPORTED = 4, /* The file needs a feature that this library does not support. */
+  SHMF_OVER_LIMIT = 5,  /* The file exceeds a limit in shmf_open_options. */
+  SHMF_MISUSE = 6,      /* The caller violated the contract of a call. */
+  SHMF_OUTPUT = 7,      /* The output could not be written. */
   SHMF_NO_MEMORY = 8,
-  SHMF_CANCELLED = 9 /* progress() returned nonzero */
+  SHMF_CANCELLED = 9 /* progress() returned nonzero. */
 } shmf_status;
-SHMF_API const char* shmf_status_name(
-    int32_t status); /* e.g. "corrupt"; "unknown" for other numbers */
+/* Returns the name of a status, e.g. "corrupt"; "unknown" for other numbers. */
+SHMF_API const char* shmf_status_name(int32_t status);
 
 #define SHMF_NO_OFFSET UINT64_MAX
 
@@ -114,11 +114,11 @@ SHMF_API const char* shmf_status_name(
 typedef struct shmf_error {
   int32_t status; /* a shmf_status */
   int32_t reserved;
-  uint64_t offset;   /* byte offset in the file, or SHMF_NO_OFFSET if unknown */
-  char section[120]; /* part of the file, e.g. "group 3, geometry" */
-  char detail[360];  /* one human-readable sentence, without file and place */
-  char message[528]; /* all of the above in one line: "run.shm: group 3, geometry, at byte 812: ..."
-                      */
+  uint64_t offset;   /* Byte offset in the file; SHMF_NO_OFFSET if unknown. */
+  char section[120]; /* Part of the file, e.g. "group 3, geometry". */
+  char detail[360];  /* One sentence for humans, without the file name and the place. */
+  /* File, place and detail in one line: "run.shm: group 3, geometry, at byte 812: ..." */
+  char message[528];
 } shmf_error;
 
 /* ---- Constants of the format (the values in the file) ---------------------------------------- */
@@ -135,7 +135,8 @@ typedef enum shmf_type {
   SHMF_FLOAT32 = 9,
   SHMF_FLOAT64 = 10
 } shmf_type;
-SHMF_API size_t shmf_type_bytes(int32_t type); /* bytes: 1, 2, 4 or 8; 0 if unknown */
+/* Returns the size of a value in bytes: 1, 2, 4 or 8; 0 if the type is unknown. */
+SHMF_API size_t shmf_type_bytes(int32_t type);
 
 typedef enum shmf_shape {
   SHMF_OTHER = 0,
@@ -148,20 +149,23 @@ typedef enum shmf_shape {
   SHMF_PYRAMID = 7,
   SHMF_WEDGE = 8,
   SHMF_HEXAHEDRON = 9,
-  SHMF_POLYHEDRON = 10, /* a list of the vertices of its faces, face after face; an extra of the
-                           source format contains the face sizes */
-  SHMF_FACES = 11       /* a polyhedron, face by face; each face ends with its first vertex again */
+  /* A polyhedron as a list of the vertices of its faces, face after face. An extra of the source
+     format contains the number of vertices of each face. */
+  SHMF_POLYHEDRON = 10,
+  /* A polyhedron as a list of the vertices of its faces, in which each face ends with its first
+     vertex again. */
+  SHMF_FACES = 11
 } shmf_shape;
-/* Returns VTK's cell type of a shape with `nodes` nodes: 12, 25, 29 for hexahedra of 8, 20, 27
-   nodes, ...; 2 (a poly-vertex) if VTK has no such cell, 41 (a convex point set) for
-   SHMF_POLYHEDRON, 42 for SHMF_FACES. */
+/* Returns VTK's cell type of a shape with `nodes` nodes, e.g. 12, 25 and 29 for hexahedra of 8, 20
+   and 27 nodes. Returns 2 (a poly-vertex) if VTK has no such cell, 41 (a convex point set) for
+   SHMF_POLYHEDRON, and 42 for SHMF_FACES. */
 SHMF_API int32_t shmf_vtk_cell_type(int32_t shape, uint32_t nodes);
 
-enum { SHMF_POINT_DATA = 0, SHMF_CELL_DATA = 1 }; /* location of an array */
+enum { SHMF_POINT_DATA = 0, SHMF_CELL_DATA = 1 }; /* Location of an array. */
 enum { SHMF_ORDER_KEEP = 0, SHMF_ORDER_STREAM = 1, SHMF_ORDER_FREE = 2 };
 enum { SHMF_REFERS_TO_NOTHING = 0, SHMF_REFERS_TO_VERTICES = 1, SHMF_REFERS_TO_CELLS = 2 };
 enum { SHMF_LEVEL_DEFAULT = 0, SHMF_LEVEL_FAST = 1, SHMF_LEVEL_BEST = 2 };
-enum { SHMF_NODE_SET = 0, SHMF_SIDE_SET = 1, SHMF_ELEMENT_SET = 2 }; /* kind of a set */
+enum { SHMF_NODE_SET = 0, SHMF_SIDE_SET = 1, SHMF_ELEMENT_SET = 2 }; /* Kind of a set. */
 
 /* ---- Opening --------------------------------------------------------------------------------- */
 
@@ -177,8 +181,8 @@ typedef struct shmf_open_options {
   int32_t damaged;
   uint32_t max_arrays, max_static_components, max_blocks, max_segments;
   uint64_t max_active_vertices, max_chunk_bytes, max_group_bytes, max_extra_bytes, max_steps;
-  /* Since 0.10. Without limits, the size of the result is unlimited. max_decoded_bytes applies to
-     shmf_decoder. */
+  /* Members added in version 0.10. By default, the size of the result is not limited.
+     max_decoded_bytes applies only to a shmf_decoder. */
   uint64_t max_unpacked_bytes, max_column_bytes, max_vertices, max_cells, max_decoded_bytes;
   uint64_t max_active_bytes;
 } shmf_open_options;
@@ -188,12 +192,12 @@ typedef struct shmf_range {
 } shmf_range;
 
 /* A source with random access: ranges of a URL, an object store, a part of another file. The
-   library calls its functions in the thread of the call that needs the bytes, one call at a time,
-   never for bytes beyond `bytes`. */
+   library calls the functions of the source in the thread of the call that needs the bytes, one at
+   a time, and never reads beyond `bytes`. */
 typedef struct shmf_source {
   size_t struct_size;
   void* context;
-  uint64_t bytes; /* size of the whole file */
+  uint64_t bytes; /* Size of the whole file in bytes. */
   /* Fills `into` with the `count` bytes from `offset` on and returns 0. Any other result is a
      failure (SHMF_IO); `why` may then receive a sentence of at most `why_bytes` bytes, including
      its terminating 0. */
@@ -202,8 +206,8 @@ typedef struct shmf_source {
   /* May be NULL. Releases the source; called once, by shmf_close() or when opening fails. */
   void (*close)(void* context);
   /* May be NULL. Announces the ranges that read_at() will be called for next, mostly in this order,
-     so that a remote source can fetch them together. Some of them may never be read. The list is
-     valid during the call. */
+     so that a remote source can fetch several ranges together. Some ranges may never be read. The
+     list is valid during the call. */
   void (*prefetch)(void* context, const shmf_range* ranges, size_t count);
 } shmf_source;
 
@@ -222,13 +226,14 @@ SHMF_API shmf_status shmf_open_source(const shmf_source* source, const shmf_open
 /* Closes a file. NULL is allowed. */
 SHMF_API void shmf_close(shmf_file* file);
 
-/* Archives contain several files. shmf_member_count() returns the number of these members, or 0 if
-   the file is not an archive. Calls that read from the archive itself are SHMF_MISUSE; open a
-   member instead. The archive may be closed before its members. */
+/* Archives contain several files, called members. Calls that read from the archive itself are
+   SHMF_MISUSE; open a member instead. The archive may be closed before its members. */
+/* Returns the number of members, or 0 if the file is not an archive. */
 SHMF_API uint32_t shmf_member_count(const shmf_file* archive);
-SHMF_API int32_t shmf_is_archive(const shmf_file* file); /* 1 for an archive, even if it is empty */
-SHMF_API const char* shmf_member_name(const shmf_file* archive,
-                                      uint32_t member); /* NULL if there is no such member */
+/* Returns 1 for an archive, even if it is empty, otherwise 0. */
+SHMF_API int32_t shmf_is_archive(const shmf_file* file);
+/* Returns the name of a member, or NULL if there is no such member. */
+SHMF_API const char* shmf_member_name(const shmf_file* archive, uint32_t member);
 SHMF_API shmf_status shmf_open_member(const shmf_file* archive, uint32_t member,
                                       const shmf_open_options* options, shmf_file** file,
                                       shmf_error* error);
@@ -237,25 +242,26 @@ SHMF_API shmf_status shmf_open_member(const shmf_file* archive, uint32_t member,
 
 typedef struct shmf_info {
   size_t struct_size;
-  uint64_t vertices, cells, hexahedra; /* of a damaged file: the original counts, if known */
-  uint64_t steps; /* number of time steps; each array has values at some of them */
+  /* Counts of the whole mesh; for a damaged file the original counts, if they are known. */
+  uint64_t vertices, cells, hexahedra;
+  uint64_t steps; /* Number of time steps; each array has values at some of them. */
   uint64_t file_bytes;
   uint32_t blocks, arrays, segments;
-  int32_t coordinate_type; /* a shmf_type: SHMF_FLOAT32 or SHMF_FLOAT64 */
-  int32_t order;           /* SHMF_ORDER_KEEP: vertices and cells have their original numbers */
+  int32_t coordinate_type; /* Type of coordinates: SHMF_FLOAT32 or SHMF_FLOAT64. */
+  int32_t order; /* With SHMF_ORDER_KEEP, vertices and cells have their original numbers. */
   int32_t reserved;
-  const char* source_format; /* "exodus", "vtk", "gmsh", ..., or "" */
-  double coordinate_error;   /* 0: lossless; otherwise the largest error of a coordinate */
+  const char* source_format; /* Source format: "exodus", "vtk", "gmsh", ..., or "". */
+  double coordinate_error;   /* Largest error of a coordinate; 0: lossless. */
 } shmf_info;
 SHMF_API shmf_status shmf_get_info(const shmf_file* file, shmf_info* info, shmf_error* error);
 
 typedef struct shmf_block {
   size_t struct_size;
-  int64_t id; /* id of the block in the source; need not be unique */
+  int64_t id; /* Id of the block in the source; need not be unique. */
   const char* name;
-  int32_t shape;           /* a shmf_shape */
-  uint32_t nodes_per_cell; /* 0: varies from cell to cell */
-  uint64_t cells;          /* number of cells; a writer ignores it */
+  int32_t shape;           /* Shape of the cells, a shmf_shape. */
+  uint32_t nodes_per_cell; /* Number of nodes per cell; 0: varies from cell to cell. */
+  uint64_t cells;          /* Number of cells. Writers ignore this member. */
 } shmf_block;
 SHMF_API shmf_status shmf_get_block(const shmf_file* file, uint32_t block, shmf_block* info,
                                     shmf_error* error);
@@ -263,31 +269,33 @@ SHMF_API shmf_status shmf_get_block(const shmf_file* file, uint32_t block, shmf_
 typedef struct shmf_array {
   size_t struct_size;
   const char* name;
-  const char* role; /* "" for data; otherwise the source's name for this kind of array:
-                       "exodus:node_num_map" */
-  int32_t location; /* SHMF_POINT_DATA or SHMF_CELL_DATA */
-  int32_t type;     /* a shmf_type */
+  /* "" for data; otherwise the source's name for this kind of array, e.g. "exodus:node_num_map". */
+  const char* role;
+  int32_t location; /* SHMF_POINT_DATA or SHMF_CELL_DATA. */
+  int32_t type;     /* Type of the values, a shmf_type. */
   uint32_t components;
-  int32_t per_step;  /* 1: has values at each of some time steps; 0: static */
-  uint64_t elements; /* number of vertices, or of cells in `blocks`, that have values; a writer
-                        ignores it */
-  const uint32_t*
-      blocks; /* cell data: indices of the blocks that have values, ascending; NULL: all blocks */
+  /* 1: the array has values at each of some time steps; 0: the array is static. */
+  int32_t per_step;
+  /* Number of vertices, or of cells in `blocks`, that have values. Writers ignore this member. */
+  uint64_t elements;
+  /* For cell data: indices of the blocks that have values, ascending; NULL: all blocks. */
+  const uint32_t* blocks;
   uint32_t block_count;
   uint32_t reserved;
-  double error; /* 0: lossless; otherwise the largest error of a value */
+  double error; /* Largest error of a value; 0: lossless. */
 } shmf_array;
 SHMF_API shmf_status shmf_get_array(const shmf_file* file, uint32_t array, shmf_array* info,
                                     shmf_error* error);
-/* Returns the index of the first array of that name and location, or -1. */
+/* Returns the index of the first array with this name and location, or -1. */
 SHMF_API int64_t shmf_find_array(const shmf_file* file, int32_t location, const char* name);
 
 /* A segment: a run of cells that can be decoded independently. */
 typedef struct shmf_segment {
   size_t struct_size;
-  uint64_t first_cell, cells, first_vertex, vertices; /* in coding order */
-  uint64_t bytes;                                     /* size of its groups in the file */
-  double box[6]; /* smallest x y z, largest x y z; +inf and -inf if it has no vertices */
+  /* Ranges of cells and vertices in coding order. */
+  uint64_t first_cell, cells, first_vertex, vertices;
+  uint64_t bytes; /* Size of the segment's groups in the file. */
+  double box[6];  /* Smallest x y z, largest x y z; +inf and -inf if the segment has no vertices. */
 } shmf_segment;
 SHMF_API shmf_status shmf_get_segment(const shmf_file* file, uint32_t segment, shmf_segment* info,
                                       shmf_error* error);
@@ -305,48 +313,50 @@ SHMF_API shmf_status shmf_get_steps(shmf_file* file, uint32_t array, const uint6
 typedef struct shmf_extra {
   size_t struct_size;
   const char* key;
-  int32_t type;          /* a shmf_type */
-  int32_t refers;        /* SHMF_REFERS_TO_...: the meaning of the values */
-  const uint64_t* shape; /* size in each dimension, row-major */
+  int32_t type;          /* Type of the values, a shmf_type. */
+  int32_t refers;        /* SHMF_REFERS_TO_...: the kind of numbers that the values are. */
+  const uint64_t* shape; /* Size in each dimension, row-major. */
   const void* data;
   uint64_t bytes;
-  uint32_t dimensions; /* number of entries of `shape` */
+  uint32_t dimensions; /* Number of entries of `shape`. */
   uint32_t reserved;
 } shmf_extra;
-/* The first call of one of the next four functions reads all extras of the file. */
+/* shmf_extra_count(), shmf_get_extra(), shmf_set_count() and shmf_get_set(): the first call of any
+   of these functions reads all extras of the file. */
 SHMF_API shmf_status shmf_extra_count(shmf_file* file, uint64_t* count, shmf_error* error);
 SHMF_API shmf_status shmf_get_extra(shmf_file* file, uint64_t extra, shmf_extra* info,
                                     shmf_error* error);
 
-/* A named set, from any format: sets of Exodus, physical groups of Gmsh. */
+/* A named set of any format, e.g. a set of Exodus or a physical group of Gmsh. */
 typedef struct shmf_set {
   size_t struct_size;
-  int32_t kind; /* SHMF_NODE_SET, SHMF_SIDE_SET or SHMF_ELEMENT_SET */
+  int32_t kind; /* SHMF_NODE_SET, SHMF_SIDE_SET or SHMF_ELEMENT_SET. */
   uint32_t block_count;
   int64_t id;
-  const char* name; /* "" if it has none */
+  const char* name; /* Name of the set; "" if it has no name. */
   uint64_t members;
-  const uint64_t* numbers; /* vertices of a node set, otherwise cells; numbers in the whole mesh */
-  const int32_t* sides;    /* side sets: side of each cell, from 1, as in Exodus; otherwise NULL */
-  const uint32_t* blocks;  /* element sets: all cells of these blocks belong to the set too */
+  /* Vertex numbers of a node set, cell numbers of other sets; both refer to the whole mesh. */
+  const uint64_t* numbers;
+  const int32_t* sides; /* Side sets: side of each cell, from 1, as in Exodus; other sets: NULL. */
+  const uint32_t* blocks; /* Element sets: blocks whose cells all belong to the set too. */
   uint64_t factor_count;
-  const double* factors; /* distribution factors, unless all are 1 */
+  const double* factors; /* Distribution factors; NULL if all are 1. */
 } shmf_set;
 SHMF_API shmf_status shmf_set_count(shmf_file* file, uint64_t* count, shmf_error* error);
 SHMF_API shmf_status shmf_get_set(shmf_file* file, uint64_t set, shmf_set* info, shmf_error* error);
 
 /* ---- Whole arrays of all or of selected cells ------------------------------------------------ */
 
-/* Options of calls that may take long. `progress` is called regularly, in the caller's thread, with
-   the completed fraction, 0 to 1; if it returns nonzero, the call ends with SHMF_CANCELLED. It may
-   be NULL, and so may the pointer to this struct. */
+/* Options of calls that may take long. `progress` may be NULL. It is called regularly, in the
+   caller's thread, with the completed fraction, 0 to 1; if it returns nonzero, the call ends with
+   SHMF_CANCELLED. */
 typedef struct shmf_run_options {
   size_t struct_size;
   int (*progress)(void* context, double done);
   void* context;
   /* Number of threads that decode segments in addition to the caller's thread. 0, 1: no such
-     threads; SHMF_ALL_THREADS: one per core. Time steps are decoded in the caller's thread. Results
-     do not depend on it. */
+     threads; SHMF_ALL_THREADS: one per core. Time steps are always decoded in the caller's thread.
+     Results do not depend on the number of threads. */
   uint32_t threads;
   uint32_t reserved;
 } shmf_run_options;
@@ -355,12 +365,12 @@ typedef struct shmf_run_options {
 /* Selects the cells that meet every given condition. */
 typedef struct shmf_selection {
   size_t struct_size;
-  uint64_t first_cell, end_cell; /* cell numbers first_cell to end_cell - 1; 0, 0: no condition */
-  const uint32_t* blocks;        /* indices of blocks, ascending; NULL: no condition */
+  uint64_t first_cell, end_cell; /* Cell numbers first_cell to end_cell - 1; 0, 0: no condition. */
+  const uint32_t* blocks;        /* Indices of blocks, ascending; NULL: no condition. */
   uint32_t block_count;
   int32_t has_box;
-  double box[6]; /* smallest x y z, largest x y z: selects cells with a vertex in this box */
-  const uint64_t* numbers; /* single cell numbers, ascending; NULL: no condition */
+  double box[6]; /* Smallest x y z, largest x y z: selects cells with a vertex in this box. */
+  const uint64_t* numbers; /* Individual cell numbers, ascending; NULL: no condition. */
   uint64_t number_count;
 } shmf_selection;
 
@@ -370,58 +380,59 @@ typedef struct shmf_counts {
 } shmf_counts;
 
 /* Selects the cells that later calls of shmf_read() return, with their vertices. NULL selects all
-   cells, and also vertices that no cell uses. The counts come from the index; but for selections,
-   for cells of varying size and for damaged files the connectivity is decoded to count them. In a
-   selection, vertices and cells are renumbered from 0 without changing their order; shmf_read()
-   returns the old numbers on request. `run` may be NULL. */
+   cells, and also vertices that no cell uses. The counts come from the index. For selections, for
+   cells with varying numbers of nodes and for damaged files, the connectivity is decoded to count
+   the elements. In a selection, vertices and cells are renumbered from 0 without changing their
+   order; shmf_read() returns the old numbers on request. `run` may be NULL. */
 SHMF_API shmf_status shmf_select(shmf_file* file, const shmf_selection* selection,
                                  const shmf_run_options* run, shmf_counts* counts,
                                  shmf_error* error);
 
-/* Contents of a target. Vertex and cell numbers and offsets have an integer type of 32 or 64
-   bits. */
+/* Contents of a target. Vertex numbers, cell numbers and offsets are integers of 32 or 64 bits. */
 typedef enum shmf_what {
-  SHMF_POINTS =
-      1, /* 3 coordinates of each vertex; SHMF_FLOAT32 or SHMF_FLOAT64, converted if necessary */
-  SHMF_CORNERS = 2,        /* vertex number of each corner, cell after cell */
-  SHMF_CORNER_BEGIN = 3,   /* offset of each cell's first corner; cells + 1 elements */
-  SHMF_CELL_BLOCKS = 4,    /* block index of each cell; SHMF_UINT32 or SHMF_INT32 */
-  SHMF_CELL_TYPES = 5,     /* VTK's type of each cell; SHMF_UINT8 */
-  SHMF_VERTEX_NUMBERS = 6, /* number of each vertex in the whole mesh */
-  SHMF_CELL_NUMBERS = 7,   /* number of each cell in the whole mesh */
-  /* Values of an array at a step (0 if the array is not per step): elements * components values, of
-     the array's type; arrays of SHMF_FLOAT64 may be read as SHMF_FLOAT32 too. For cell data, the
+  /* 3 coordinates of each vertex; SHMF_FLOAT32 or SHMF_FLOAT64, converted if necessary. */
+  SHMF_POINTS = 1,
+  SHMF_CORNERS = 2,        /* Vertex number of each corner, cell after cell. */
+  SHMF_CORNER_BEGIN = 3,   /* Offset of each cell's first corner; cells + 1 elements. */
+  SHMF_CELL_BLOCKS = 4,    /* Block index of each cell; SHMF_UINT32 or SHMF_INT32. */
+  SHMF_CELL_TYPES = 5,     /* VTK's type of each cell; SHMF_UINT8. */
+  SHMF_VERTEX_NUMBERS = 6, /* Number of each vertex in the whole mesh. */
+  SHMF_CELL_NUMBERS = 7,   /* Number of each cell in the whole mesh. */
+  /* Values of an array at a step (0 if the array is not per step): elements * components values of
+     the array's type. An array of SHMF_FLOAT64 may be read as SHMF_FLOAT32 too. For cell data, the
      elements are the selected cells that have values, in order; see SHMF_FILL. */
   SHMF_VALUES = 8
 } shmf_what;
 
-/* Flag for SHMF_VALUES of cell data: returns one element for every cell; NaN (integers: 0) for
-   cells without values. */
+/* Flag for SHMF_VALUES of cell data: requests one element for every cell. Cells without values
+   receive NaN, or 0 for integers. */
 enum { SHMF_FILL = 1 };
 
 /* One array that shmf_read() fills, or that shmf_writer_mesh() writes. */
 typedef struct shmf_target {
   size_t struct_size;
-  int32_t what;   /* a shmf_what */
-  int32_t type;   /* a shmf_type: the type in `data` */
-  uint32_t array; /* SHMF_VALUES: index of the array */
-  uint32_t flags; /* 0 or SHMF_FILL */
-  uint64_t step;  /* SHMF_VALUES: step of the array */
-  void* data; /* memory of the caller, aligned for the type; NULL: shmf_read() only sets `used` */
-  uint64_t bytes; /* size of `data`. Excess bytes are not touched. If it is too small, the call
-                     fails with SHMF_MISUSE before anything is read */
-  uint64_t used;  /* output: the number of bytes needed, set even if `bytes` is too small */
+  int32_t what;   /* Contents of the target, a shmf_what. */
+  int32_t type;   /* Type of the elements of `data`, a shmf_type. */
+  uint32_t array; /* For SHMF_VALUES: index of the array. */
+  uint32_t flags; /* Flags: 0 or SHMF_FILL. */
+  uint64_t step;  /* For SHMF_VALUES: time step of the array. */
+  /* Memory of the caller, aligned for the type. If `data` is NULL, shmf_read() only sets `used`. */
+  void* data;
+  /* Size of `data`. Excess bytes are not touched. If `data` is too small, the call fails with
+     SHMF_MISUSE before anything is read. */
+  uint64_t bytes;
+  uint64_t used; /* Output: the number of bytes needed, set even if `bytes` is too small. */
 } shmf_target;
 
-/* Fills all targets in one pass, so request everything in one call. Other data is neither fetched
-   nor decoded; time steps are read without the mesh if possible. If vertex or cell numbers do not
-   fit a requested 32-bit type, the call fails with SHMF_MISUSE before anything is read. `run` may
-   be NULL. */
+/* Fills all targets in one pass over the file, so that one call should request everything. Other
+   data is neither fetched nor decoded; time steps are read without the mesh if possible. If vertex
+   or cell numbers do not fit a requested 32-bit type, the call fails with SHMF_MISUSE before
+   anything is read. `run` may be NULL. */
 SHMF_API shmf_status shmf_read(shmf_file* file, shmf_target* targets, size_t count,
                                const shmf_run_options* run, shmf_error* error);
 
-/* Decodes the whole file once and discards the result: SHMF_OK means that every checksum and every
-   bitstream is valid. Archives and files opened as damaged are SHMF_MISUSE. */
+/* Decodes the whole file once and discards the result. SHMF_OK means that every checksum and every
+   bitstream is valid. For archives and files opened as damaged, the call is SHMF_MISUSE. */
 SHMF_API shmf_status shmf_verify(shmf_file* file, const shmf_run_options* run, shmf_error* error);
 
 /* ---- The boundary surface -------------------------------------------------------------------- */
@@ -432,20 +443,22 @@ typedef struct shmf_boundary shmf_boundary;
 
 typedef struct shmf_boundary_options {
   size_t struct_size;
-  /* Indices of arrays whose values are transferred to the surface; and the step of each array,
-     ignored if the array is not per step (NULL: all steps are 0). */
+  /* Indices of the arrays whose values are transferred to the surface. */
   const uint32_t* arrays;
+  /* Time step of each array; ignored for arrays that are not per step. NULL: all steps are 0. */
   const uint64_t* steps;
   size_t array_count;
-  uint64_t max_bytes; /* memory limit for the surface and the search, 0: 4 GiB; exceeding it is
-                         SHMF_OVER_LIMIT */
+  /* Memory limit for the surface and the search for it; 0: 4 GiB. Exceeding the limit is
+     SHMF_OVER_LIMIT. */
+  uint64_t max_bytes;
 } shmf_boundary_options;
 
 /* Finds the boundary of the cells chosen by shmf_select(), in one pass. Memory grows with the
    active surface and the boundary; for selections and damaged files, with the size of the
    selection. shm/surface.h describes which sides of cells are part of the boundary, and how
-   degenerate cells count. An array without values at its step is SHMF_MISUSE. `options` and `run`
-   may be NULL. On failure *boundary is NULL. The result stays valid after the file is closed. */
+   degenerate cells are treated. An array without values at its step is SHMF_MISUSE. `options` and
+   `run` may be NULL. On failure *boundary is NULL. The result stays valid after the file is
+   closed. */
 SHMF_API shmf_status shmf_find_boundary(shmf_file* file, const shmf_boundary_options* options,
                                         const shmf_run_options* run, shmf_boundary** boundary,
                                         shmf_error* error);
@@ -454,22 +467,22 @@ SHMF_API shmf_status shmf_find_boundary(shmf_file* file, const shmf_boundary_opt
 typedef struct shmf_surface {
   size_t struct_size;
   uint64_t vertices, faces, corners;
-  uint64_t left_out; /* number of cells whose faces are unknown: SHMF_OTHER, SHMF_POLYHEDRON ... */
-  const uint64_t* vertex_numbers; /* number of each vertex in the whole mesh */
-  const void* xyz;                /* 3 coordinates of each vertex, of the coordinate type */
-  const uint64_t* face_begin;     /* offset of each face's first corner; faces + 1 elements */
-  /* Vertex indices of each face, counter-clockwise as seen from outside; a line has 2, a point
-     1. */
+  uint64_t left_out; /* Number of cells whose faces are unknown: SHMF_OTHER, SHMF_POLYHEDRON ... */
+  const uint64_t* vertex_numbers; /* Number of each vertex in the whole mesh. */
+  const void* xyz;                /* 3 coordinates of each vertex, of the coordinate type. */
+  const uint64_t* face_begin;     /* Offset of each face's first corner; faces + 1 elements. */
+  /* Vertex indices of each face, counter-clockwise as seen from outside. A line has 2 indices, a
+     point has 1. */
   const uint32_t* face_corners;
-  const uint64_t* cell_numbers; /* for each face: number of its cell in the whole mesh */
-  const uint32_t* cell_blocks;
-  const uint32_t*
-      sides; /* for each face: side of its cell, as in shmf_set; 0: the face is the cell itself */
-  /* Values of options->arrays, of each array's own type: one element per vertex, or per face (NaN,
-     or 0 for integers, if its cell has no values). */
+  const uint64_t* cell_numbers; /* For each face: number of its cell in the whole mesh. */
+  const uint32_t* cell_blocks;  /* For each face: index of the block of its cell. */
+  /* For each face: side of its cell, as in shmf_set; 0: the face is the cell itself. */
+  const uint32_t* sides;
+  /* Values of options->arrays, each in the array's own type: one element per vertex or per face. A
+     face whose cell has no values has NaN, or 0 for integers. */
   const void* const* array_values;
   const uint64_t* array_bytes;
-  int32_t coordinate_type; /* a shmf_type */
+  int32_t coordinate_type; /* Type of the coordinates, a shmf_type. */
   int32_t reserved;
 } shmf_surface;
 SHMF_API shmf_status shmf_get_surface(const shmf_boundary* boundary, shmf_surface* surface,
@@ -482,54 +495,58 @@ SHMF_API void shmf_boundary_free(shmf_boundary* boundary);
 typedef struct shmf_decoder shmf_decoder;
 
 typedef enum shmf_item_kind {
-  SHMF_NEED_INPUT = 0, /* no item is available; feed more bytes */
+  SHMF_NEED_INPUT = 0, /* No item is available; feed more bytes. */
   SHMF_MESH = 1,
   SHMF_STEP = 2,
   SHMF_TIMES = 3,
   SHMF_EXTRA = 4,
-  SHMF_END = 5 /* all items have been returned, and the whole stream was valid */
+  SHMF_END = 5 /* All items have been returned, and the whole stream was valid. */
 } shmf_item_kind;
 
 /* One item of a stream. Steps come after the mesh; times and extras can come anywhere. The pointers
    are valid until the next call for this decoder. */
 typedef struct shmf_item {
   size_t struct_size;
-  int32_t kind;   /* a shmf_item_kind */
-  uint32_t array; /* SHMF_STEP: index of the array */
-  /* SHMF_MESH: some vertices and cells in coding order. */
+  int32_t kind;   /* Kind of the item, a shmf_item_kind. */
+  uint32_t array; /* For SHMF_STEP: index of the array. */
+  /* For SHMF_MESH: some vertices and cells in coding order. */
   uint64_t vertices, cells, first_vertex, first_cell;
-  const uint64_t *vertex_numbers,
-      *cell_numbers; /* order keep: as in the source; otherwise in the order of the stream */
-  const void* xyz;   /* 3 coordinates of each vertex, of the coordinate type */
+  /* Order keep: numbers of vertices and cells as in the source; other orders: numbers in the order
+     of the stream. */
+  const uint64_t *vertex_numbers, *cell_numbers;
+  const void* xyz; /* 3 coordinates of each vertex, of the coordinate type. */
   const uint32_t* cell_blocks;
-  const uint64_t* corner_begin; /* offset of each cell's first corner; cells + 1 elements */
-  const uint64_t* corners;      /* vertex numbers */
-  const uint64_t* last_use;     /* for each cell: bit i is set if no later cell uses corner i */
-  const uint64_t* vertices_before_cell; /* for each cell: number of vertices of this item that
-                                           precede it; it uses no other vertices of this item */
-  const void* const* array_values;      /* by array index; NULL if the array has no values here */
-  const uint64_t* array_bytes;          /* size of the values in bytes, by array index */
-  /* SHMF_STEP: values of `array` at `step`, from first_element on, in coding order. */
+  const uint64_t* corner_begin; /* Offset of each cell's first corner; cells + 1 elements. */
+  const uint64_t* corners;      /* Vertex number of each corner. */
+  const uint64_t* last_use;     /* For each cell: bit i is set if no later cell uses corner i. */
+  /* For each cell: number of vertices of this item that precede the cell. The cell uses no later
+     vertices of this item. */
+  const uint64_t* vertices_before_cell;
+  const void* const* array_values; /* Values by array index; NULL if an array has none here. */
+  const uint64_t* array_bytes;     /* Size of the values in bytes, by array index. */
+  /* For SHMF_STEP: values of `array` at `step`, from element first_element on, in coding order. */
   uint64_t step, first_element;
   const void* values;
   uint64_t values_bytes;
-  /* SHMF_TIMES: the time of each step. */
+  /* For SHMF_TIMES: the time of each step. */
   const double* times;
   uint64_t time_count;
-  /* SHMF_EXTRA: the extra. */
+  /* For SHMF_EXTRA: the extra. */
   const shmf_extra* extra;
 } shmf_item;
 
 /* Makes a decoder. `options` may be NULL. Setting options->damaged is SHMF_MISUSE. */
 SHMF_API shmf_status shmf_decoder_new(const shmf_open_options* options, shmf_decoder** decoder,
                                       shmf_error* error);
-/* Passes the next bytes of the stream, any number of them; they are copied. A count of 0 declares
-   the end of the stream. */
+/* Passes the next bytes of the stream, any number of them, to the decoder, which copies them. A
+   count of 0 declares the end of the stream. */
 SHMF_API shmf_status shmf_decoder_feed(shmf_decoder* decoder, const void* bytes, uint64_t count,
                                        shmf_error* error);
+/* Returns the next item in *item, or an item of kind SHMF_NEED_INPUT. */
 SHMF_API shmf_status shmf_decoder_next(shmf_decoder* decoder, shmf_item* item, shmf_error* error);
-/* Describe the mesh, as declared at the start of the stream. Available from the first item
-   on; earlier calls are SHMF_MISUSE. Counts of cells, vertices and elements are 0. */
+/* shmf_decoder_info(), _block() and _array() describe the mesh as declared at the start of the
+   stream. They can be called from the first item on; earlier calls are SHMF_MISUSE. Counts of
+   cells, vertices and elements are 0. */
 SHMF_API shmf_status shmf_decoder_info(const shmf_decoder* decoder, shmf_info* info,
                                        shmf_error* error);
 SHMF_API shmf_status shmf_decoder_block(const shmf_decoder* decoder, uint32_t block,
@@ -545,28 +562,31 @@ typedef struct shmf_writer shmf_writer;
 
 typedef struct shmf_write_options {
   size_t struct_size;
-  int32_t order;           /* SHMF_ORDER_KEEP (0), SHMF_ORDER_STREAM or SHMF_ORDER_FREE */
-  int32_t level;           /* SHMF_LEVEL_DEFAULT (0), SHMF_LEVEL_FAST or SHMF_LEVEL_BEST */
-  int32_t coordinate_type; /* SHMF_FLOAT64 or SHMF_FLOAT32; 0 means SHMF_FLOAT64 */
-  uint32_t
-      threads; /* number of threads that encode segments in addition to the caller's; 0, 1: no such
-                  threads; SHMF_ALL_THREADS: one per core. The file does not depend on it. */
-  double coordinate_error; /* 0: lossless; otherwise the allowed error of coordinates, greater than
-                              0 */
-  uint64_t segment_cells; /* cells per segment; 0: segments begin where few vertices are shared with
-                             earlier ones */
-  const char* source_format; /* origin of the mesh, e.g. "exodus"; NULL: "" */
-  int32_t replace; /* shmf_writer_path(): 1 replaces an existing file; 0 fails with SHMF_OUTPUT */
-  uint32_t key_steps; /* at least one of this many steps of an array refers to no other step; 0: the
-                         library's default, 1: no step refers to another */
+  int32_t order;           /* Order: SHMF_ORDER_KEEP (0), SHMF_ORDER_STREAM or SHMF_ORDER_FREE. */
+  int32_t level;           /* Level: SHMF_LEVEL_DEFAULT (0), SHMF_LEVEL_FAST or SHMF_LEVEL_BEST. */
+  int32_t coordinate_type; /* SHMF_FLOAT64 or SHMF_FLOAT32; 0 means SHMF_FLOAT64. */
+  /* Number of threads that encode segments in addition to the caller's thread. 0, 1: no such
+     threads; SHMF_ALL_THREADS: one per core. The file does not depend on the number of threads. */
+  uint32_t threads;
+  /* 0: lossless; otherwise the largest allowed error of a coordinate, greater than 0. */
+  double coordinate_error;
+  /* Number of cells per segment. 0: segments begin where few vertices are shared with earlier
+     segments. */
+  uint64_t segment_cells;
+  const char* source_format; /* Origin of the mesh, e.g. "exodus"; NULL: "". */
+  /* For shmf_writer_path(): 1 replaces an existing file; 0 fails with SHMF_OUTPUT. */
+  int32_t replace;
+  /* Among this many consecutive steps of an array, at least one refers to no other step. 0: the
+     library's default; 1: no step refers to another step. */
+  uint32_t key_steps;
 } shmf_write_options;
 
-/* Makes a writer of a file. The file appears under its name, complete, when shmf_writer_finish()
-   succeeds, or not at all. `options` may be NULL. On failure *writer is NULL. */
+/* Makes a writer of a file. When shmf_writer_finish() succeeds, the complete file appears under its
+   name; an incomplete file never does. `options` may be NULL. On failure *writer is NULL. */
 SHMF_API shmf_status shmf_writer_path(const char* path, const shmf_write_options* options,
                                       shmf_writer** writer, shmf_error* error);
-/* Makes a writer that passes the file to a function, front to back. `write` accepts all bytes and
-   returns 0; any other result is SHMF_OUTPUT. */
+/* Makes a writer that passes the bytes of the file to the function `write`, front to back. `write`
+   accepts all bytes and returns 0; any other result is SHMF_OUTPUT. */
 SHMF_API shmf_status shmf_writer_sink(int (*write)(void* context, const void* bytes,
                                                    uint64_t count),
                                       void* context, const shmf_write_options* options,
@@ -580,51 +600,54 @@ SHMF_API shmf_status shmf_writer_append(const char* path, const shmf_write_optio
 
 /* Declare the blocks and arrays of the mesh, before its first vertex. Strings and lists are copied.
    Blocks are numbered from 0 in the order of the calls, and so are arrays. After the first failed
-   call of a writer all later calls fail with the same error. */
+   call for a writer, all later calls fail with the same error. */
 SHMF_API shmf_status shmf_writer_block(shmf_writer* writer, const shmf_block* block,
                                        shmf_error* error);
 SHMF_API shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array,
                                        shmf_error* error);
 
-/* Writes the whole mesh in one call, from arrays as shmf_read() fills them: SHMF_POINTS of the
-   coordinate type, SHMF_CORNERS, SHMF_CORNER_BEGIN (needed if the number of nodes in a block
-   varies), SHMF_CELL_BLOCKS (if left out, all cells belong to block 0), and SHMF_VALUES of each
-   array that is not per step. `data` is only read, during the call; `bytes` is its size. */
+/* Writes the whole mesh in one call. The arrays have the same form as those that shmf_read() fills:
+   SHMF_POINTS of the coordinate type, SHMF_CORNERS, SHMF_CORNER_BEGIN (needed if the number of
+   nodes in a block varies), SHMF_CELL_BLOCKS (without it, all cells belong to block 0), and
+   SHMF_VALUES of each array that is not per step. The library only reads `data`, and only during
+   the call; `bytes` is the size of `data`. */
 SHMF_API shmf_status shmf_writer_mesh(shmf_writer* writer, const shmf_target* arrays, size_t count,
                                       shmf_error* error);
 
 /* Adds vertices. This is the alternative to shmf_writer_mesh(): add vertices and cells piece by
    piece, each vertex before the first cell that uses it. `numbers` identify the vertices in later
-   calls; in the order keep, readers see the same numbers, which must be 0 to n - 1. `values`: for
-   each element the values of its arrays that are not per step (for cells: the arrays of its block),
-   packed, in order of the arrays; NULL if there are none. */
+   calls. In the order keep, readers see the same numbers, which must be 0 to n - 1. `values`
+   contains, for each vertex, its values of all arrays that are not per step, packed, in the order
+   of the arrays; NULL if there are no such arrays. */
 SHMF_API shmf_status shmf_writer_vertices(shmf_writer* writer, uint64_t count,
                                           const uint64_t* numbers, const void* xyz,
                                           const void* values, shmf_error* error);
 /* Adds cells of one block with `nodes` corners each. `last_use`, for each cell: bit i is set if no
-   later cell uses corner i. NULL: all vertices stay in memory to the end, in writer and readers. */
+   later cell uses corner i. If `last_use` is NULL, writer and readers keep all vertices in memory
+   to the end. `values` is the same as for vertices, with the arrays of the block. */
 SHMF_API shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint32_t block,
                                        uint32_t nodes, const uint64_t* corners,
                                        const uint64_t* last_use, const void* values,
                                        shmf_error* error);
 
-/* Writes the values of an array at a step, after the mesh. Elements are all vertices by number, or
-   all cells that have values, in the order in which they were added. Steps of an array must
-   ascend. */
+/* Writes the values of an array at a step, after the mesh. The values are those of all vertices by
+   number, or of all cells that have values, in the order in which the cells were added. The steps
+   of an array must ascend. */
 SHMF_API shmf_status shmf_writer_values(shmf_writer* writer, uint32_t array, uint64_t step,
                                         const void* values, uint64_t bytes, shmf_error* error);
 /* Writes the times of all steps, after the mesh, at most once. */
 SHMF_API shmf_status shmf_writer_times(shmf_writer* writer, const double* times, uint64_t count,
                                        shmf_error* error);
-/* Writes an extra, after the mesh. References use the vertex and cell numbers of the calls above
-   and are converted to the numbers that readers see. */
+/* Writes an extra, after the mesh. If its values refer to vertices or cells, they use the numbers
+   of the calls above, and are converted to the numbers that readers see. */
 SHMF_API shmf_status shmf_writer_extra(shmf_writer* writer, const shmf_extra* extra,
                                        shmf_error* error);
-/* Writes all sets; call it at most once. `sets` is read as structs of sets->struct_size bytes. */
+/* Writes all sets; call this function at most once. `sets` is an array of structs that have
+   sets->struct_size bytes each. */
 SHMF_API shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t count,
                                       shmf_error* error);
-/* Writes the index and the totals, then makes the file visible under its name. *bytes, if not NULL,
-   receives its size. */
+/* Writes the index and the totals, then makes the file visible under its name. *bytes receives the
+   size of the file, unless `bytes` is NULL. */
 SHMF_API shmf_status shmf_writer_finish(shmf_writer* writer, uint64_t* bytes, shmf_error* error);
 /* Frees a writer. If shmf_writer_finish() has not succeeded, no file remains. NULL is allowed. */
 SHMF_API void shmf_writer_free(shmf_writer* writer);

@@ -1,4 +1,4 @@
-// The boundary surface of the selected cells.
+// Implements the boundary surface of the selected cells.
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -38,10 +38,11 @@ Result<shm::BoundaryOptions> options_of(const shmf_boundary_options* options,
   return wanted;
 }
 
-/// Finds the boundary in one pass over the selected cells, then one pass over each requested step.
+/// Finds the boundary in one pass over the selected cells, then reads each requested step in one
+/// more pass.
 class BoundaryPass {
  public:
-  /// All arguments are borrowed.
+  /// `file` and `options` are borrowed.
   BoundaryPass(shmf_file& file, const shm::BoundaryOptions& options, const shmf_run_options& run)
       : file_(&file), run_(run), watch_(run) {
     for (const shm::BoundaryArray& array : options.arrays)
@@ -120,8 +121,8 @@ Result<void> BoundaryPass::read_step(const shm::BoundaryArray& wanted,
   auto status = reader != nullptr ? reader->begin({wanted.array, wanted.step, std::nullopt, false})
                                   : file_->mesh->begin_values(wanted.array, wanted.step);
   if (!status) return status;
-  // Adds an empty list first, since an empty piece has no values, and values of a damaged file may
-  // be lost.
+  // Adds an empty list first: an empty piece has no values, and the values of a damaged file may be
+  // lost.
   if (auto none = finder.add(wanted.array, wanted.step, shm::StepValues()); !none) return none;
   while (true) {
     const auto values = reader != nullptr ? reader->next() : file_->mesh->next_values();

@@ -15,7 +15,7 @@ struct shmf_decoder {
   explicit shmf_decoder(const shm::ReadLimits& limits) : decoder(limits) {}
 
   shm::Decoder decoder;
-  std::optional<shm::Item> item;  // the item returned last
+  std::optional<shm::Item> item;  // the most recently returned item
   // Pointers to the arrays of `item`, and the sizes of these arrays in bytes.
   std::vector<const void*> values;
   std::vector<std::uint64_t> bytes;
@@ -73,7 +73,7 @@ void fill(shmf_item& item, const shm::Extra& extra, shmf_decoder& decoder) {
   item.extra = &decoder.extra;
 }
 
-/// Ignores totals, since the C interface has no item for them.
+/// Skips the item: the C interface has no item for totals.
 void fill(shmf_item& item, const shm::Totals&, shmf_decoder&) { item.kind = SHMF_NEED_INPUT; }
 
 /// Returns the next item that has a shmf_item_kind.
@@ -94,7 +94,7 @@ Result<shmf_item> next_item(shmf_decoder& decoder) {
   }
 }
 
-/// Runs `call(schema)` as guarded() does, once the schema of the stream is known.
+/// Runs `call(schema)` as guarded() does. Fails if the schema of the stream is not known yet.
 template <class Call>
 shmf_status with_schema(const shmf_decoder* decoder, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> Result<void> {

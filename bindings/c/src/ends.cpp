@@ -38,14 +38,16 @@ shm::Result<void> CallbackSink::write(std::span<const std::byte> bytes) {
 shm::ReadOptions read_options(const shmf_run_options& run) {
   shm::ReadOptions options;
   options.threads = run.threads == SHMF_ALL_THREADS ? 0 : std::max(run.threads, 1u);
-  options.max_ahead_bytes = std::uint64_t{32} << 20;  // limit in addition to the caller's arrays
+  // memory limit in addition to the caller's arrays
+  options.max_ahead_bytes = std::uint64_t{32} << 20;
   return options;
 }
 
 shm::Result<void> Watch::tell(double done, double all) {
   if (run_.progress == nullptr) return {};
   const double now = all > 0 ? std::min(done / all, 1.0) : 1.0;
-  constexpr double kStep = 1.0 / 256;  // smaller progress is not visible
+  // smallest fraction worth reporting; users cannot see smaller progress
+  constexpr double kStep = 1.0 / 256;
   if (now < 1 && now < told_ + kStep) return {};
   told_ = now;
   if (run_.progress(run_.context, now) == 0) return {};

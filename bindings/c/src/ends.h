@@ -51,7 +51,7 @@ class CallbackSink final : public shm::ByteSink {
 /// Returns read options with the number of threads that the caller requests.
 shm::ReadOptions read_options(const shmf_run_options& run);
 
-/// Reports progress to the caller.
+/// Reports the progress of a call to the caller's progress().
 class Watch {
  public:
   explicit Watch(const shmf_run_options& run) : run_(run) {}

@@ -7,7 +7,8 @@
 namespace shmf {
 namespace {
 
-/// Copies the part of `text` that fits, cut between UTF-8 characters, and a terminating 0.
+/// Copies `text` and a terminating 0. If the text does not fit, it is cut between two UTF-8
+/// characters.
 template <std::size_t room>
 void copy_text(char (&to)[room], std::string_view text) noexcept {
   std::size_t length = std::min(text.size(), room - 1);

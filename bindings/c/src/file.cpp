@@ -45,7 +45,7 @@ shm::Result<FilePointer> opened(FilePointer file, const shmf_open_options* optio
   return file;
 }
 
-/// Returns the handle made by `make` in *handle, or null if `make` fails.
+/// Calls `make` and stores the handle that it returns in *handle, or null if `make` fails.
 template <class Handle, class Make>
 shmf_status give_handle(Handle** handle, shmf_error* error, Make&& make) noexcept {
   return guarded(error, [&]() -> shm::Result<void> {
@@ -162,7 +162,8 @@ Result<void> shmf_file::read_sets() {
   if (sets) return {};
   if (auto status = read_extras(); !status) return status;
   shm::SetBounds bounds{mesh->vertices(), mesh->cells(), schema().blocks.size()};
-  // The original counts may be unknown, and a damaged set must not hide the other sets.
+  // Accepts all numbers, since the original counts may be unknown. Skips invalid sets, so that one
+  // damaged set does not hide the other sets.
   if (damaged) {
     bounds.vertices = bounds.cells = ~std::uint64_t{0};
     std::vector<shm::MeshSet> whole;
@@ -206,7 +207,7 @@ shmf_status shmf_open_source(const shmf_source* source, const shmf_open_options*
   shmf_source own{};
   if (source != nullptr && source->struct_size >= sizeof(std::size_t))
     std::memcpy(&own, source, std::min(source->struct_size, sizeof own));
-  bool closes = false;  // true: the source closes itself when it is destroyed
+  bool closes = false;  // true once a CallbackSource owns the source and closes it
   const auto opened = shmf::give_handle(file, error, [&]() -> Result<shmf::FilePointer> {
     if (const auto status = taken(source, "the source"); !status) return status.error();
     if (own.read_at == nullptr) return misuse("the source has no read_at()");

@@ -1,4 +1,4 @@
-// shmf_file: an open file.
+// shmf_file: the handle of an open file.
 #pragma once
 
 #include <atomic>
@@ -20,12 +20,13 @@ namespace shmf {
 /// The cells selected for shmf_read(), with their counts.
 struct Piece {
   shm::CellSelection cells;
-  bool whole =
-      true;  ///< true: all of an undamaged file is selected; numbers are those of the file, from 0
+  /// true: all cells of an undamaged file are selected, and keep their numbers in the file
+  bool whole = true;
   bool counted = false;  ///< true: the members below are known
   std::uint64_t vertex_count = 0, cell_count = 0, corner_count = 0;
   std::vector<std::uint64_t> block_cells;
-  /// Unless `whole`: numbers of the selected vertices or cells in the file, ascending.
+  /// Numbers of the selected vertices and of the selected cells in the file, ascending; empty if
+  /// `whole`.
   std::vector<std::uint64_t> vertices, numbers;
 };
 
@@ -43,14 +44,14 @@ std::uint64_t covered_cells(const shm::Schema& schema, std::uint32_t array,
 
 struct shmf_file {
   // The order of members matters: later members borrow earlier members.
-  std::string name;  // for messages; may be empty
+  std::string name;  // name of the file for messages; may be empty
   std::shared_ptr<shm::RandomSource>
       source;  // source of the whole file; for a member, source of its archive
   std::optional<shm::SectionSource> section;  // section of the archive that contains this member
   std::optional<shm::ArchiveReader> archive;
   shm::ReadLimits limits;
   bool damaged = false;
-  std::optional<shm::MeshExtractor> mesh;  // empty for an archive
+  std::optional<shm::MeshExtractor> mesh;  // the mesh of the file; empty for an archive
 
   std::optional<std::vector<double>> times;
   std::vector<std::uint64_t> array_steps;
@@ -70,9 +71,9 @@ struct shmf_file {
 
 namespace shmf {
 
-/// Runs `call` as guarded() does, for a file with an open mesh. Errors contain the name of the
-/// file. A second call for the same file while another one is active, made from a callback or
-/// another thread, is misuse.
+/// Runs `call` as guarded() does, for a file with an open mesh. Adds the name of the file to
+/// errors. Fails with misuse if another call for the same file is active, in another thread or in
+/// the callback that makes this call.
 template <class Call>
 shmf_status with_mesh(const shmf_file* file, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> shm::Result<void> {

@@ -20,8 +20,8 @@ namespace {
 using shm::MeshBlock;
 using shm::Result;
 
-/// Returns the index in the piece of the element that has this number in the file, if the piece
-/// contains it.
+/// Returns the index of an element in the piece. `number` is the number of the element in the file;
+/// the result is empty if the piece does not contain the element.
 std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers, bool whole,
                                       std::uint64_t count, std::uint64_t number) {
   if (whole) return number < count ? std::optional(number) : std::nullopt;
@@ -33,7 +33,7 @@ std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers,
 /// Passes once over the mesh and fills the targets for vertices, cells and static arrays.
 class MeshPass {
  public:
-  /// All arguments are borrowed. `keep_blocks`: true if cell_blocks() will be needed.
+  /// The file and the targets are borrowed. `keep_blocks`: true if cell_blocks() will be needed.
   MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks);
   Result<void> run(Watch& watch, double all, const shm::ReadOptions& options);
 
@@ -41,8 +41,8 @@ class MeshPass {
   const std::vector<std::uint32_t>& cell_blocks() const { return cell_blocks_; }
 
  private:
-  /// A target, the number of its elements filled so far, and for static cell arrays the number of
-  /// elements used from the current block.
+  /// A target, the number of its elements that have been filled, and, for static cell arrays, the
+  /// number of elements used from the current block.
   struct Filled {
     Target* target;
     std::uint64_t count = 0;
@@ -63,8 +63,8 @@ class MeshPass {
                              Filled& filled);
   Result<void> append_waiting();
   MeshBlock alone(const MeshBlock& block, std::size_t cell);
-  /// Returns true if `cell` of a block must be appended `ahead` places after the next cell to be
-  /// appended.
+  /// Returns true if `cell` of a block is the cell that must be appended `ahead` places after the
+  /// next cell to be appended.
   bool follows(const MeshBlock& block, std::size_t cell, std::size_t ahead) const {
     const std::uint64_t next = next_cell_ + ahead;
     if (next >= piece().cell_count) return false;
@@ -77,12 +77,13 @@ class MeshPass {
   bool coordinates_, keep_blocks_;
   std::vector<Filled> vertices_, cells_;
   std::vector<std::uint32_t> arrays_;  // static arrays to be read
-  std::vector<std::uint8_t> types_;    // VTK's type per block; 0: depends on the nodes of each cell
+  // VTK's cell type of each block; 0: the type depends on the number of nodes of each cell
+  std::vector<std::uint8_t> types_;
   std::vector<std::uint64_t> places_;  // for each vertex of a block: its position in the piece
   std::uint64_t vertices_done_ = 0, next_cell_ = 0, next_corner_ = 0;
   std::vector<std::uint32_t> cell_blocks_;
   std::map<std::uint64_t, MeshBlock>
-      waiting_;  // cells that arrived before their predecessors, by number
+      waiting_;  // cells that arrived before their predecessors, by cell number
 };
 
 MeshPass::MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks)
@@ -182,7 +183,7 @@ Result<void> MeshPass::take_cells(const MeshBlock& block) {
   return {};
 }
 
-/// Returns a block that contains only this cell, with the requested values.
+/// Returns a block that contains only cell `cell` of `block`, with the requested values.
 MeshBlock MeshPass::alone(const MeshBlock& block, std::size_t cell) {
   MeshBlock own;
   const auto corner = [&](std::size_t i) {
@@ -206,7 +207,7 @@ Result<void> MeshPass::append_waiting() {
   while (!waiting_.empty()) {
     const MeshBlock& next = waiting_.begin()->second;
     if (!follows(next, 0, 0)) break;
-    std::vector<Filled> cells = cells_;  // counts elements from 0 in the block of the single cell
+    std::vector<Filled> cells = cells_;  // `taken` counts from 0 in the block of the single cell
     for (Filled& filled : cells) filled.taken = 0;
     if (auto status = append(next, 0, 1, cells); !status) return status;
     for (std::size_t i = 0; i < cells.size(); ++i) cells_[i].count = cells[i].count;
@@ -283,13 +284,14 @@ Result<void> MeshPass::append_corners(const MeshBlock& block, std::size_t first,
   return {};
 }
 
-/// The cell counts per block may be wrong in the index, but the size of the target is computed from
-/// them. Therefore the number of elements is checked.
+/// Appends the values of cells `first` to `end` - 1. Checks the number of elements: the size of the
+/// target is computed from the cell counts per block in the index, and these may be wrong.
 Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, std::size_t end,
                                      Filled& filled) {
   Target& target = *filled.target;
   const std::byte* values = block.arrays[target.array()].data();
-  for (std::size_t c = first; c < end;) {  // for each run of cells with values, or without values
+  // Visits each run of cells that all have values, or all have none.
+  for (std::size_t c = first; c < end;) {
     const bool has = covers(filled, block.cell_blocks[c]);
     std::size_t run_end = c + 1;
     while (run_end < end && covers(filled, block.cell_blocks[run_end]) == has) ++run_end;
@@ -311,9 +313,9 @@ Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, 
 /// Reads values of stepped arrays.
 class StepPass {
  public:
-  /// All arguments are borrowed. `cell_blocks`: block index of each cell of the piece. It is needed
-  /// only for cell arrays that do not cover all blocks, unless the target has an element for every
-  /// cell (SHMF_FILL).
+  /// All arguments are borrowed. `cell_blocks`: block index of each cell of the piece. The list is
+  /// needed only for cell arrays that do not cover all blocks, unless the target has an element for
+  /// every cell (SHMF_FILL).
   StepPass(shmf_file& file, std::span<Target> targets,
            const std::vector<std::uint32_t>& cell_blocks);
   /// Returns the number of elements of all targets together.
@@ -329,7 +331,9 @@ class StepPass {
 
   shmf_file* file_;
   const std::vector<std::uint32_t>* cell_blocks_;
-  Wanted wanted_;                       // targets by array and step; ascending steps are fastest
+  // targets by array and step, so that the steps of an array are read in ascending order, which is
+  // fastest
+  Wanted wanted_;
   std::vector<std::uint64_t> covered_;  // positions of the cells that the current array covers
   std::uint64_t placed_ = 0;
 };
@@ -431,8 +435,8 @@ Result<std::uint64_t> StepPass::place_of(const Target& target, std::uint64_t num
 }
 
 Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf_run_options& run) {
-  // The mesh is read for targets of the mesh itself, for a selection, and to find the cells that
-  // have values of an array that does not cover all blocks.
+  // The mesh is read in three cases: for targets of the mesh itself, for a selection, and to find
+  // the cells of an array that does not cover all blocks.
   bool mesh = false, stepped = false, stepped_points = false, blocks = false;
   for (const Target& target : targets) {
     if (!target.wanted()) continue;
@@ -442,8 +446,8 @@ Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf
     mesh = mesh || !target.is_stepped();
   }
   mesh = mesh || blocks || (stepped && !file.piece.whole);
-  // Step values of a vertex are in the segment that owns it. Coordinates are needed to find these
-  // segments.
+  // The values of a vertex at a step are stored in the segment that owns the vertex. The
+  // coordinates are read to find these segments.
   MeshPass mesh_pass(file, targets, stepped_points && !file.piece.whole, blocks);
   StepPass step_pass(file, targets, mesh_pass.cell_blocks());
   const double in_mesh =
@@ -490,8 +494,8 @@ Result<shm::CellSelection> selection_of(const shmf_selection* selection) {
   return cells;
 }
 
-/// Counts the elements of the piece by decoding its cells, if the index does not contain the counts
-/// or may be wrong.
+/// Counts the elements of the piece by decoding its cells. Used if the index does not contain the
+/// counts or may be wrong.
 Result<void> count_by_decoding(shmf_file& file, const shmf_run_options& run) {
   Piece& piece = file.piece;
   shm::ExtractRequest request;
@@ -561,7 +565,7 @@ shmf_status shmf_select(shmf_file* file, const shmf_selection* selection,
     shmf::Piece piece;
     piece.cells = std::move(*cells);
     piece.whole = piece.cells.all() && !file->damaged;
-    // If counting fails or memory runs out, the previous selection is restored.
+    // Restores the previous selection if counting fails or memory runs out.
     struct Restoring {
       shmf::Piece& of;
       shmf::Piece old;
@@ -590,7 +594,8 @@ shmf_status shmf_read(shmf_file* file, shmf_target* targets, size_t count,
     if (!watched) return watched.error();
     if (auto status = file->count_piece(shmf_run_options{}); !status) return status;
     std::vector<shmf::Target> own;
-    std::optional<shm::Error> first;  // returned after the loop, since the loop sets all `used`
+    // the first error; returned after the loop, because the loop sets `used` of all targets
+    std::optional<shm::Error> first;
     for (std::size_t i = 0; i < count; ++i) {
       auto target = shmf::Target::of(*shmf::at(targets, i), i, *file);
       if (target)

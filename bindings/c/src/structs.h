@@ -1,5 +1,5 @@
-// Structs of the interface begin with their size, since the caller may have been compiled with a
-// header that has fewer or more members.
+// Copies structs of the interface between the caller and the library. Each struct begins with its
+// size, since the caller may have been compiled with a header that has fewer or more members.
 #pragma once
 
 #include <algorithm>
@@ -27,8 +27,8 @@ shm::Result<Struct> taken(const Struct* from, const char* name) {
   return own;
 }
 
-/// Copies an optional struct of the caller, as taken() does; all members are 0 if the pointer is
-/// null.
+/// Copies an optional struct of the caller, as taken() does. If the pointer is null, all members of
+/// the result are 0.
 template <class Struct>
 shm::Result<Struct> taken_or_default(const Struct* from, const char* name) {
   if (from != nullptr) return taken(from, name);

@@ -17,7 +17,7 @@ bool is_number(std::int32_t type) {
   return type == SHMF_INT32 || type == SHMF_UINT32 || type == SHMF_INT64 || type == SHMF_UINT64;
 }
 
-/// Returns the largest number of this type, plus 1.
+/// Returns the largest number that an integer type can represent, plus 1.
 std::uint64_t end_of_numbers(std::int32_t type) {
   switch (type) {
     case SHMF_INT32: return std::uint64_t{1} << 31;
@@ -53,13 +53,13 @@ Result<Target> Target::of(shmf_target& target, std::size_t number, const shmf_fi
   made.to_ = static_cast<ScalarType>(own->type);
   made.data_ = static_cast<std::byte*>(own->data);
   if (own->type < SHMF_INT8 || own->type > SHMF_FLOAT64)
-    return misuse("no type " + std::to_string(own->type), name);
+    return misuse("there is no type " + std::to_string(own->type), name);
   auto fits = made.fit(*own, file);
   if (!fits) return misuse(fits.error().detail, name);
 
   const std::uint64_t element = made.components_ * shm::scalar_bytes(made.to_);
   if (made.elements_ > (std::numeric_limits<std::uint64_t>::max() >> 1) / element)
-    return misuse("too many elements for any memory", name);
+    return misuse("the target has too many elements for any memory", name);
   const std::uint64_t bytes = made.elements_ * element;
   if (target.struct_size >= sizeof target) target.used = bytes;
   if (made.wanted() && own->bytes < bytes)
@@ -89,7 +89,7 @@ Result<void> Target::fit(const shmf_target& own, const shmf_file& file) {
   };
   switch (own.what) {
     case SHMF_POINTS:
-      if (!shm::is_float(to_)) return misuse("points are float32 or float64");
+      if (!shm::is_float(to_)) return misuse("points must be float32 or float64");
       elements_ = piece.vertex_count;
       components_ = 3;
       from_ = file.schema().coordinate_type;
@@ -97,10 +97,10 @@ Result<void> Target::fit(const shmf_target& own, const shmf_file& file) {
     case SHMF_CORNERS: return numbers(piece.corner_count, piece.vertex_count);
     case SHMF_CORNER_BEGIN: return numbers(piece.cell_count + 1, piece.corner_count + 1);
     case SHMF_CELL_BLOCKS:
-      if (shm::scalar_bytes(to_) != 4) return misuse("blocks are integers of 32 bits");
+      if (shm::scalar_bytes(to_) != 4) return misuse("block indices must be integers of 32 bits");
       return numbers(piece.cell_count, file.schema().blocks.size());
     case SHMF_CELL_TYPES:
-      if (own.type != SHMF_UINT8) return misuse("cell types are uint8");
+      if (own.type != SHMF_UINT8) return misuse("cell types must be uint8");
       elements_ = piece.cell_count;
       return {};
     case SHMF_VERTEX_NUMBERS:

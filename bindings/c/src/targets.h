@@ -13,7 +13,7 @@
 
 namespace shmf {
 
-/// A target of shmf_read(), checked: its type and its size fit the selected piece.
+/// A target of shmf_read() whose type and size have been checked for the selected piece.
 class Target {
  public:
   /// Fails if the target is invalid for the file or too small. `number` is the index of the target
@@ -23,7 +23,8 @@ class Target {
   std::int32_t what() const { return what_; }
   std::uint32_t array() const { return array_; }
   std::uint64_t step() const { return step_; }
-  /// Returns true for cell data with one element for every cell, with or without values.
+  /// Returns true if this is a target for cell data with one element for every cell, even for cells
+  /// without values.
   bool fills() const { return fills_; }
   bool of_cells() const;
   bool is_stepped() const { return info_ != nullptr && info_->per_step; }
@@ -32,14 +33,14 @@ class Target {
   bool wanted() const { return data_ != nullptr; }
   std::uint64_t elements() const { return elements_; }
 
-  /// Stores the vertex or cell number `value` as element i. Must hold: i < elements().
+  /// Stores `value`, a vertex or cell number, as element i. Must hold: i < elements().
   void put_number(std::uint64_t i, std::uint64_t value) {
     if (wide_)
       reinterpret_cast<std::uint64_t*>(data_)[i] = value;
     else
       reinterpret_cast<std::uint32_t*>(data_)[i] = static_cast<std::uint32_t>(value);
   }
-  /// Stores several vertex or cell numbers, from element `first` on.
+  /// Stores the vertex or cell numbers `values` as elements from `first` on.
   void put_numbers(std::uint64_t first, std::span<const std::uint64_t> values) {
     if (wide_)
       std::copy(values.begin(), values.end(), reinterpret_cast<std::uint64_t*>(data_) + first);
@@ -48,10 +49,10 @@ class Target {
                      [](std::uint64_t value) { return static_cast<std::uint32_t>(value); });
   }
   void put_byte(std::uint64_t i, std::uint8_t value) { data_[i] = std::byte{value}; }
-  /// Stores the values of `count` elements, given in the type of the file, from element `first` on.
-  /// Must hold: first + count <= elements().
+  /// Stores the values of `count` elements, which have the type of the file, from element `first`
+  /// on. Must hold: first + count <= elements().
   void put_values(std::uint64_t first, const std::byte* values, std::size_t count);
-  /// Marks `count` elements from `first` on as having no values: NaN, or 0 for integers.
+  /// Sets `count` elements from `first` on, which have no values, to NaN, or to 0 for integers.
   void put_nothing(std::uint64_t first, std::uint64_t count);
   /// Returns the size of an element in the file, in bytes.
   std::size_t stride() const { return components_ * shm::scalar_bytes(from_); }
@@ -66,7 +67,7 @@ class Target {
   bool fills_ = false, wide_ = false;
   std::size_t components_ = 1;
   const shm::ArrayInfo* info_ = nullptr;
-  shm::ScalarType from_{}, to_{};  // scalar type in the file, scalar type in the target
+  shm::ScalarType from_{}, to_{};  // scalar types: in the file, and in the target
   std::byte* data_ = nullptr;
 };
 

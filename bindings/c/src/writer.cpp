@@ -1,4 +1,5 @@
-// Writes files: the schema, vertices and cells, then steps, extras and sets.
+// Implements the writing functions: the schema, then vertices and cells, then steps, extras and
+// sets.
 #include <array>
 #include <memory>
 #include <optional>
@@ -36,7 +37,7 @@ std::size_t stride_of(const shm::ArrayInfo& info) {
   return shm::scalar_bytes(info.type) * info.components;
 }
 
-/// Replaces the file that is still being read. It is closed first, since not all systems can
+/// Replaces the file that is still being read. Closes the old file first, since some systems cannot
 /// replace an open file. The old file is not read after commit().
 class SuccessorSink final : public shm::ByteSink {
  public:
@@ -63,17 +64,17 @@ struct shmf_writer {
   shm::Schema schema;
   shm::WriteOptions options;
   std::unique_ptr<shm::ByteSink> sink;
-  std::string name;  // for messages; may be empty
+  std::string name;  // name of the file for messages; may be empty
   shm::RecordedOrder order;
   std::optional<shm::Writer> writer;  // exists once the schema is complete
-  // Used instead of `writer` to append steps to an existing file:
+  // Exist only while steps are appended to an existing file; `writer` is then empty.
   std::unique_ptr<shm::FileRandomSource> old;
   std::optional<shm::Appender> appender;
   shmf::Stage stage = shmf::Stage::schema;
   bool keeps_blocks = false;               // true: a stepped array covers only some blocks
   std::vector<std::uint32_t> cell_blocks;  // block index of each cell; filled if keeps_blocks
   bool has_sets = false;
-  /// Elements of the most recently written array, in coding order.
+  /// The most recently written array, and its elements in coding order.
   std::optional<std::uint32_t> ordered_array;
   std::vector<std::uint64_t> coded_elements;
   std::optional<shm::Error> failed;
@@ -150,7 +151,7 @@ Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
   const std::size_t stride = shmf::stride_of(info);
   if (values.size() != coded_elements.size() * stride)
     return misuse("array '" + info.name + "' has " + std::to_string(coded_elements.size()) +
-                  " elements, which take " + std::to_string(coded_elements.size() * stride) +
+                  " elements, which need " + std::to_string(coded_elements.size() * stride) +
                   " bytes");
   constexpr std::size_t kBytesAtOnce = std::size_t{1} << 20;
   std::vector<std::byte> some;
@@ -166,8 +167,8 @@ Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
   return coded_elements.empty() ? add_coded_values(array, step, {}) : Result<void>();
 }
 
-/// Adds an extra. Its references use the caller's numbers, or, when steps are appended, the numbers
-/// that readers see.
+/// Adds an extra. Its references use the caller's vertex and cell numbers, or, when steps are
+/// appended, the numbers that readers see.
 Result<void> shmf_writer::add_extra(shm::Extra extra) {
   if (appender) return appender->add_extra(extra);
   if (schema.order != shm::Order::keep)
@@ -209,15 +210,15 @@ Result<void> shmf_writer::read_order() {
 namespace shmf {
 namespace {
 
-/// Runs `call` as guarded() does. After the first failure of a writer all calls fail with the same
-/// error.
+/// Runs `call` as guarded() does. After the first failure for a writer, all later calls fail with
+/// the same error.
 template <class Call>
 shmf_status with_writer(shmf_writer* writer, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> Result<void> {
     if (writer == nullptr) return misuse("the writer is NULL");
     if (writer->failed) return *writer->failed;
     if (writer->ran_out) return shm::Error{kNoMemory, "an earlier call ran out of memory"};
-    writer->ran_out = true;  // stays set if `call` throws
+    writer->ran_out = true;  // stays true if `call` throws
     auto done = call();
     if (done) {
       writer->ran_out = false;
@@ -247,7 +248,7 @@ Result<std::unique_ptr<shmf_writer>> writer_with(const shmf_write_options& optio
     return misuse("no level " + std::to_string(options.level));
   if (options.coordinate_type != 0 && options.coordinate_type != SHMF_FLOAT32 &&
       options.coordinate_type != SHMF_FLOAT64)
-    return misuse("coordinates are float32 or float64");
+    return misuse("coordinates must be float32 or float64");
   shm::Schema& schema = made->schema;
   schema.order = static_cast<shm::Order>(options.order);
   schema.coordinate_type =
@@ -265,8 +266,8 @@ Result<std::unique_ptr<shmf_writer>> writer_with(const shmf_write_options& optio
   return made;
 }
 
-/// Makes a writer, lets `open(writer, options)` open its sink, and returns it in *writer, or null
-/// on failure.
+/// Makes a writer, opens its sink with `open(writer, options)`, and stores the writer in *writer,
+/// or null on failure.
 template <class Open>
 shmf_status give_writer(const shmf_write_options* options, shmf_writer** writer, shmf_error* error,
                         Open&& open) noexcept {
@@ -290,7 +291,7 @@ Result<shm::NumberSpan> numbers_of(const shmf_target& from) {
   if (reinterpret_cast<std::uintptr_t>(from.data) % width != 0)
     return misuse("the memory of the array is not aligned for its type");
   const auto count = static_cast<std::size_t>(from.bytes / width);
-  // A negative number becomes a large number that no mesh has.
+  // A negative number becomes a large number, which no vertex of a mesh has.
   if (width == 4)
     return shm::NumberSpan(std::span(static_cast<const std::uint32_t*>(from.data), count));
   return shm::NumberSpan(std::span(static_cast<const std::uint64_t*>(from.data), count));
@@ -331,7 +332,7 @@ Result<void> ArraysOfCaller::take(const shmf_target& from) {
     }
     case SHMF_CELL_BLOCKS:
       if (from.type != SHMF_INT32 && from.type != SHMF_UINT32)
-        return misuse("blocks are integers of 32 bits");
+        return misuse("block indices must be integers of 32 bits");
       if (reinterpret_cast<std::uintptr_t>(from.data) % sizeof(std::uint32_t) != 0)
         return misuse("the memory of the array is not aligned for its type");
       mesh_.cell_blocks = std::span(static_cast<const std::uint32_t*>(from.data),
@@ -371,12 +372,13 @@ Result<const shm::MeshArrays*> ArraysOfCaller::finish() {
 }
 
 Result<shm::Extra> extra_from(const shmf_extra& from) {
-  if (from.key == nullptr) return misuse("an extra without a key");
+  if (from.key == nullptr) return misuse("the key of an extra is NULL");
   if (from.dimensions > 0 && from.shape == nullptr) return misuse("the shape is NULL");
   if (from.bytes > 0 && from.data == nullptr) return misuse("data is NULL");
-  if (shmf_type_bytes(from.type) == 0) return misuse("no type " + std::to_string(from.type));
+  if (shmf_type_bytes(from.type) == 0)
+    return misuse("there is no type " + std::to_string(from.type));
   if (from.refers < SHMF_REFERS_TO_NOTHING || from.refers > SHMF_REFERS_TO_CELLS)
-    return misuse("no reference " + std::to_string(from.refers));
+    return misuse("there is no kind of reference " + std::to_string(from.refers));
   shm::Extra extra;
   extra.key = from.key;
   extra.type = static_cast<shm::ScalarType>(from.type);
@@ -390,7 +392,7 @@ Result<shm::Extra> extra_from(const shmf_extra& from) {
 
 Result<shm::MeshSet> set_from(const shmf_set& from) {
   if (from.kind < SHMF_NODE_SET || from.kind > SHMF_ELEMENT_SET)
-    return misuse("no kind of set " + std::to_string(from.kind));
+    return misuse("there is no kind of set " + std::to_string(from.kind));
   if ((from.members > 0 && from.numbers == nullptr) ||
       (from.block_count > 0 && from.blocks == nullptr) ||
       (from.factor_count > 0 && from.factors == nullptr) ||
@@ -474,7 +476,7 @@ shmf_status shmf_writer_sink(int (*write)(void* context, const void* bytes, uint
 
 shmf_status shmf_writer_block(shmf_writer* writer, const shmf_block* block, shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
-    if (writer->stage != Stage::schema) return misuse("blocks come before the mesh");
+    if (writer->stage != Stage::schema) return misuse("blocks must be declared before the mesh");
     const auto own = shmf::taken(block, "the block");
     if (!own) return own.error();
     if (own->shape < SHMF_OTHER || own->shape > SHMF_FACES)
@@ -487,7 +489,7 @@ shmf_status shmf_writer_block(shmf_writer* writer, const shmf_block* block, shmf
 
 shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array, shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
-    if (writer->stage != Stage::schema) return misuse("arrays come before the mesh");
+    if (writer->stage != Stage::schema) return misuse("arrays must be declared before the mesh");
     const auto own = shmf::taken(array, "the array");
     if (!own) return own.error();
     if (own->location != SHMF_POINT_DATA && own->location != SHMF_CELL_DATA)
@@ -530,8 +532,8 @@ shmf_status shmf_writer_mesh(shmf_writer* writer, const shmf_target* arrays, siz
     if (writer->keeps_blocks) {
       const auto& blocks = (*mesh)->cell_blocks;
       writer->cell_blocks.assign(blocks.begin(), blocks.end());
-      writer->cell_blocks.resize(
-          static_cast<std::size_t>((*mesh)->cells));  // if left out, all cells belong to block 0
+      // without SHMF_CELL_BLOCKS, all cells belong to block 0
+      writer->cell_blocks.resize(static_cast<std::size_t>((*mesh)->cells));
     }
     return writer->end_mesh();
   });
@@ -544,7 +546,7 @@ shmf_status shmf_writer_vertices(shmf_writer* writer, uint64_t count, const uint
     const std::size_t data_bytes = writer->element_bytes(shm::Location::point, 0);
     if (count > 0 && (numbers == nullptr || xyz == nullptr)) return misuse("vertices are NULL");
     if (count > 0 && (values == nullptr) != (data_bytes == 0))
-      return misuse("values of vertices take " + std::to_string(data_bytes) + " bytes each");
+      return misuse("the values of each vertex need " + std::to_string(data_bytes) + " bytes");
     const std::size_t xyz_bytes = 3 * shm::scalar_bytes(writer->schema.coordinate_type);
     return writer->writer->add_vertices(
         shmf::list_of(numbers, count),
@@ -562,7 +564,8 @@ shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint32_t bloc
     const std::size_t data_bytes = writer->element_bytes(shm::Location::cell, block);
     if (count > 0 && nodes > 0 && corners == nullptr) return misuse("corners are NULL");
     if (count > 0 && (values == nullptr) != (data_bytes == 0))
-      return misuse("values of these cells take " + std::to_string(data_bytes) + " bytes each");
+      return misuse("the values of each of these cells need " + std::to_string(data_bytes) +
+                    " bytes");
     const auto status = writer->writer->add_cells(
         block, static_cast<std::size_t>(count), shmf::list_of(corners, count * nodes),
         shmf::list_of(last_use, last_use == nullptr ? 0 : count),

@@ -1,7 +1,8 @@
 """The declarations of the C interface for cffi, parsed once when the package is built.
 
-Types named in calls (ffi.new("shmf_error*")) are then looked up in a table. cffi's own FFI objects would parse
-each such name on first use, which costs a millisecond of the ten that a program needs to read a small mesh.
+Types named in calls, such as ffi.new("shmf_error*"), are looked up in a table made by this module. cffi's own FFI
+objects would parse each such name on first use. That costs a millisecond of the ten that a program needs to read a
+small mesh.
 """
 from __future__ import annotations
 
@@ -27,12 +28,12 @@ def write_table(header: Path, module: Path) -> None:
     parser = cffi.FFI()
     parser.cdef(declarations(header))
     parser.set_source(f"shmformat.{module.stem}", None)
-    with contextlib.redirect_stdout(io.StringIO()):  # cffi prints the name of the file
+    with contextlib.redirect_stdout(io.StringIO()):  # cffi prints the file name
         parser.emit_python_code(str(module))
 
 
 def table_of(header: Path) -> Any:
-    """Returns the `ffi` of the module that write_table() would write, without keeping the module."""
+    """Returns the `ffi` object that the module of write_table() would define. The module itself is not kept."""
     names: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
         module = Path(folder) / "_table.py"

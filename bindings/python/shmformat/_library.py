@@ -1,9 +1,9 @@
 """Loads the C library with cffi. cffi parses the C header, so the package needs no compiler and works with every
 Python version.
 
-The library is the file named by SHMFORMAT_LIBRARY; otherwise libshmformat_c.so.1 next to this module;
-otherwise the library found by the loader. The header is parsed when the package is built, or, in the source tree,
-when this module is imported.
+The library is the file named by the environment variable SHMFORMAT_LIBRARY. Without this variable, it is
+libshmformat_c.so.1 next to this module, if that file exists, otherwise the library that the system's loader finds.
+The header is parsed when the package is built, or, in the source tree, when this module is imported.
 """
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Error(Exception):
     code: "io", "truncated", "corrupt", "unsupported", "over limit", "misuse", "output", "no memory" or "cancelled".
     section: the part of the file, or "".
     offset: byte offset in the file, or None.
-    detail: one sentence, without file and place; str() returns the whole message.
+    detail: one sentence, without the name of the file and the place; str() returns the whole message.
     """
 
     def __init__(self, code: str, detail: str, section: str = "", offset: int | None = None, message: str = ""):
@@ -66,7 +66,7 @@ class Error(Exception):
 
 
 def text(chars: Any) -> str:
-    """Converts a C string; names in files need not be valid UTF-8."""
+    """Converts a C string to str. Bytes that are not valid UTF-8, which names in files may contain, are escaped."""
     return ffi.string(chars).decode("utf-8", "surrogateescape") if chars != ffi.NULL else ""
 
 
@@ -78,8 +78,8 @@ def encoded(name: str | os.PathLike[str]) -> bytes:
 
 
 def raise_with(why: Error, raised: BaseException | None) -> NoReturn:
-    """Raises `why`, with the exception `raised` of a callback as its cause. An exception that ends the program, such
-    as KeyboardInterrupt, is raised itself."""
+    """Raises `why`, with the exception `raised` of a callback as its cause. If `raised` is an exception that ends the
+    program, such as KeyboardInterrupt, raises it instead."""
     if raised is not None and not isinstance(raised, Exception):
         raise raised
     raise why from raised
@@ -115,12 +115,12 @@ SHAPES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron
           "hexahedron", "polyhedron", "faces")
 
 
-# Shape and number of nodes of the cells that have a VTK type and a fixed number of nodes.
+# Shape and number of nodes of each kind of cell that has a VTK type and a fixed number of nodes.
 KINDS = (("vertex", 1), ("line", 2), ("line", 3), ("line", 4), ("triangle", 3), ("triangle", 6), ("triangle", 7), ("quad", 4),
          ("quad", 8), ("quad", 9), ("tetrahedron", 4), ("tetrahedron", 10), ("pyramid", 5), ("pyramid", 13), ("pyramid", 19),
          ("wedge", 6), ("wedge", 15), ("wedge", 18), ("hexahedron", 8), ("hexahedron", 20), ("hexahedron", 24),
          ("hexahedron", 27))
-POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK's cell types with any number of nodes
+POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK's types of cells with any number of nodes
 
 
 def vtk_type(shape: str, nodes: int) -> int:

@@ -24,8 +24,8 @@ class Block:
     """A set of cells that share a shape: an element block of Exodus, an entity of Gmsh."""
     id: int
     name: str
-    shape: str  # "hexahedron", ...
-    nodes_per_cell: int  # 0: differs from cell to cell
+    shape: str  # Shape of the cells: "hexahedron", ...
+    nodes_per_cell: int  # Number of nodes of each cell; 0: differs from cell to cell.
     cells: int
 
 
@@ -37,19 +37,19 @@ class Segment:
     first_vertex: int
     vertices: int
     bytes: int
-    box: tuple[float, ...]  # smallest x y z, largest x y z
+    box: tuple[float, ...]  # Bounding box of the vertices: smallest x y z, largest x y z.
 
 
 @dataclass(frozen=True)
 class Set:
-    """A named set of vertices, sides or cells. Its numbers refer to the whole mesh."""
-    kind: str  # "node", "side" or "element"
+    """A named set of vertices, sides or cells. The numbers in it refer to the whole mesh."""
+    kind: str  # Kind of the set: "node", "side" or "element".
     id: int
     name: str
     numbers: np.ndarray
-    sides: np.ndarray | None = None  # side sets: the side of each cell, numbered from 1 as in Exodus
-    blocks: np.ndarray | None = None  # element sets: all cells of these blocks belong to the set too
-    factors: np.ndarray | None = None  # distribution factors, unless all are 1
+    sides: np.ndarray | None = None  # For side sets: the side of each cell, numbered from 1 as in Exodus.
+    blocks: np.ndarray | None = None  # For element sets: blocks whose cells all belong to the set too.
+    factors: np.ndarray | None = None  # Distribution factors; None if all are 1.
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,16 @@ class Extra:
     """Data that the mesh model does not cover."""
     key: str
     values: np.ndarray
-    refers: str  # "nothing", "vertices" or "cells"
+    refers: str  # What the values refer to by number: "nothing", "vertices" or "cells".
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells as in VTK: cell i has the vertices connectivity[offsets[i]:offsets[i + 1]]."""
+    """Cells in VTK's form: the vertices of cell i are connectivity[offsets[i]:offsets[i + 1]]."""
     offsets: np.ndarray
     connectivity: np.ndarray
-    types: np.ndarray  # VTK's cell types
-    blocks: np.ndarray  # index of the block of each cell
+    types: np.ndarray  # VTK's type of each cell.
+    blocks: np.ndarray  # Index of the block of each cell.
 
     def __len__(self) -> int:
         return len(self.types)
@@ -83,18 +83,18 @@ class Arrays:
 
 @dataclass(frozen=True)
 class Boundary:
-    """The result of Mesh.boundary(): face i has the points connectivity[offsets[i]:offsets[i + 1]], counter-clockwise as
-    seen from outside; lines have 2 points, vertices 1."""
-    points: np.ndarray  # (n, 3): the points used by faces
+    """The result of Mesh.boundary(). Face i has the points connectivity[offsets[i]:offsets[i + 1]], counter-clockwise as
+    seen from outside. A line has 2 points, a vertex has 1."""
+    points: np.ndarray  # Coordinates of the points that the faces use; shape (n, 3).
     offsets: np.ndarray
     connectivity: np.ndarray
-    vertex_numbers: np.ndarray  # number of each point in the whole file
-    cell_numbers: np.ndarray  # for each face: number of its cell in the whole file
-    blocks: np.ndarray  # for each face: index of the block of its cell
-    sides: np.ndarray  # for each face: side of its cell, from 1 as in Exodus; 0: the cell itself
-    left_out: int  # number of cells whose faces are unknown
+    vertex_numbers: np.ndarray  # Number of each point in the whole file.
+    cell_numbers: np.ndarray  # For each face: number of its cell in the whole file.
+    blocks: np.ndarray  # For each face: index of the block of its cell.
+    sides: np.ndarray  # For each face: side of its cell, numbered from 1 as in Exodus; 0: the face is the cell itself.
+    left_out: int  # Number of cells whose faces are unknown.
     point_data: dict[str, np.ndarray] = field(default_factory=dict)
-    cell_data: dict[str, np.ndarray] = field(default_factory=dict)  # one element per face
+    cell_data: dict[str, np.ndarray] = field(default_factory=dict)  # Values of cell arrays, one element per face.
 
     def __len__(self) -> int:
         return len(self.cell_numbers)
@@ -118,7 +118,7 @@ class _Array:
 
 
 class Steps(Mapping):
-    """The values of an array by time step: steps[4] is decoded on access."""
+    """The values of one array by time step. steps[4] decodes the values at step 4."""
 
     def __init__(self, mesh: Mesh, array: int):
         self._mesh, self._array = mesh, array
@@ -140,8 +140,8 @@ class Steps(Mapping):
 
 
 class Data(Mapping):
-    """The arrays by name, each an ndarray, or Steps if it has time steps. Of several arrays with the same name, only
-    the first one is accessible."""
+    """The arrays by name. Each value is an ndarray, or a Steps object if the array has time steps. If several arrays have
+    the same name, only the first one is accessible."""
 
     def __init__(self, mesh: Mesh, location: int):
         self._mesh = mesh
@@ -180,10 +180,10 @@ class _Handle:
     def __init__(self, file: Any, *keep: Any):
         self.file = file
         self.keep = keep
-        self.remote: Remote | None = None  # closed with the file
-        self.error: BaseException | None = None  # the exception raised by a callback
-        self.origin = self  # the handle in whose `error` callbacks store their exceptions
-        self.selected: Any = None  # token of the Mesh whose cells are selected in the file
+        self.remote: Remote | None = None  # The remote file, which is closed with the handle.
+        self.error: BaseException | None = None  # The exception that a callback raised.
+        self.origin = self  # The handle in whose `error` callbacks store their exceptions.
+        self.selected: Any = None  # Identifies the Mesh whose cells are selected in the file.
         self._calls = 0
 
     def close(self) -> None:
@@ -262,15 +262,15 @@ def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
 
 def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], source: Any, options: Any,
                    file: Any, tell: Callable[[Sequence[tuple[int, int]]], None] | None = None) -> _Handle:
-    """Opens a source whose bytes the Python function read_into returns; its exceptions become the cause of the Error.
-    tell, if given, is called with the ranges that will be read next, as (first byte, end)."""
+    """Opens a source whose bytes the Python function read_into returns. Exceptions of read_into become the cause of the
+    Error. tell, if given, is called with the ranges that will be read next, as (first byte, end)."""
     handle = _Handle(None)
 
     def read_at(_: Any, offset: int, into: Any, count: int, why: Any, why_bytes: int) -> int:
         try:
             read_into(offset, memoryview(ffi.buffer(into, count)).cast("B"))
             return 0
-        except BaseException as raised:  # nothing may pass through C
+        except BaseException as raised:  # no exception may pass through C
             handle.error = raised
             sentence = str(raised).encode("utf-8", "replace")[:why_bytes - 1] + b"\0"
             ffi.memmove(why, sentence, len(sentence))
@@ -285,7 +285,7 @@ def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], sour
         def prefetch(_: Any, ranges: Any, count: int) -> None:
             try:
                 tell([(one.offset, one.offset + one.bytes) for one in ranges[0:count]])
-            except BaseException as raised:  # nothing may pass through C
+            except BaseException as raised:  # no exception may pass through C
                 handle.error = raised
 
         announce = own.prefetch = ffi.callback("void(void*, const shmf_range*, size_t)", prefetch)
@@ -302,12 +302,12 @@ def open(source: Source, *, damaged: bool = False, max_cells: int | None = None,
     """Opens a .shm file: a path, a URL, bytes, or a seekable file object.
 
     From a URL only the requested data is read, in byte ranges, which the server must support. Protocols other than
-    http and https need fsspec.
+    http and https need the package fsspec.
 
-    Reads the end of the file, its index and its schema. With `damaged`, the intact parts of a damaged file can be
-    read; lost values are NaN, or 0 for integers. An archive of several files is returned as an Archive. A file
-    with more than max_cells cells or max_vertices vertices raises Error "over limit"; these limits protect against
-    small files with very many cells.
+    open() reads the end of the file, its index and its schema. An archive of several files is returned as an Archive.
+    With damaged=True, the intact parts of a damaged file can be read; lost values are NaN, or 0 for integers. A file
+    with more than max_cells cells or max_vertices vertices raises an Error "over limit". These two limits protect
+    against small files that contain very many cells.
     """
     wanted = {"damaged": damaged, "max_cells": max_cells, "max_vertices": max_vertices}
     handle = _opened(source, wanted)
@@ -317,7 +317,7 @@ def open(source: Source, *, damaged: bool = False, max_cells: int | None = None,
 
 
 class Archive(Mapping):
-    """The files in an archive, by name; archive[name] opens one of them."""
+    """The files in an archive, by name. archive[name] opens one file."""
 
     def __init__(self, handle: _Handle, members: int, wanted: Mapping[str, int | None]):
         self._handle, self._wanted = handle, wanted
@@ -346,15 +346,15 @@ class Archive(Mapping):
         self.close()
 
     def close(self) -> None:
-        """Closes the archive. Meshes opened from it stay open."""
+        """Closes the archive. Meshes opened from the archive stay open."""
         self._handle = _Handle(None)
 
 
 class Mesh:
     """A mesh in a file, or a selection of its cells. Arrays are decoded on access, into memory of NumPy.
 
-    Use a mesh in one thread at a time. Meshes opened by separate calls of open() are independent; a result of select()
-    shares the file with its mesh, so only one thread may use the two.
+    Use a mesh in one thread at a time. Meshes opened by separate calls of open() are independent. The result of
+    select() shares the file with its mesh, so only one thread at a time may use these two.
     """
 
     def __init__(self, handle: _Handle, selection: Any = None, keep: Any = None):
@@ -375,7 +375,7 @@ class Mesh:
         self.close()
 
     def close(self) -> None:
-        """Closes the file. Arrays that were read remain valid."""
+        """Closes the file. Arrays that have been read remain valid."""
         self._handle.close()
 
     def __repr__(self) -> str:
@@ -405,19 +405,19 @@ class Mesh:
 
     @property
     def step_times(self) -> np.ndarray:
-        """The time of each step; empty if the file has none."""
+        """The time of each step; empty if the file has no times."""
         times, count = ffi.new("double**"), ffi.new("uint64_t*")
         self._handle(lib.shmf_get_times, ffi.cast("const double**", times), count)
         return copied(times[0], count[0], np.float64)
 
     @property
     def source_format(self) -> str:
-        """"exodus", "vtk", "gmsh", or another origin of the mesh; may be empty."""
+        """Origin of the mesh, e.g. "exodus", "vtk" or "gmsh"; may be empty."""
         return self._source_format
 
     @property
     def coordinate_error(self) -> float:
-        """0 if coordinates are lossless, otherwise their largest error."""
+        """Largest error of a coordinate; 0 if coordinates are lossless."""
         return float(self._info.coordinate_error)
 
     @property
@@ -426,7 +426,7 @@ class Mesh:
 
     @property
     def cell_data(self) -> Data:
-        """Cell arrays with one element per cell: NaN (integers: 0) for cells of blocks without values."""
+        """Cell arrays with one element per cell. Cells of blocks without values have NaN, or 0 for integers."""
         return Data(self, lib.SHMF_CELL_DATA)
 
     @property
@@ -461,9 +461,10 @@ class Mesh:
 
     def select(self, *, cells: tuple[int, int] | None = None, numbers: Any = None,
                blocks: Sequence[int] | None = None, box: Sequence[float] | None = None) -> Mesh:
-        """Returns the cells that meet all conditions, with their vertices, renumbered in their old order.
+        """Returns a mesh of the cells that meet all conditions, and of their vertices. Vertices and cells are renumbered
+        without changing their order.
 
-        cells: (first, end) of a range of cell numbers. numbers: single cell numbers. blocks: indices into `blocks`.
+        cells: (first, end) of a range of cell numbers. numbers: individual cell numbers. blocks: indices into `blocks`.
         box: smallest x y z, largest x y z; selects cells with a vertex in the box. All conditions refer to the whole
         file, even if this mesh is a selection itself.
         """
@@ -472,7 +473,7 @@ class Mesh:
         if cells is not None:
             selection.first_cell, selection.end_cell = cells
             if tuple(cells) == (0, 0):
-                blocks = ()  # no cells; for the library, 0, 0 means no condition
+                blocks = ()  # an empty list selects no cells, while the range 0, 0 would mean "no condition"
         if blocks is not None:
             listed = sorted(set(blocks))
             keep.append(ffi.new("uint32_t[]", listed or [0]))
@@ -486,7 +487,7 @@ class Mesh:
         return Mesh(self._handle, selection, keep)
 
     def _count(self) -> Any:
-        """Selects the cells of this mesh in the file, unless they are selected already, and returns the counts."""
+        """Selects the cells of this mesh in the file, if other cells are selected there, and returns the counts."""
         if self._counted is None or self._handle.selected is not self._token:
             counted = struct("counts")
             self._handle(lib.shmf_select, self._selection or ffi.NULL, ffi.NULL, counted)
@@ -514,14 +515,14 @@ class Mesh:
 
     @property
     def points(self) -> np.ndarray:
-        """Coordinates of all vertices, shape (vertices, 3), in the type of the file. They are read once."""
+        """Coordinates of all vertices, shape (vertices, 3), in the type of the file. Read once and then kept."""
         if self._points is None:
             self._points = self.read(cells=False).points
         return self._points
 
     @property
     def cells(self) -> Cells:
-        """All cells. They are read once."""
+        """All cells. Read once and then kept."""
         if self._cells is None:
             self._cells = self.read(points=False).cells
         return self._cells
@@ -532,8 +533,8 @@ class Mesh:
         """Reads several arrays in one pass over the file, which is faster than reading them one after the other.
 
         step: time step of arrays that have steps. out: arrays to fill, by name: "points", "offsets", "connectivity",
-        "types", "blocks", or the name of a point or cell array. They must be contiguous and have the right shape;
-        points may be float32 or float64, offsets and connectivity integers of 32 or 64 bits.
+        "types", "blocks", or the name of a point or cell array. The arrays in `out` must be contiguous and have the
+        right shape; points may be float32 or float64, offsets and connectivity integers of 32 or 64 bits.
         progress: called regularly with the completed fraction, 0 to 1. threads: number of decoding threads; 0: one
         per core.
         """
@@ -569,7 +570,7 @@ class Mesh:
                 values[name] = want(lib.SHMF_VALUES, name, self._shape(array), DTYPES[info.type], array,
                                     step if info.per_step else 0)
         if left:
-            raise ValueError(f"out has arrays that are not read: {', '.join(map(repr, left))}")
+            raise ValueError(f"out contains arrays that are not read: {', '.join(map(repr, left))}")
         self._read(wanted, progress, threads)
         return result
 
@@ -636,7 +637,7 @@ class Mesh:
         buffers = []
         for target, (what, into, array, step) in zip(targets, wanted):
             if not into.flags.c_contiguous or not into.flags.writeable or into.dtype not in TYPES:
-                raise ValueError("arrays to be filled must be contiguous, writeable and of plain numbers")
+                raise ValueError("arrays to be filled must be contiguous, writeable and numeric")
             buffers.append(ffi.from_buffer(into.reshape(-1).view(np.uint8)) if into.size else ffi.NULL)
             target.struct_size = ffi.sizeof("shmf_target")
             target.what, target.type, target.array, target.step = what, TYPES[into.dtype], array, step
@@ -647,13 +648,13 @@ class Mesh:
         return [into for _, into, _, _ in wanted]
 
     def verify(self, progress: Callable[[float], Any] | None = None, threads: int = 1) -> None:
-        """Decodes the whole file and discards the result; raises an Error if any part is invalid."""
+        """Decodes the whole file and discards the result. Raises an Error if any part of the file is invalid."""
         with _Run(progress, threads) as run:
             self._handle(lib.shmf_verify, run.options)
 
 
 class _Run:
-    """Options of a long call: threads and progress. An exception of `progress` ends the call and is raised again."""
+    """Options of a long call: threads and progress. An exception in `progress` ends the call and is raised again."""
 
     def __init__(self, progress: Callable[[float], Any] | None, threads: int):
         self._raised: BaseException | None = None
@@ -666,7 +667,7 @@ class _Run:
             try:
                 progress(done)
                 return 0
-            except BaseException as raised:  # nothing may pass through C
+            except BaseException as raised:  # no exception may pass through C
                 self._raised = raised
                 return 1
 

@@ -1,8 +1,8 @@
 """Reads byte ranges of remote files, with a cache of recently fetched bytes.
 
-The library announces the ranges that it will read. Ranges less than 64 KB apart are fetched as one range, and several
-ranges in one request if the server supports that. fsspec, if installed, provides other protocols; http and https use
-Python's own client over one connection.
+The library announces the ranges that it will read. Ranges less than 64 KB apart are fetched as one range. If the
+server supports it, one request fetches several ranges. The package fsspec, if it is installed, provides other
+protocols; http and https use Python's own client over one connection.
 """
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from typing import Protocol
 
 from ._library import Error
 
-_NEAR = 1 << 16  # bytes; ranges closer than this are fetched as one range
-_MOST_AT_ONCE = 16 << 20  # maximum bytes of announced ranges per request
-_MOST_RANGES = 64  # maximum number of ranges per request
-_MOST_OF_HEADERS = 1 << 12  # maximum bytes of headers per part of a response
-_MOST_KEPT = 64 << 20  # maximum bytes in the cache
-_MOST_PIECES = 1 << 12  # maximum number of pieces in the cache
+_NEAR = 1 << 16  # Distance in bytes: ranges closer than this are fetched as one range.
+_MOST_AT_ONCE = 16 << 20  # Maximum size in bytes of the announced ranges in a request.
+_MOST_RANGES = 64  # Maximum number of ranges per request.
+_MOST_OF_HEADERS = 1 << 12  # Maximum size in bytes of the headers of each part of a response.
+_MOST_KEPT = 64 << 20  # Maximum size of the cache in bytes.
+_MOST_PIECES = 1 << 12  # Maximum number of pieces in the cache.
 _MOST_REDIRECTS = 5
 
-Range = tuple[int, int]  # first byte, end
+Range = tuple[int, int]  # offset of the first byte, and offset after the last byte
 
 
 def _error(url: str, sentence: str) -> Error:
@@ -42,13 +42,13 @@ class Ranges(Protocol):
 
 
 class _Http:
-    """A file on a server, over one connection. The first request fetches the end of the file and returns its size."""
+    """A file on a server, read over one connection. The first request fetches the end of the file and learns its size."""
 
     def __init__(self, url: str):
         self._url = self._first_url = url
         self._connection: http.client.HTTPConnection | None = None
         self._version: str | None = None  # ETag or Last-Modified of the first response
-        self._gives_many = True  # the server may support several ranges per request
+        self._gives_many = True  # true while the server may support several ranges per request
         try:
             status, headers, self.tail = self._follow(f"bytes=-{_NEAR}")
             if status == 416 or (status == 200 and headers.get("Content-Length") == "0"):
@@ -86,7 +86,7 @@ class _Http:
         raise _error(self._url, "the server redirects without end")
 
     def _request(self, wanted: str, most: int = _NEAR) -> tuple[int, http.client.HTTPMessage, bytes]:
-        """Sends a request. most: maximum number of bytes of the body; one more byte is read of a longer body."""
+        """Sends a request and returns the response. Reads at most `most` + 1 bytes of the body."""
         parts = urllib.parse.urlsplit(self._url)
         if parts.scheme not in ("http", "https") or not parts.netloc:
             raise _error(self._url, "without fsspec only http and https can be read")
@@ -99,7 +99,7 @@ class _Http:
                 self._connection.request("GET", target, headers={"Range": wanted, "Accept-Encoding": "identity"})
                 answer = self._connection.getresponse()
                 if answer.status == 200 and int(answer.headers.get("Content-Length") or _NEAR + 1) > _NEAR:
-                    self.close()  # the response is a whole large file
+                    self.close()  # the server sent a whole large file instead of a range
                     return answer.status, answer.headers, b""
                 body = answer.read(most + 1)
                 if len(body) > most:
@@ -109,7 +109,7 @@ class _Http:
                 return answer.status, answer.headers, body
             except (OSError, ValueError, http.client.HTTPException) as why:
                 self.close()
-                if fresh:  # otherwise the server had closed an idle connection
+                if fresh:  # an old connection is tried again, since the server may have closed it while it was idle
                     raise _error(self._url, f"the connection failed: {why or type(why).__name__}") from why
         raise AssertionError("unreachable")
 
@@ -142,13 +142,13 @@ class _Http:
         return body
 
     def _fetch_many(self, ranges: Sequence[Range]) -> list[bytes] | None:
-        """Fetches ranges in one request; returns None if the server returns only one range at a time."""
+        """Fetches ranges in one request. Returns None if the server returns only one range at a time."""
         most = sum(end - first + _MOST_OF_HEADERS for first, end in ranges) + _MOST_OF_HEADERS
         status, headers, body = self._answer("bytes=" + ",".join(f"{first}-{end - 1}" for first, end in ranges), most)
         if status != 206 or headers.get_content_type() != "multipart/byteranges":
             return None
         bodies, position = [], 0
-        for first, end in ranges:  # each part consists of headers, an empty line and the bytes
+        for first, end in ranges:  # each part of the response consists of headers, an empty line and the bytes
             begin = body.find(b"\r\n\r\n", position) + 4
             wanted = rb"(?i)content-range:\s*bytes %d-%d/%d\s" % (first, end - 1, self.size)
             if begin < 4 or not re.search(wanted, body[position:begin]) or len(body) - begin < end - first:
@@ -173,7 +173,7 @@ class _Fsspec:
         try:
             self._system, self._path = fsspec.core.url_to_fs(url)  # type: ignore[attr-defined]
             self.size = int(self._system.info(self._path)["size"])
-        except Exception as why:  # protocols raise exceptions of any kind
+        except Exception as why:  # each protocol raises its own kinds of exceptions
             raise _error(url, f"cannot be opened: {why or type(why).__name__}") from why
 
     def fetch(self, ranges: Sequence[Range]) -> list[bytes]:
@@ -193,7 +193,7 @@ class Remote:
     def __init__(self, ranges: Ranges, tail: bytes = b""):
         self._ranges = ranges
         self.size = ranges.size
-        self._kept: list[tuple[int, bytes]] = []  # offset and bytes of each piece; the oldest first
+        self._kept: list[tuple[int, bytes]] = []  # pieces in the cache, each with its offset and its bytes; the oldest first
         self._kept_bytes = len(tail)
         self._told: list[Range] = []  # announced ranges, ascending and disjoint
         if tail:
@@ -226,7 +226,7 @@ class Remote:
         return None
 
     def _fetch(self, first: int, end: int) -> None:
-        """Fetches these bytes, together with announced ranges after them."""
+        """Fetches these bytes, together with the announced ranges that come after them."""
         index = bisect_right(self._told, first, key=lambda told: told[0]) - 1
         told_end = self._told[index][1] if index >= 0 else 0
         ranges = [(first, max(end, min(told_end, first + _MOST_AT_ONCE)))]
@@ -238,7 +238,7 @@ class Remote:
             if room < 0 or told[0] <= ranges[-1][1] or len(ranges) == _MOST_RANGES:
                 break
             ranges.append(told)
-        if len(ranges) == 1:  # a request of _NEAR bytes takes no longer than a smaller one
+        if len(ranges) == 1:  # a request of _NEAR bytes takes no longer than a smaller request
             ranges = [(first, max(ranges[0][1], min(first + _NEAR, self.size)))]
         bodies = self._ranges.fetch(ranges)
         self._kept += zip((begin for begin, _ in ranges), bodies)
@@ -251,7 +251,7 @@ class Remote:
 
     @staticmethod
     def _without(told: Range, fetched: Range) -> list[Range]:
-        """Returns the parts of a range that were not fetched."""
+        """Returns the parts of the range `told` that are not in the range `fetched`."""
         parts = (told[0], min(told[1], fetched[0])), (max(told[0], fetched[1]), told[1])
         return [(first, end) for first, end in parts if first < end]
 

@@ -13,7 +13,8 @@ from ._mesh import Cells, Mesh
 
 # Corners of each side by shape, numbered as in the Exodus manual.
 _SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
-    # In three-dimensional meshes triangles and quads are shells: front, back, then edges.
+    # In three-dimensional meshes, triangles and quads are shells: their sides are the front, the back, and then the
+    # edges.
     "triangle": ((0, 1, 2), (0, 2, 1), (0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1, 2, 3), (0, 3, 2, 1), (0, 1), (1, 2), (2, 3), (3, 0)),
     "tetrahedron": ((0, 1, 3), (1, 2, 3), (0, 3, 2), (0, 2, 1)),
@@ -23,7 +24,7 @@ _SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
 }
 _CORNERS = {"triangle": 3, "quad": 4, "tetrahedron": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 
-# Second-order nodes come after the corners: first the middles of these edges, in VTK's order,
+# Second-order nodes come after the corners. First come the middles of these edges, in VTK's order.
 _EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "triangle": ((0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
@@ -32,18 +33,19 @@ _EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "wedge": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
     "hexahedron": ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
 }
-# then the middles of these quads. Triangular sides are returned without a node in the middle.
+# After the middles of the edges come the middles of these quads. Triangular sides are returned without a node in the
+# middle.
 _MIDDLES: dict[str, tuple[tuple[int, ...], ...]] = {
     "quad": ((0, 1, 2, 3),),
     "pyramid": ((0, 1, 2, 3),),
     "wedge": ((0, 1, 3, 4), (1, 2, 4, 5), (0, 2, 3, 5)),
     "hexahedron": ((0, 3, 4, 7), (1, 2, 5, 6), (0, 1, 4, 5), (2, 3, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7)),
 }
-_SHAPE_OF_SIDE = {2: "line", 3: "triangle", 4: "quad"}  # by number of corners
+_SHAPE_OF_SIDE = {2: "line", 3: "triangle", 4: "quad"}  # shape of a side by its number of corners
 
 
 def is_flat(mesh: Mesh) -> bool:
-    """Returns whether the mesh is two-dimensional, as recorded in files from Exodus."""
+    """Returns True if the mesh is two-dimensional; only files from Exodus record this."""
     return any(extra.key == "exodus/skeleton" and b"\nD\tnum_dim\t2\n" in extra.values.tobytes() for extra in mesh.extras)
 
 
@@ -51,7 +53,7 @@ def is_flat(mesh: Mesh) -> bool:
 def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[int, ...]]:
     """Returns the shape of a side, and the indices of its nodes in the cell, in VTK's order.
 
-    For an unknown side the list of nodes is empty.
+    The list of nodes is empty if the side is unknown.
 
     flat: true if the mesh is two-dimensional, so that the sides of triangles and quads are edges.
     """
@@ -79,11 +81,11 @@ def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[i
 
 def sides_as_cells(cells: Cells, shapes: list[str], rows: np.ndarray, sides: np.ndarray,
                    flat: bool) -> tuple[Cells, np.ndarray]:
-    """Returns sides of cells as cells, in the same order, and their indices in `sides`.
+    """Converts sides of cells to cells. Returns these cells in the same order, and their indices in `sides`.
 
     Unknown sides are left out.
 
-    shapes: shape of each block. rows: index of the cell of each side. sides: number of each side in its cell.
+    shapes: shape of each block. rows: for each side, the index of its cell. sides: for each side, its number in the cell.
     """
     begin = np.asarray(cells.offsets, np.int64)[rows]
     size = np.asarray(cells.offsets, np.int64)[rows + 1] - begin

@@ -19,7 +19,7 @@ Values = Union[np.ndarray, Mapping[int, np.ndarray]]
 
 
 class _Writer:
-    """A shmf_writer, and the memory that its calls borrow."""
+    """A shmf_writer, and the memory that it borrows from the caller until the file is complete."""
 
     def __init__(self, to: Target, options: Any, append: bool = False):
         self._raised: BaseException | None = None
@@ -33,11 +33,11 @@ class _Writer:
             def taken(_: Any, data: Any, count: int) -> int:
                 try:
                     left = memoryview(ffi.buffer(data, count)[:])
-                    while left:  # write() of a raw file may write only a part
+                    while left:  # a raw file may write only some of the bytes
                         taken_now = to.write(left)
                         left = left[len(left) if taken_now is None else taken_now:]
                     return 0
-                except BaseException as raised:  # nothing may pass through C
+                except BaseException as raised:  # no exception may pass through C
                     self._raised = raised
                     return 1
 
@@ -62,7 +62,7 @@ class _Writer:
         ffi.release(self._writer)
 
     def kept(self, data: Any) -> Any:
-        """Returns a C pointer to `data`, which lives as long as the writer."""
+        """Returns a C pointer to `data`, and keeps `data` alive as long as the writer."""
         if isinstance(data, str):
             data = encoded(data)
         if isinstance(data, bytes):
@@ -116,12 +116,13 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
           errors: Mapping[str, float] | None = None, source_format: str = "", replace: bool = False) -> int:
     """Writes a mesh, and returns the size of the file in bytes.
 
-    to: a path or a file object. The file appears complete or not at all; an existing file is kept unless `replace`.
+    to: a path or a file object. The file appears only when it is complete. If a file with this name exists,
+    the call fails unless `replace` is true.
     points: (n, 3), float64 or float32. cells: an (n, 8) array of hexahedra, or Cells, whose `types` are ignored
-    since the `blocks` define the shapes. point_data, cell_data: an array with one element per vertex or cell, or a
-    mapping from time steps to such arrays. order: "keep", "stream" or "free". level: "fast", "default" or "best".
-    threads: 0: one per core. coordinate_error, errors (by name of the array): the largest allowed error of a
-    value; 0: lossless.
+    since the `blocks` define the shapes. point_data, cell_data: for each name, an array with one element per vertex or
+    cell, or a mapping from time steps to such arrays. order: "keep", "stream" or "free". level: "fast", "default" or
+    "best". threads: number of encoding threads; 0: one per core. coordinate_error, errors (by name of the array): the
+    largest allowed error of a value; 0: lossless.
     """
     options = struct("write_options")
     options.order, options.level = _ORDERS[order], _LEVELS[level]
@@ -172,10 +173,11 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
 def append(path: str | os.PathLike[str], *, point_data: Mapping[str, Mapping[int, np.ndarray]] | None = None,
            cell_data: Mapping[str, Mapping[int, np.ndarray]] | None = None, step_times: Sequence[float] | None = None,
            level: str = "default") -> int:
-    """Adds time steps to a file, and returns its size in bytes. The file is unchanged until the new one replaces it.
+    """Adds time steps to a file, and returns its size in bytes. The old file remains until the new file is complete and
+    replaces it.
 
-    point_data, cell_data: for arrays of the file, a mapping from new steps to values, in the numbering of a Mesh of
-    the file. step_times: the times of all steps, including old steps.
+    point_data, cell_data: for arrays of the file, a mapping from new steps to values. Vertices and cells are numbered
+    as in a Mesh of the file. step_times: the times of all steps, including old steps.
     """
     wanted: list[tuple[int, np.dtype, Mapping[int, np.ndarray]]] = []
     with open_shm(path) as mesh:

@@ -6,9 +6,9 @@
     mesh = meshio.read("run.shm")
     meshio.write("again.shm", mesh)
 
-A cell block is a run of cells of one block and one type, as in meshio's own readers. Arrays with time steps
-have the values of their first step, as meshio returns them for Exodus files; read(path, step=...) returns another
-step. Node sets become point_sets, element sets become cell_sets; meshio cannot represent side sets.
+As in meshio's own readers, a cell block is a run of cells with the same block and the same type. For an array with
+time steps, read() returns the values of the first step, as meshio does for Exodus files; read(path, step=...) returns
+another step. Node sets become point_sets, element sets become cell_sets; meshio cannot represent side sets.
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ._library import KINDS, POLYGON, vtk_type
 
 
 def _name(shape: str, nodes: int) -> str:
-    """Returns meshio's name of a cell type: the shape, and the number of nodes unless it is the smallest of the shape."""
+    """Returns meshio's name of a cell type: the shape, followed by the number of nodes unless it is the smallest one."""
     fewest = min(n for s, n in KINDS if s == shape)
     return ("tetra" if shape == "tetrahedron" else shape) + ("" if nodes == fewest else str(nodes))
 
@@ -56,7 +56,7 @@ def _cell_block(cells: Cells, first: int, end: int) -> meshio.CellBlock:
     corners = cells.connectivity[cells.offsets[first]:cells.offsets[end]].reshape(end - first, -1)
     try:
         return meshio.CellBlock(name, corners[:, _ORDERS[name]] if name in _ORDERS else corners)
-    except KeyError as why:  # meshio 5.0 has no wedges of 15 nodes, triangles of 7 ...
+    except KeyError as why:  # meshio 5.0 lacks some types: wedges of 15 nodes, triangles of 7 nodes, ...
         raise meshio.ReadError(f"this version of meshio has no cell type '{name}'") from why
 
 
@@ -85,7 +85,7 @@ def _sets(mesh: Mesh, cells: Cells, runs: list[tuple[int, int]]) -> tuple[dict[s
 
 
 def read(filename: str | os.PathLike[str], step: int | None = None) -> meshio.Mesh:
-    """Returns a meshio mesh with the values at a step; arrays without values at this step are left out."""
+    """Returns a meshio mesh with the values at a step. Arrays without values at this step are left out."""
     with open_shm(filename) as mesh:
         if not isinstance(mesh, Mesh):
             raise meshio.ReadError(f"{filename} is an archive of several meshes")
@@ -111,7 +111,7 @@ def _block(index: int, block: meshio.CellBlock) -> Block:
 
 
 def write(filename: str | os.PathLike[str], mesh: meshio.Mesh, level: str = "default") -> None:
-    """Writes a meshio mesh; each cell block becomes a block. Like meshio's writers, it replaces an existing file."""
+    """Writes a meshio mesh. Each cell block becomes a block. As in meshio's own writers, an existing file is replaced."""
     points = np.asarray(mesh.points)
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points), points.dtype)])

@@ -6,8 +6,8 @@
     grid = reader.GetOutput()
 
 The library decodes arrays directly into VTK's memory. Only the points and values of node sets and side sets are
-copied. Arrays, blocks and sets that are switched off are not read. In parallel pipelines, each piece is a run of
-segments.
+copied. Arrays, blocks and sets that are switched off are not read. In parallel pipelines, each process reads a piece
+of the mesh: a run of segments.
 """
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from . import write as write_shm
 from ._library import CONVEX_POINT_SET, DTYPES, KINDS, POLYGON, POLYHEDRON, lib, vtk_type
 from ._sides import is_flat, sides_as_cells
 
-# Shape and number of nodes by VTK's cell type; 0: any number of nodes.
+# Shape and number of nodes for each VTK cell type; 0: any number of nodes.
 _SHAPES = {vtk_type(*kind): kind for kind in KINDS} | {POLYGON: ("polygon", 0)}
 
 # Names of the groups in a collection, as in VTK's reader of Exodus files (vtkIOSSReader).
@@ -60,7 +60,7 @@ def _filled(values: np.ndarray, name: str | None = None) -> Any:
 
 
 def _cell_array(offsets: Any, corners: Any) -> vtkCellArray:
-    """Makes a vtkCellArray that shares the memory of two arrays. vtkCellArray requires other VTK classes of arrays."""
+    """Makes a vtkCellArray that shares the memory of two arrays, of the VTK classes that vtkCellArray requires."""
     own = vtkTypeInt32Array if offsets.GetDataTypeSize() == 4 else vtkTypeInt64Array
     kept = own(), own()
     for made, array in zip(kept, (offsets, corners)):
@@ -139,8 +139,8 @@ class _Wanted:
         return grid
 
     def _set_polyhedra(self, grid: vtkUnstructuredGrid, kinds: np.ndarray) -> None:
-        """Converts polyhedra, whose faces each end with their first vertex again, to VTK's lists with counts. A cell that
-        is not such a list of faces becomes a convex point set."""
+        """Converts polyhedra to VTK's lists, which contain the number of vertices of each face. In the file, each face ends
+        with its first vertex again. A cell that is not such a list of faces becomes a convex point set."""
         offsets, corners = vtk_to_numpy(self.offsets), vtk_to_numpy(self.corners)
         cells, faces, places = vtkCellArray(), vtkIdTypeArray(), vtkIdTypeArray()
         for index, (kind, first, end) in enumerate(zip(kinds.tolist(), offsets[:-1], offsets[1:])):
@@ -177,15 +177,15 @@ class Reader(VTKPythonAlgorithmBase):
     contains a grid for each block, node set (vertices), side set (edges and faces) and element set (cells), and an
     assembly with a group for each of these kinds, as in vtkIOSSReader.
 
-    GetPointDataArraySelection() and GetCellDataArraySelection() list the arrays after UpdateInformation(), and switch
-    them on and off; in collections GetElementBlockSelection(), GetNodeSetSelection(), GetSideSetSelection() and
-    GetElementSetSelection() do the same for blocks and sets. Sets are off by default, unless sets=True, since their
+    After UpdateInformation(), GetPointDataArraySelection() and GetCellDataArraySelection() list the arrays, and switch
+    them on and off. In collections, GetElementBlockSelection(), GetNodeSetSelection(), GetSideSetSelection() and
+    GetElementSetSelection() do the same for blocks and sets. Sets are off by default, unless sets=True, because their
     cells have to be decoded once more.
 
     Points of blocks and element sets have global ids, "shm_vertex_number", which identify vertices that several blocks
-    use. The cell array "block" contains the block index of each cell. Side sets have two cell arrays: "shm_cell_number"
-    is the number of a side's cell in the file, and "shm_side" the number of the side in that cell, from 1. Sides of
-    lines, polygons and polyhedra are unknown and left out.
+    use. The cell array "block" contains the block index of each cell. Side sets have two cell arrays: for each side,
+    "shm_cell_number" is the number of its cell in the file, and "shm_side" is its number in that cell, from 1. Sides
+    of lines, polygons and polyhedra are unknown and left out.
     """
 
     def __init__(self, blocks: bool = False, sets: bool = False):
@@ -211,7 +211,7 @@ class Reader(VTKPythonAlgorithmBase):
         return self._name
 
     def SetBlocks(self, blocks: bool) -> None:
-        """Sets the output: a collection if `blocks` is true, otherwise one grid."""
+        """Chooses the kind of output: a collection if `blocks` is true, otherwise one grid."""
         if blocks != self._blocks:
             self._blocks = blocks
             self.Modified()
@@ -297,7 +297,7 @@ class Reader(VTKPythonAlgorithmBase):
 
     @staticmethod
     def _piece(mesh: Mesh, information: Any) -> tuple[Mesh, int, int]:
-        """Returns the requested piece of the mesh (a run of segments), and the first and end of its cells."""
+        """Returns the requested piece of the mesh (a run of segments), its first cell, and the end of its cells."""
         pieces = information.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()) or 1
         number = information.Get(Pipeline.UPDATE_PIECE_NUMBER()) or 0
         if pieces <= 1:
@@ -315,14 +315,15 @@ class Reader(VTKPythonAlgorithmBase):
 
     def _grid(self, mesh: Mesh, step: int) -> vtkUnstructuredGrid:
         wanted = _Wanted(mesh)
-        if self._blocks and VERTEX_NUMBERS not in mesh.point_data:  # extracted pieces have such an array
+        # pieces that `shm extract` wrote contain this array already
+        if self._blocks and VERTEX_NUMBERS not in mesh.point_data:
             wanted.add_numbers()
         for index in self._arrays_at(mesh, step):
             wanted.add(index, step if mesh._arrays[index].per_step else 0)
         return wanted.read()
 
     def _collect(self, mesh: Mesh, cells: tuple[int, int], step: int, out: vtkPartitionedDataSetCollection) -> None:
-        """Fills the collection, and the assembly that contains the names of its parts."""
+        """Fills the collection with grids, and adds an assembly that names them."""
         assembly = vtkDataAssembly()
         assembly.SetRootNodeName("shm")
         next_part = 0
@@ -350,14 +351,14 @@ class Reader(VTKPythonAlgorithmBase):
         return list(zip(map(_name_of, sets), make(sets, mesh, cells, step)))
 
     def _points_of(self, mesh: Mesh, step: int, cells: bool) -> Arrays:
-        """Reads points and point data into NumPy arrays, from which the grids of sets are copied."""
+        """Reads points and point data into NumPy arrays, from which the grids of sets are made by copying."""
         names = [mesh._arrays[index].name for index in self._arrays_at(mesh, step)
                  if mesh._arrays[index].location == lib.SHMF_POINT_DATA]
         return mesh.read(cells=cells, point_data=list(dict.fromkeys(names)), step=step)
 
     def _node_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
-        """Makes a grid for each node set, with a vertex cell for each node. Of several pieces, only the first one contains
-        the nodes."""
+        """Makes a grid for each node set, with a vertex cell for each node. If the mesh is read in pieces, only the first
+        piece contains the nodes."""
         if cells[0] != 0:
             return [vtkUnstructuredGrid() for _ in sets]
         all_of = self._points_of(mesh, step, cells=False)
@@ -408,14 +409,14 @@ def _name_of(part: Block | Set) -> str:
 
 
 class Writer:
-    """Writes a vtkUnstructuredGrid; like VTK's writers, it replaces an existing file.
+    """Writes a vtkUnstructuredGrid. As in VTK's writers, an existing file is replaced.
 
     Cells with the same type and the same value of the integer cell array "block" (if it exists) form a block. VTK's
     polyhedra, and cell types that .shm files do not support, raise a ValueError.
 
-    In a collection each grid becomes a block; groups of sets are not written. Only arrays that all grids have are
-    written. Points with the same global id are merged if all their values are equal; without global ids each
-    grid keeps its own points.
+    In a collection each grid becomes a block; groups of sets are not written. An array is written only if all grids
+    have it. Points with the same global id are merged if all their values are equal. Without global ids, each grid
+    keeps its own points.
     """
 
     def __init__(self) -> None:
@@ -450,7 +451,7 @@ class Writer:
 
 
 def _leaves(data: Any, name: str = "") -> Iterator[tuple[str, vtkUnstructuredGrid]]:
-    """Yields the grids of a collection with their names, except the grids of sets."""
+    """Yields each grid of a collection with its name, except the grids of sets."""
     if data is None:
         return
     if isinstance(data, vtkUnstructuredGrid):
@@ -518,8 +519,8 @@ def _joined(leaves: list[tuple[str, vtkUnstructuredGrid]]) -> _Joined:
 
 
 def _named(block: Block, name: str, others: list[Block]) -> Block:
-    """Returns the block with the name of its grid, or, for a name "block N" made by Reader, with the id N. The id is
-    changed if another block has the same."""
+    """Returns a copy of the block with the name of its grid. For a name "block N", which Reader makes, the copy has the
+    id N instead. If another block has the same id, the id is changed."""
     number = re.fullmatch(r"block (\d+)", name)
     wanted = int(number[1]) if number else block.id
     used = {other.id for other in others}
@@ -527,13 +528,13 @@ def _named(block: Block, name: str, others: list[Block]) -> Block:
 
 
 def _common(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Joins the arrays that all parts have, with the same number of components."""
+    """Joins those arrays that all parts have with the same number of components."""
     return {name: np.concatenate([part[name] for part in parts]) for name, first in parts[0].items()
             if all(name in part and part[name].shape[1:] == first.shape[1:] for part in parts)}
 
 
 def _merged(joined: _Joined) -> _Joined:
-    """Merges points with the same global id, unless they differ in other values."""
+    """Merges points with the same global id, unless they differ in any value."""
     if joined.vertices is None:
         return joined
     _, first, vertex_of = np.unique(joined.vertices, return_index=True, return_inverse=True)
@@ -565,7 +566,7 @@ def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
 
 
 def _data_of(data: Any, without: str = "") -> dict[str, np.ndarray]:
-    """Returns the arrays of numbers by name; of several arrays with the same name, the first one."""
+    """Returns the numeric arrays by name. If several arrays have the same name, returns the first one."""
     arrays: dict[str, np.ndarray] = {}
     for index in range(data.GetNumberOfArrays()):
         array = data.GetArray(index)  # None for arrays of strings

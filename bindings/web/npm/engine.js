@@ -1,4 +1,4 @@
-// Engine: an open file. It calls the functions of shmformat.h in WebAssembly; a Source supplies the
+// Engine: an open file. Calls the functions of shmformat.h in WebAssembly. A Source supplies the
 // bytes of the file. An Engine usually runs in a worker (worker.js).
 import { ShmError } from "./errors.js";
 import { Source } from "./sources.js";
@@ -86,11 +86,11 @@ class Wasm {
     const bytes = new Uint8Array(this.memory.buffer);
     return place === 0 ? "" : utf8.decode(bytes.subarray(place, bytes.indexOf(0, place)));
   }
-  /** Returns a copy with its own buffer. */
+  /** Returns a copy of `count` numbers in memory, with a separate buffer. */
   copied(Type, place, count) {
     return new Type(this.memory.buffer.slice(place, place + count * Type.BYTES_PER_ELEMENT));
   }
-  /** Returns an error with the reason why the instance trapped. */
+  /** Returns an error that says why the instance trapped. */
   lastWords(trap) {
     const words = this.view().getUint32(this.exports.shmf_page_last_words.value, true);
     if (words === 0) return new ShmError("io", `the decoder failed: ${trap.message}`);
@@ -104,7 +104,7 @@ function narrowed(numbers) {
   return numbers.every((number) => number < 2n ** 32n) ? Uint32Array.from(numbers, Number) : numbers;
 }
 
-/** Returns true for errors, including stack overflows, after which the instance cannot be used. */
+/** Returns true if the instance cannot be used after this error, e.g. a stack overflow. */
 function isTrap(error) {
   return error instanceof WebAssembly.RuntimeError || error.name === "InternalError"
     || (error instanceof RangeError && /call stack/.test(error.message));
@@ -131,7 +131,7 @@ export class Engine {
     this.ended = false;
   }
 
-  /** Runs a call, after all earlier calls for this file. run: {signal, progress}. */
+  /** Runs a call when all earlier calls for this file have ended. run: {signal, progress}. */
   async call(name, argument, run = {}) {
     if (this.ended) throw new ShmError("misuse", "the file is closed");
     const mine = this.last.then(() => this.attempt(name, argument, run));
@@ -162,7 +162,7 @@ export class Engine {
             throw wasm.lastWords(error);
           }
           if (error.status === "no memory") this.died(); // the only way to free its memory
-          else this.close(); // the failed call may have left the file in any state
+          else this.close(); // the failed call may have left the open file in an inconsistent state
           if (missing === null) throw error;
         } finally {
           if (this.wasm !== null) scratch.free();
@@ -176,7 +176,7 @@ export class Engine {
   }
 
   /** Returns the functions that the decoder calls. They must not throw, since exceptions cannot
-   *  pass through it. */
+   *  pass through the decoder. */
   page() {
     const bytesAt = (place, count) => new Uint8Array(this.wasm.memory.buffer, place >>> 0, count);
     return {
@@ -206,7 +206,7 @@ export class Engine {
     };
   }
 
-  /** Reports progress. If a call is repeated, it does not report less than before. */
+  /** Reports progress. When a call is repeated, never reports less than before. */
   tell(done) {
     const all = this.run.from + this.run.share * done;
     if (all <= this.run.told) return;
@@ -234,7 +234,7 @@ export class Engine {
       offset: report.offset < 2n ** 53n ? Number(report.offset) : null,
     });
   }
-  /** Calls a function of shmformat.h that fills a struct, and returns the struct. */
+  /** Calls a function of shmformat.h that fills a struct of this type, and returns it. */
   told(scratch, call, struct, ...args) {
     const place = scratch.struct(struct);
     this.status(scratch, call, this.file, ...args, place);
@@ -306,7 +306,7 @@ export class Engine {
       const own = {};
       if (select.cells !== undefined) {
         [own.first_cell, own.end_cell] = select.cells;
-        // Selects no cells: for the library, the range 0, 0 means no condition.
+        // Selects no cells by an empty list of blocks, since the range 0, 0 means "no condition".
         if (own.first_cell === 0 && own.end_cell === 0) own.blocks = scratch.bytes(1);
       }
       if (select.blocks !== undefined && own.blocks === undefined) {
@@ -326,7 +326,7 @@ export class Engine {
       corners: toNumber(counts.corners) };
   }
 
-  /** Calls shmf_read() for some targets. Targets without `data` receive their sizes in `used`;
+  /** Calls shmf_read() for some targets. Without `data`, a target receives its size in `used`;
    *  otherwise `data` is filled. */
   readTargets(scratch, targets) {
     const { bytes } = LAYOUTS.shmf_target;
@@ -342,7 +342,7 @@ export class Engine {
     });
   }
 
-  /** Returns the descriptions of all arrays. They are read from the file once. */
+  /** Returns the descriptions of all arrays, which are read from the file only once. */
   arrays(scratch) {
     const { arrays } = this.told(scratch, "shmf_get_info", "shmf_info");
     this.knownArrays ??= Array.from({ length: arrays }, (_, i) => {
@@ -460,7 +460,7 @@ const CALLS = {
         result.arrays[place] = { index, name, location, components, step, values };
       }, { array: index, step: step ?? 0, flags: one.fill === false ? 0 : FILL }, step !== null);
     });
-    // First determine the sizes, then read.
+    // Determines the sizes of all targets before it reads their values.
     for (const pass of passes) engine.readTargets(scratch, pass);
     const bytes = passes.map((pass) => pass.reduce((sum, { used }) => sum + used, 0));
     const all = Math.max(bytes[0] + bytes[1], 1);

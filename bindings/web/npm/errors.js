@@ -1,5 +1,5 @@
-/** The failure of a call. `message` is a human-readable sentence, from the library if it returned
- *  one. */
+/** The failure of a call. `message` is a human-readable sentence: the library's sentence, if the
+ *  library reported the failure. */
 export class ShmError extends Error {
   /**
    * @param {string} status "io", "truncated", "corrupt", "unsupported", "over limit", "misuse",

@@ -1,8 +1,8 @@
-// Remote: has the same calls as an Engine, and runs the Engine in a worker.
+// Remote: a file with the same calls as an Engine. Runs the Engine in a worker.
 import { ShmError, unpacked } from "./errors.js";
 
 export class Remote {
-  /** Has the same arguments as Engine(). */
+  /** Accepts the same arguments as the constructor of Engine. */
   constructor(...open) {
     this.open = open;
     this.calls = new Map(); // pending calls by id, the oldest first
@@ -38,7 +38,7 @@ export class Remote {
   /** Starts a worker. In Node.js, an idle worker does not keep the program running. */
   async start() {
     let worker;
-    // Bundlers recognize exactly these expressions.
+    // Bundlers find the worker by exactly these expressions.
     if (typeof Worker === "function") {
       worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
       worker.onmessage = ({ data }) => this.take(worker, data);
@@ -73,8 +73,8 @@ export class Remote {
     else call?.resolve(result);
   }
 
-  /** Aborts a call. A running decoder cannot be interrupted: its worker is terminated, and the
-   *  other calls start again in a new worker. */
+  /** Aborts a call. A running decoder cannot be interrupted, so its worker is terminated. The other
+   *  calls start again in a new worker. */
   abort(id, reason) {
     const isRunning = this.calls.keys().next().value === id;
     this.calls.get(id)?.reject(reason);

@@ -1,8 +1,8 @@
-/** 64-bit integers are returned as Number. A file with a number above 2^53 is rejected with a
- *  RangeError. */
+/** The package returns 64-bit integers as Number. It rejects a file that contains a number above
+ *  2^53 with a RangeError. */
 
-/** The failure of a call. `message` is a human-readable sentence, from the library if it returned
- *  one. */
+/** The failure of a call. `message` is a human-readable sentence: the library's sentence, if the
+ *  library reported the failure. */
 export class ShmError extends Error {
   readonly status: "io" | "truncated" | "corrupt" | "unsupported" | "over limit" | "misuse"
     | "no memory" | "cancelled";
@@ -18,13 +18,14 @@ export type ScalarType = "int8" | "uint8" | "int16" | "uint16" | "int32" | "uint
   | "uint64" | "float32" | "float64";
 export type Values = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array
   | BigInt64Array | BigUint64Array | Float32Array | Float64Array;
-/** Vertex numbers, cell numbers or offsets: 32 bits if all of them fit, otherwise 64 bits. */
+/** Vertex numbers, cell numbers or offsets: integers of 32 bits if all of them fit, otherwise of 64
+ *  bits. */
 export type Numbers = Uint32Array | BigUint64Array;
 
 export interface Run {
   /** Aborting this signal rejects the call with the signal's reason. If a worker is already
-   *  decoding the call, the worker is terminated; other calls for the same file start again in a
-   *  new one. */
+   *  decoding the call, the worker is terminated. Other calls for the same file then start again in
+   *  a new worker. */
   signal?: AbortSignal;
 }
 export interface LongRun extends Run {
@@ -33,7 +34,8 @@ export interface LongRun extends Run {
 }
 
 export interface OpenOptions extends Run {
-  /** Opens a damaged file and reads its intact parts. Lost values are NaN or 0. */
+  /** true: opens a damaged file and reads its intact parts. Lost values are NaN, or 0 for
+   *  integers. */
   damaged?: boolean;
   /** Limits on the resources that a file may demand. Defaults: see ReadLimits in shm/limits.h. */
   limits?: {
@@ -52,9 +54,11 @@ export interface OpenOptions extends Run {
     maxCells?: number;
     maxDecodedBytes?: number;
   };
-  /** false: decodes in this thread. Default: in a worker, if the platform has workers. */
+  /** false: decodes in the calling thread. Default: decodes in a worker, if the platform has
+   *  workers. */
   worker?: boolean;
-  /** Location or contents of shmformat.wasm. Default: the file next to the package. */
+  /** Location or contents of shmformat.wasm. Default: the file next to the JavaScript of the
+   *  package. */
   wasm?: string | URL | ArrayBuffer | ArrayBufferView | WebAssembly.Module;
 }
 
@@ -64,7 +68,7 @@ export interface OpenOptions extends Run {
  * 256 MiB. The bytes that a call reads stay in memory while the call runs. Buffers are copied once,
  * not borrowed. In Node.js, a string that is not a URL is a path.
  *
- * Throws ShmError; TypeError if `source` is not one of these types.
+ * Rejects with a ShmError on failure, or with a TypeError if `source` has none of these types.
  */
 export function open(
   source: ArrayBuffer | ArrayBufferView | Blob | URL | string,
@@ -72,12 +76,13 @@ export function open(
 ): Promise<Mesh | Archive>;
 
 export interface Block {
-  /** ID in the source file; need not be unique. BigInt if its magnitude exceeds 2^53 - 1. */
+  /** Id of the block in the source file; need not be unique. A BigInt if its magnitude exceeds
+   *  2^53 - 1. */
   readonly id: number | bigint;
   readonly name: string;
   readonly shape: "other" | "vertex" | "line" | "triangle" | "quad" | "polygon" | "tetrahedron"
     | "pyramid" | "wedge" | "hexahedron" | "polyhedron" | "faces";
-  /** Number of nodes of each cell; 0: differs from cell to cell. */
+  /** Number of nodes of each cell; 0: the number differs from cell to cell. */
   readonly nodesPerCell: number;
   readonly cells: number;
 }
@@ -85,7 +90,7 @@ export interface Block {
 export interface ArrayInfo {
   readonly index: number;
   readonly name: string;
-  /** "" for field data; otherwise its role in the source format, such as "exodus:node_num_map". */
+  /** Role of the array in the source format, such as "exodus:node_num_map"; "" for field data. */
   readonly role: string;
   readonly location: "point" | "cell";
   readonly type: ScalarType;
@@ -94,9 +99,9 @@ export interface ArrayInfo {
   readonly elements: number;
   /** For cell data: indices of the blocks whose cells have values; null: all blocks. */
   readonly blocks: number[] | null;
-  /** 0: lossless; otherwise the largest difference between a value and its source. */
+  /** Largest difference between a value and its source; 0: lossless. */
   readonly error: number;
-  /** Time steps with values, ascending; null: a static array, with one set of values. */
+  /** Time steps at which the array has values, ascending; null: the array is static. */
   readonly steps: number[] | null;
 }
 
@@ -110,8 +115,8 @@ export interface WantedArray {
   /** Type of the returned values. Default: the type of the array. float64 arrays can also be read
    *  as "float32". */
   type?: ScalarType;
-  /** For cell data. true (the default): returns values for all cells: NaN (0 for integers) for
-   *  cells without values. false: returns only the existing values. */
+  /** For cell data. true (the default): returns a value for every cell; cells without values have
+   *  NaN, or 0 for integers. false: returns only the existing values. */
   fill?: boolean;
 }
 
@@ -128,16 +133,15 @@ export interface Selection {
 }
 
 export interface Wanted extends LongRun {
-  /** Whether to read coordinates. true (the default): in the type of the file; otherwise in the
-   *  given type. */
+  /** Whether to read coordinates, and their type. true (the default): the type of the file. */
   points?: boolean | "float32" | "float64";
   /** Whether to read the cells. Default: true. */
   cells?: boolean;
   arrays?: Iterable<WantedArray>;
   /** Whether to return the numbers of vertices and cells in the whole mesh. */
   numbers?: boolean;
-  /** Default: all cells, and all vertices, even unused ones. Selected vertices and cells are
-   *  renumbered from 0. */
+  /** Cells to read. Default: all cells, and all vertices, even those that no cell uses. Selected
+   *  vertices and cells are renumbered from 0. */
   select?: Selection;
 }
 
@@ -145,9 +149,9 @@ export interface Wanted extends LongRun {
  *  connectivity[offsets[i + 1] - 1]. */
 export interface Cells {
   readonly connectivity: Numbers;
-  /** Length: cells + 1. */
+  /** Offset in `connectivity` of the first vertex of each cell. Length: number of cells + 1. */
   readonly offsets: Numbers;
-  /** VTK cell types. */
+  /** VTK's type of each cell. */
   readonly types: Uint8Array;
   /** Index of the block of each cell. */
   readonly blocks: Uint32Array;
@@ -160,7 +164,8 @@ export interface ReadArray {
   readonly components: number;
   /** Time step of the values; null for static arrays. */
   readonly step: number | null;
-  /** Length: elements * components. The components of an element are adjacent. */
+  /** Values of all elements. Length: elements * components. The components of an element are
+   *  adjacent. */
   readonly values: Values;
 }
 
@@ -169,10 +174,10 @@ export interface ReadArray {
 export interface Arrays {
   readonly vertexCount: number;
   readonly cellCount: number;
-  /** Length: 3 * vertices. */
+  /** Coordinates. Length: 3 * number of vertices. */
   readonly points?: Float32Array | Float64Array;
   readonly cells?: Cells;
-  /** In the order of the request. */
+  /** The requested arrays, in the order of the request. */
   readonly arrays: ReadArray[];
   readonly vertexNumbers?: Numbers;
   readonly cellNumbers?: Numbers;
@@ -181,23 +186,23 @@ export interface Arrays {
 export interface WantedBoundary extends LongRun {
   /** Arrays whose values on the boundary are returned. */
   arrays?: Iterable<Pick<WantedArray, "index" | "name" | "location" | "step">>;
-  /** Default: all cells. */
+  /** Cells whose boundary is found. Default: all cells. */
   select?: Selection;
   /** Memory limit for the surface and the search for it, in bytes; 0: 4 GiB. */
   maxBytes?: number;
 }
 
 /** Surface of a mesh. The points of face i are connectivity[offsets[i]] to connectivity[offsets[i +
- *  1] - 1], counter-clockwise when seen from outside; lines have 2 points, vertices 1. */
+ *  1] - 1], counter-clockwise when seen from outside. A line has 2 points, a vertex has 1. */
 export interface Boundary {
   readonly vertexCount: number;
   readonly faceCount: number;
-  /** Number of cells whose faces are unknown, such as polyhedra. */
+  /** Number of cells left out because their faces are unknown, such as polyhedra. */
   readonly leftOut: number;
-  /** Points that the faces use. Length: 3 * vertices. */
+  /** Coordinates of the points that the faces use. Length: 3 * number of vertices. */
   readonly points: Float32Array | Float64Array;
   readonly connectivity: Uint32Array;
-  /** Length: faces + 1. */
+  /** Offset in `connectivity` of the first point of each face. Length: number of faces + 1. */
   readonly offsets: Numbers;
   /** Number of each vertex in the whole mesh. */
   readonly vertexNumbers: Numbers;
@@ -205,9 +210,10 @@ export interface Boundary {
   readonly cellNumbers: Numbers;
   /** Block index of each face's cell. */
   readonly blocks: Uint32Array;
-  /** Side of the cell, numbered from 1 as in Exodus; 0: the cell itself. */
+  /** For each face: side of its cell, numbered from 1 as in Exodus; 0: the face is the cell
+   *  itself. */
   readonly sides: Uint32Array;
-  /** In the order of the request, with one element per vertex or per face. */
+  /** The requested arrays, in the order of the request, with one element per vertex or per face. */
   readonly arrays: ReadArray[];
 }
 
@@ -218,11 +224,11 @@ export interface Segment {
   readonly vertices: number;
   /** Size of the segment in the file, in bytes. */
   readonly bytes: number;
-  /** Smallest x y z, largest x y z. */
+  /** Bounding box of the vertices: smallest x y z, largest x y z. */
   readonly box: number[];
 }
 
-/** A named set of vertices, sides or cells. Its numbers refer to the whole mesh. */
+/** A named set of vertices, sides or cells. The numbers in it refer to the whole mesh. */
 export interface MeshSet {
   readonly kind: "node" | "side" | "element";
   readonly id: number | bigint;
@@ -237,7 +243,7 @@ export interface MeshSet {
   readonly factors: Float64Array | null;
 }
 
-/** A typed value with a key, for data that the other properties do not cover. */
+/** A typed value with a key, for data that the other properties of a mesh do not cover. */
 export interface Extra {
   readonly key: string;
   readonly refers: "nothing" | "vertices" | "cells";
@@ -245,7 +251,7 @@ export interface Extra {
   readonly values: Values;
 }
 
-/** An open mesh. Calls may overlap; they run one after the other. */
+/** An open mesh. Calls may overlap in time; the mesh runs them one after the other. */
 export interface Mesh {
   readonly vertexCount: number;
   readonly cellCount: number;
@@ -254,11 +260,11 @@ export interface Mesh {
   readonly segmentCount: number;
   readonly fileBytes: number;
   readonly coordinateType: "float32" | "float64";
-  /** 0: lossless; otherwise the largest difference between a coordinate and its source. */
+  /** Largest difference between a coordinate and its source; 0: lossless. */
   readonly coordinateError: number;
-  /** "keep": vertices and cells have the numbers of the source. */
+  /** Order of vertices and cells. With "keep", they have the same numbers as in the source. */
   readonly order: "keep" | "stream" | "free";
-  /** "exodus", "vtk", "gmsh", ..., or "". */
+  /** Format of the source, such as "exodus", "vtk" or "gmsh"; "" if unknown. */
   readonly sourceFormat: string;
   readonly blocks: Block[];
   readonly arrays: ArrayInfo[];
@@ -268,8 +274,8 @@ export interface Mesh {
   /** Reads points, cells and arrays. Only the requested data is fetched and decoded. */
   read(wanted?: Wanted): Promise<Arrays>;
   /** Finds the boundary: sides that belong to a single volume cell, and all cells of lower
-   *  dimension. It needs one pass over the cells; memory grows with the active surface and the
-   *  boundary. */
+   *  dimension. The search needs one pass over the cells. Memory grows with the active surface and
+   *  the boundary. */
   boundary(wanted?: WantedBoundary): Promise<Boundary>;
   /** Returns the segments: runs of cells that can be decoded independently. */
   segments(run?: Run): Promise<Segment[]>;
@@ -281,9 +287,9 @@ export interface Mesh {
   close(): Promise<void>;
 }
 
-/** A file that contains several files. */
+/** An archive: a file that contains several files, its members. */
 export interface Archive {
-  /** Names of the files. */
+  /** Names of the members. */
   readonly members: string[];
   /** Opens a member. The caller closes the returned Mesh with its close(). */
   open(name: string, run?: Run): Promise<Mesh>;

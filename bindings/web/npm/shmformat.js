@@ -8,8 +8,8 @@ export { ShmError };
 
 let compiled;
 
-/** Returns the compiled decoder, from `wasm` or from the file next to this module, which is
- *  compiled only once. */
+/** Returns the compiled decoder. `wasm` is its location or contents; without `wasm`, the file next
+ *  to this module is compiled, only once. */
 function moduleOf(wasm) {
   if (wasm instanceof WebAssembly.Module) return wasm;
   if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return WebAssembly.compile(wasm);
@@ -41,7 +41,7 @@ async function sourceOf(source) {
   if (source instanceof Blob) return source;
   if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return new Blob([source]);
   if (typeof source !== "string" && !(source instanceof URL)) {
-    throw new TypeError("a file is an ArrayBuffer, a view of one, a Blob or a URL");
+    throw new TypeError("a file must be an ArrayBuffer, a view of an ArrayBuffer, a Blob or a URL");
   }
   const isPath = globalThis.process?.versions?.node !== undefined && typeof source === "string"
     && !/^[a-z][a-z0-9+.-]+:/i.test(source);

@@ -4,15 +4,18 @@
 // few repetitions are needed.
 import { ShmError } from "./errors.js";
 
-// Number of bytes fetched first. They identify the file, and usually contain its schema.
+// The first fetch has this size in bytes. These bytes identify the file, and usually contain its
+// schema.
 const FRONT = 1 << 12;
-// FAR applies to files on a server, HERE to local files. guess: number of bytes fetched around a
-// missing byte in a range that was not announced; at the end of a file, they usually contain the
-// index. near: ranges closer than this are fetched as one range. Local bytes are cheap, but each
-// fetch repeats a call.
+// FAR applies to files on a server, HERE to local files.
+// - guess: number of bytes fetched around a missing byte that was not announced. At the end of a
+//   file, they usually contain the index.
+// - near: ranges closer than this number of bytes are fetched as one range. Local bytes are cheap,
+//   but each fetch repeats a call.
 const FAR = { guess: 1 << 14, near: 1 << 11 };
 const HERE = { guess: 1 << 20, near: 1 << 16 };
-const NEAR_OF_MANY = 1 << 16; // largest value of `near`; `near` grows if there are over MANY ranges
+// maximum of `near` in bytes; `near` grows if there are more than MANY ranges
+const NEAR_OF_MANY = 1 << 16;
 const MANY = 24;
 const MOST_AT_ONCE = 6; // maximum number of concurrent requests
 const MOST_KEPT = 64 << 20; // maximum bytes kept from one call to the next
@@ -22,7 +25,7 @@ const MOST_GUESSED = 16 << 20; // largest guess
 /** Every .shm file begins with these bytes. */
 const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
 
-/** In this file, a range of bytes is [first, end]; the byte at `end` does not belong to it. */
+/** The bytes of a Blob. A range [first, end] in this file does not include the byte at `end`. */
 
 class BlobBytes {
   constructor(blob) {
@@ -77,9 +80,9 @@ class FileBytes {
   }
 }
 
-/** A file on a server. The first request fetches its beginning and reports its size; a server
- *  without range requests returns the whole file. Unless `isDamaged`, a file whose first bytes are
- *  not those of a .shm file is rejected. */
+/** A file on a server. The first request fetches the beginning of the file and learns its size. A
+ *  server without range requests returns the whole file. Unless `isDamaged`, a file whose first
+ *  bytes are not those of a .shm file is rejected. */
 class UrlBytes {
   static async open(url, isDamaged, signal) {
     const file = new UrlBytes();
@@ -104,8 +107,8 @@ class UrlBytes {
     return file;
   }
 
-  /** Returns the size of the file. A server of another origin may hide Content-Range; a HEAD
-   *  request then returns the size. */
+  /** Returns the size of the file. If the server of another origin hides Content-Range, a HEAD
+   *  request finds the size. */
   async total(answer, signal) {
     const range = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(answer.headers.get("Content-Range") ?? "");
     if (range !== null) {
@@ -140,8 +143,8 @@ class UrlBytes {
     }
     throw this.error(`the server answers ${status}`);
   }
-  /** Returns an error for a failed connection. Browsers give pages no details about servers of
-   *  other origins. */
+  /** Returns an error for a failed connection. For servers of other origins, browsers do not tell
+   *  the page why the connection failed. */
   failed(cause) {
     const { origin } = globalThis.location ?? {};
     const isOther = origin !== undefined && origin !== new URL(this.url).origin;
@@ -233,7 +236,7 @@ function opened(source, isDamaged, signal) {
   return url.protocol === "file:" ? FileBytes.open(url) : UrlBytes.open(url, isDamaged, signal);
 }
 
-/** Fetched pieces in ascending order, without overlaps; the oldest are dropped first. */
+/** Fetched pieces in ascending order, without overlaps. The oldest pieces are dropped first. */
 class Pieces {
   constructor() {
     this.pieces = []; // {first, end, bytes, age}
@@ -271,7 +274,7 @@ class Pieces {
     this.bytes += bytes.length;
   }
 
-  /** Fills `into` with bytes, all of which must have been fetched. */
+  /** Fills `into` with the bytes from `first` on, all of which must have been fetched. */
   copy(first, into) {
     let position = first;
     for (let i = this.find(first); position < first + into.length; ++i) {
@@ -294,7 +297,7 @@ class Pieces {
 
 /** A file whose fetched bytes can be read, and whose missing bytes are fetched between calls. */
 export class Source {
-  /** Opens a source. `isDamaged`: the signature is not checked. */
+  /** Opens a source. If `isDamaged`, the signature of the file is not checked. */
   static async open(source, isDamaged, signal) {
     const file = new Source();
     file.from = await opened(source, isDamaged, signal);
@@ -304,7 +307,7 @@ export class Source {
     file.kept = new Pieces();
     if (file.from.front !== undefined) file.kept.add(0, file.from.front);
     file.told = [];
-    file.missing = null; // the first missing range that the last call needed
+    file.missing = null; // the first range that the last call needed and that was not fetched
     file.misses = 0;
     return file;
   }
@@ -314,8 +317,8 @@ export class Source {
     for (const { offset, bytes } of ranges) this.told.push([offset, offset + bytes]);
   }
 
-  /** Fills `into` and returns true if all its bytes have been fetched; otherwise stores the range
-   *  in `missing` and returns false. */
+  /** Fills `into` and returns true if all its bytes have been fetched. Otherwise stores the missing
+   *  range in `missing` and returns false. */
   read(offset, into) {
     if (this.kept.gaps(offset, offset + into.length).length > 0) {
       this.missing ??= [offset, offset + into.length];
@@ -330,7 +333,7 @@ export class Source {
     this.missing = null;
   }
 
-  /** Fetches the missing bytes, together with the announced ranges if these contain them. */
+  /** Fetches the missing range. If the announced ranges contain it, fetches all of them. */
   async fetchMissing(signal) {
     const [first, end] = this.missing;
     // One read may cover several announced ranges.
@@ -344,7 +347,7 @@ export class Source {
     const fetchSome = async () => {
       for (const [from, to] of next) {
         const bytes = await this.from.fetch([from, to], signal);
-        // A run may include bytes between the gaps that were fetched earlier.
+        // Skips bytes between the gaps of this run that were fetched earlier.
         for (const [first, end] of this.kept.gaps(from, to)) {
           this.kept.add(first, bytes.subarray(first - from, end - from));
         }
@@ -355,15 +358,15 @@ export class Source {
     for (const one of done) if (one.status === "rejected") throw one.reason;
   }
 
-  /** Returns a range that contains the missing range, since nearby bytes are likely to be read
-   *  next. Its size doubles with each miss. */
+  /** Returns a range around the missing range, since nearby bytes are likely to be read next. The
+   *  size of the range doubles with each miss. */
   guessed(first, end) {
     const least = Math.min(MOST_GUESSED, this.reach.guess * 2 ** this.misses++);
     const to = Math.min(this.size, Math.max(end, first + least));
     return [Math.max(0, Math.min(first, to - least)), to];
   }
 
-  /** Merges ranges that are closer than `near`; returns them in ascending order. */
+  /** Merges ranges that are closer than `near` bytes. Returns the result in ascending order. */
   static merged(ranges, near) {
     const runs = [];
     for (const [first, end] of [...ranges].sort((a, b) => a[0] - b[0])) {
@@ -374,7 +377,7 @@ export class Source {
     return runs;
   }
 
-  /** Ends a call: drops all bytes except the most recently fetched MOST_KEPT bytes. */
+  /** Ends a call: keeps the most recently fetched MOST_KEPT bytes, and drops all others. */
   end() {
     this.begin();
     this.misses = 0;

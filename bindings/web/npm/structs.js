@@ -92,8 +92,8 @@ export function readStruct(view, name, address) {
   return struct;
 }
 
-/** Writes `values` to the members of the struct at `address`, the size of the struct to
- *  struct_size, and 0 to all other members. */
+/** Writes a struct at `address`: struct_size receives the size of the struct, the members in
+ *  `values` their values, and all other members 0. */
 export function writeStruct(view, name, address, values = {}) {
   const { fields, bytes } = LAYOUTS[name];
   for (let i = 0; i < bytes; ++i) view.setUint8(address + i, 0);

@@ -1,6 +1,6 @@
-// Runs an Engine in its own thread, in browsers and in Node.js. Receives {open: [module, source,
-// options]}, then {id, name, argument, watched} for each call, and {dropped: id} if the caller no
-// longer waits for a call. Sends {id, result}, {id, error} or {id, progress}.
+// Runs an Engine in a separate thread, in browsers and in Node.js. Receives the message {open:
+// [module, source, options]}, then {id, name, argument, watched} for each call, and {dropped: id}
+// when the caller no longer waits for a call. Sends {id, result}, {id, error} or {id, progress}.
 import { Engine, buffersOf } from "./engine.js";
 import { packed } from "./errors.js";
 

@@ -1,8 +1,8 @@
-// Camera: a parallel projection of the mesh. Coordinates are those of a frame (surface.js):
-// relative to the middle of the mesh, -1..1 along its largest side; z is up. Cameras are immutable:
-// each function returns a new one.
+// Camera: a parallel projection of the mesh. Uses frame coordinates (surface.js), which are
+// relative to the middle of the mesh and -1..1 along its largest side; z is up. A camera is
+// immutable, so each function returns a new camera.
 
-/** Default direction of view: from the right, the front, and above. */
+/** Default direction of view: the viewer looks from the right, the front, and above. */
 export const USUAL_VIEW = [1, -2, 1];
 
 /** Limits of the zoom, relative to the fitted mesh. */
@@ -13,12 +13,13 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
   a[0] * b[1] - a[1] * b[0]];
 
-/** Returns a camera that looks from direction `view`, which is not 0, at the middle of the frame.
- *  lift: offset of the target above the middle of the picture, in halves of its smaller side. */
+/** Returns a camera that looks from direction `view`, which must not be 0, at the middle of the
+ *  frame. The member lift of a camera is the offset of the target above the middle of the picture,
+ *  in halves of the picture's smaller side. */
 export function cameraFrom(view) {
   const across = Math.hypot(view[0], view[1]);
   const high = Math.atan2(view[2], across);
-  // For views from above and below, y is up.
+  // In views from straight above or below, y is up.
   const round = across < 1e-3 * Math.abs(view[2]) ? -Math.PI / 2 : Math.atan2(view[1], view[0]);
   return { round, high, zoom: 1, scale: 1, lift: 0, target: [0, 0, 0] };
 }
@@ -31,8 +32,8 @@ export function axesOf({ round, high }) {
   return { right, up: cross(view, right), view };
 }
 
-/** Returns the camera rotated by two angles: `round` around the mesh, and `high` upwards, at most
- *  until it looks from straight above or below. */
+/** Returns the camera rotated by two angles: `round` around the mesh, and `high` upwards. The
+ *  rotation upwards ends when the camera looks from straight above or below. */
 export function turned(camera, round, high) {
   const most = Math.PI / 2;
   return { ...camera,
@@ -45,14 +46,14 @@ export function turned(camera, round, high) {
 export function moved(camera, across, upwards) {
   const { right, up } = axesOf(camera);
   const size = 1 / (camera.scale * camera.zoom);
-  const most = 10; // a mesh further off would be lost
+  const most = 10; // a mesh moved further would be hard to find again
   return { ...camera,
     target: camera.target.map((coordinate, i) =>
       Math.min(Math.max(coordinate - size * (across * right[i] + upwards * up[i]), -most), most)) };
 }
 
-/** Returns the camera zoomed. The point at (across, upwards), in the units of moved(), stays in
- *  place. */
+/** Returns the camera zoomed by the factor `times`. The point at (across, upwards), in the units of
+ *  moved(), stays in place. */
 export function zoomed(camera, times, across = 0, upwards = 0) {
   const zoom = Math.min(Math.max(camera.zoom * times, LEAST_ZOOM), MOST_ZOOM);
   const real = zoom / camera.zoom;
@@ -62,8 +63,8 @@ export function zoomed(camera, times, across = 0, upwards = 0) {
 }
 
 /** Returns the camera that fits a box {least, most} of frame coordinates into the picture.
- *  `aspect`: width divided by height. `below`: fraction of the height that stays free at the lower
- *  side. */
+ *  `aspect`: width of the picture divided by its height. `below`: fraction of the height that stays
+ *  free at the lower side. */
 export function fitted(camera, { least, most }, aspect, below = 0) {
   const { right, up } = axesOf(camera);
   const half = most.map((to, i) => (to - least[i]) / 2);
@@ -86,7 +87,7 @@ export function matrixOf(camera, aspect) {
     view.map((part) => -part / 4)];
   const shift = rows.map((row) => -dot(row, camera.target));
   shift[1] += camera.lift / tall;
-  // Depth does not depend on the target, so that the whole mesh stays in the depth range.
+  // The depth does not depend on the target, so that the whole mesh stays in the depth range.
   shift[2] = 0;
   return new Float32Array([0, 1, 2].flatMap((c) => [rows[0][c], rows[1][c], rows[2][c], 0])
     .concat(shift, 1));

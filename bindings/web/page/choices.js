@@ -1,8 +1,9 @@
-// Choices: the options that a mesh offers, and the requests to the package for the chosen options.
+// Choices: the options that a mesh offers, and the requests to the package for the options that the
+// user chooses.
 
-/** Returns the arrays that can be shown as colours (field data), as [{label, name, location,
+/** Returns the arrays of field data, which can be shown as colours, as [{label, name, location,
  *  components, steps, parts}]. parts: indices of the arrays in the file. Cell arrays on different
- *  blocks that have the same name, components and steps are one entry. */
+ *  blocks with the same name, components and steps form one entry. */
 export function colourings(arrays) {
   const found = new Map();
   for (const array of arrays) {
@@ -28,10 +29,10 @@ export function nearStep(steps, step) {
 }
 
 /**
- * Returns the selection of the shown cells, as the package expects it; undefined: all cells.
+ * Returns the selection of the cells to show, as the package expects it; undefined: all cells.
  *
- * chosen: hidden, a Set of block indices; segment, an element of segments() or null; clip, {axis,
- * from, sign} or null: shows cells with a vertex at sign * coordinate <= sign * from.
+ * hidden: a Set of block indices. segment: an element of segments(), or null. clip: {axis, from,
+ * sign} or null; shows cells with a vertex at sign * coordinate <= sign * from.
  */
 export function selection({ hidden, segment, clip }, blockCount) {
   const select = {};
@@ -49,8 +50,8 @@ export function selection({ hidden, segment, clip }, blockCount) {
   return Object.keys(select).length === 0 ? undefined : select;
 }
 
-/** Returns the parameters of the page's address: ?url= (address of a file on a server) and segment=
- *  (number of a segment). */
+/** Returns the parameters in the address of the page: ?url= (address of a file on a server) and
+ *  segment= (number of a segment). */
 export function wantedOf(search, base) {
   const parameters = new URLSearchParams(search);
   const given = parameters.get("url");

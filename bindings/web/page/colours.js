@@ -1,5 +1,5 @@
-// The colours of `shm preview` (converters/picture/colours.cpp), bit by bit. A colour is [red,
-// green, blue], each 0..255.
+// The same colours as in `shm preview` (converters/picture/colours.cpp), bit by bit. A colour is
+// [red, green, blue], each 0..255.
 
 // The palette of M. Okabe and K. Ito, without black, beginning with blue.
 const HUES = [[86, 180, 233], [230, 159, 0], [0, 158, 115], [240, 228, 66], [204, 121, 167],
@@ -14,7 +14,7 @@ const STEPS = 17; // interpolation steps from one colour to the next
 /** Colour of elements without a value. */
 export const NO_VALUE = [150, 150, 150];
 
-/** Returns the number that is `part` of `of` steps from `a` to `b`. */
+/** Interpolates between the numbers `a` and `b`: returns the number after `part` of `of` steps. */
 function between(a, b, part, of) {
   const half = Math.floor(of / 2);
   return a.map((from, i) => Math.floor((from * (of - part) + b[i] * part + half) / of));
@@ -23,7 +23,8 @@ function between(a, b, part, of) {
 /** Block colours repeat with this period. */
 export const BLOCK_COLOURS = 3 * HUES.length;
 
-/** Returns the colour of the block with this index: seven hues, then darker, then lighter hues. */
+/** Returns the colour of the block with this index: seven hues, then seven darker, then seven
+ *  lighter hues. */
 export function blockColour(block) {
   const hue = HUES[block % HUES.length];
   switch (Math.floor(block / HUES.length) % 3) {

@@ -1,6 +1,6 @@
-// Drawing: draws a surface on a canvas with WebGL 2. Data of vertices and faces is stored in
-// textures. Each corner of a triangle is a pair of a vertex index and a face index. A new time step
-// changes only the texture of values.
+// Drawing: draws a surface on a canvas with WebGL 2. Textures store the data of vertices and faces.
+// Each corner of a triangle is a pair of a vertex index and a face index. A new time step changes
+// only the texture of values.
 import { BLOCK_COLOURS, NO_VALUE, blockColour, valueTable } from "./colours.js";
 import { axesOf, matrixOf } from "./camera.js";
 
@@ -15,7 +15,7 @@ uniform sampler2D places, shares;
 uniform usampler2D blocks;
 uniform mat4 matrix;
 uniform mat3 turned;
-uniform int colouredBy; // 0: blocks, 1: values of vertices, 2: values of faces
+uniform int colouredBy; // colours show 0: blocks, 1: values of vertices, 2: values of faces
 uniform float pointSize;
 in uvec2 corner;
 out vec3 seen, place, across;
@@ -45,14 +45,14 @@ uniform sampler2D table;
 uniform vec3 noValue;
 uniform int colouredBy;
 uniform bool isLit, hasEdges;
-uniform vec4 clip; // keeps dot(clip.xyz, place) <= clip.w
+uniform vec4 clip; // clip plane: fragments with dot(clip.xyz, place) <= clip.w are kept
 in vec3 seen, place, across;
 in float share, hasValue;
 flat in uint block, edges;
 out vec4 colour;
 const vec3 lamp = vec3(-.398015, .597022, .696526);
 void main() {
-  // Before discard: derivatives are undefined after it.
+  // Computed before discard, because derivatives are undefined after a discard.
   vec3 bent = cross(dFdx(seen), dFdy(seen));
   vec3 slope = sqrt(dFdx(across) * dFdx(across) + dFdy(across) * dFdy(across));
   if (dot(clip.xyz, place) > clip.w) discard;
@@ -68,8 +68,9 @@ void main() {
     float shade = colouredBy == 0 ? .6 : .4;
     light = 1.0 - shade * (1.0 - .6 * abs(normal.z) - .4 * sideways);
     if (hasEdges) {
-      // Distances in pixels from each side of the triangle, and the heights of the triangle over
-      // its sides. The edges of narrow triangles fade, as in pictures of shm preview.
+      // away: distance in pixels from each side of the triangle. high: height in pixels of the
+      // triangle over each side. The edges of narrow triangles fade, as in the
+      // pictures of shm preview.
       vec3 away = across / max(slope, 1e-20), high = 1.0 / max(slope, 1e-20);
       vec3 isEdge = vec3(edges >> 1 & 1u, edges >> 2 & 1u, edges & 1u);
       vec3 dark = isEdge * (1.0 - smoothstep(.5, 1.5, away)) * clamp((high - 4.0) / 4.0, 0.0, 1.0);
@@ -89,7 +90,7 @@ function compiled(gl, type, source) {
   return shader;
 }
 
-/** Formats of lists: count of numbers per element, and the texture format. */
+/** Formats of list textures: the count of numbers per element, and the texture format. */
 function kindsOf(gl) {
   return {
     places: { unit: 0, parts: 4, internal: gl.RGBA32F, format: gl.RGBA, type: gl.FLOAT,
@@ -114,7 +115,7 @@ export class Drawing {
     this.wanted = false;
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
-      lost("the graphics card is not available; the picture comes back when it is");
+      lost("the graphics card is not available; the picture returns when the card does");
     });
     canvas.addEventListener("webglcontextrestored", () => {
       this.begin();
@@ -165,8 +166,8 @@ export class Drawing {
   }
 
   /** Stores a list as a texture with rows of WIDE elements. Throws RangeError if the list is too
-   *  long. Does nothing while the graphics context is lost: all lists are stored again
-   *  afterwards. */
+   *  long. While the graphics context is lost, does nothing: all lists are stored again when the
+   *  context is restored. */
   list(name, values) {
     const { gl } = this;
     if (this.isLost) return;
@@ -174,7 +175,7 @@ export class Drawing {
     const rows = Math.max(Math.ceil(values.length / parts / WIDE), 1);
     if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) {
       throw new RangeError("the surface has more vertices or faces than this graphics card holds: "
-        + "choose a segment, or cut");
+        + "choose a segment, or cut the mesh");
     }
     const padded = new Type(rows * WIDE * parts);
     padded.set(values);
@@ -185,8 +186,9 @@ export class Drawing {
     gl.texImage2D(gl.TEXTURE_2D, 0, internal, WIDE, rows, 0, format, type, padded);
   }
 
-  /** Sets the surface to draw: {places, corners, blocks}, as surface.js returns them. blocks:
-   *  Uint8Array with the colour of each face. The arrays are borrowed until the next call. */
+  /** Sets the surface to draw: {places, corners, blocks}. surface.js computes places and corners.
+   *  blocks: Uint8Array with the colour of each face. The arrays are borrowed until the next
+   *  call. */
   show(surface) {
     const { gl } = this;
     this.surface = surface;
@@ -200,20 +202,21 @@ export class Drawing {
     }
     if (gl.getError() === gl.OUT_OF_MEMORY) {
       throw new RangeError("the graphics card has too little memory for this surface: "
-        + "choose a segment, or cut");
+        + "choose a segment, or cut the mesh");
     }
     this.change({});
   }
 
-  /** Sets the values that determine the colours, {shares, ofPoints}; null: colours show blocks. */
+  /** Sets the values that determine the colours, {shares, ofPoints}. null: colours show the
+   *  blocks. */
   colour(shares) {
     this.shares = shares;
     if (shares !== null) this.list("shares", shares.shares);
     this.change({});
   }
 
-  /** Changes settings: edges, true or false; clip, [x, y, z, most] in the frame, or null; camera.
-   *  Redraws with the next animation frame. */
+  /** Changes settings, and redraws with the next animation frame. edges: true or false. clip: [x,
+   *  y, z, most] in frame coordinates, or null. camera: a camera of camera.js. */
   change(settings) {
     Object.assign(this.set, settings);
     if (this.wanted) return;

@@ -1,7 +1,7 @@
 // Builds tables of a file's contents. Text from a file is always inserted as text, never as markup.
 import { bytesText, countText, nameText, plural, valueText } from "./numbers.js";
 
-const MOST_ROWS = 500; // maximum number of rows of a table; one more row counts the rest
+const MOST_ROWS = 500; // maximum number of rows of a table; a last row counts the omitted rows
 
 /** Returns an element that contains text or other elements. */
 export function element(tag, ...inside) {
@@ -10,8 +10,9 @@ export function element(tag, ...inside) {
   return made;
 }
 
-/** Returns a table. heads: column headings. rows: lists with a string or a number for each column.
- *  Numbers are right-aligned, and so are columns with an empty heading, except the first column. */
+/** Returns a table. heads: headings of the columns. rows: lists with a string or a number for each
+ *  column. Numbers are right-aligned. Columns with an empty heading are right-aligned too, except
+ *  the first column. */
 function table(caption, heads, rows) {
   const isRight = (i) => (heads[i] === "" ? i > 0 : typeof rows[0]?.[i] === "number");
   const cell = (tag) => (inside, i) => {

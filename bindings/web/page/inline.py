@@ -59,7 +59,7 @@ def module(path, done, into):
 
 
 def script_of(entry, worker_url=None):
-    """Returns one script of a module and all its imports. The entry comes last, outside of any function."""
+    """Returns one script made of a module and all its imports. The module itself comes last, outside of any function."""
     modules = []
     module(entry.resolve(), set(), modules)
     names = [name_of(path) for path, _, _ in modules]
@@ -105,14 +105,14 @@ def main():
     if len(sys.argv) != 5:
         sys.exit(__doc__)
     page, modules, package, out = map(Path, sys.argv[1:])
-    # opening.js supplies the decoder and the worker, which the package otherwise loads from files next to itself.
+    # The package normally loads its decoder and its worker from files next to itself. In the page, opening.js supplies
+    # them.
     script = "\n" + script_of(page / "main.js", "globalThis.shmWorkerUrl()")
     style = "\n" + (page / "style.css").read_text(encoding="utf-8")
     inside = {
         "style": style,
         "script": script,
-        # The worker's module uses top-level await, which a classic script may only do inside of a
-        # function.
+        # The module of the worker uses top-level await, which a classic script may use only inside a function.
         "worker": f"\n(async () => {{\n\"use strict\";\n{script_of(modules / 'worker.js')}}})();\n",
         "licences": licences(package),
         "decoder": packed((package / "shmformat.wasm").read_bytes()),
@@ -124,7 +124,7 @@ def main():
     if sorted(used) != sorted(inside):
         fail(f"index.html has the placeholders {used}, and {sorted(inside)} were expected, each once")
     whole = re.sub(r"\{(\w+)\}", lambda match: inside[match[1]], template)
-    # OUT appears under its name only when it is complete.
+    # OUT must not appear under its name before it is complete.
     part = out.with_name(out.name + ".part")
     part.write_text(whole, encoding="utf-8", newline="\n")
     os.replace(part, out)

@@ -1,6 +1,6 @@
-// The page: opens a file, shows its surface with the chosen options, and describes it. All state is
-// in one object. Every change calls look(), which reads the data for the latest choices as soon as
-// the current read has ended. Text from a file is always inserted as text, never as markup.
+// The page: opens a file, shows its surface with the chosen options, and describes the file. All
+// state is in one object. Every change calls look(), which reads the data for the latest choices as
+// soon as the current read has ended. Text from a file is always inserted as text, never as markup.
 import { axesOf, cameraFrom, fitted, SIDES, USUAL_VIEW } from "./camera.js";
 import { colourings, nearStep, selection, wantedOf } from "./choices.js";
 import { BLOCK_COLOURS, blockColour, valueColour } from "./colours.js";
@@ -12,9 +12,9 @@ import { cameraKey, takePointers } from "./pointing.js";
 import { boxOf, cornersOf, frameOf, joined, numbersOf, placesOf, rangeOf, sharesOf, viewOfPlane }
   from "./surface.js";
 
-const LARGE = 64e6; // bytes; larger files on a server are first shown by one segment only
-const MOST_BLOCKS = 1000; // maximum number of blocks in the list
-const MOST_VERTICES = 4e6; // maximum number of vertices drawn of a mesh without faces
+const LARGE = 64e6; // size in bytes; larger files on a server are first shown by one segment only
+const MOST_BLOCKS = 1000; // maximum number of blocks in the list of blocks
+const MOST_VERTICES = 4e6; // maximum number of vertices drawn if a mesh has no faces
 
 /** The surface of an empty selection. */
 const NOTHING = { vertexCount: 0, faceCount: 0, leftOut: 0, points: new Float32Array(0),
@@ -133,8 +133,8 @@ function fit() {
 
 // --- the surface
 
-/** Returns the clip plane for the graphics card, which cuts while the slider moves, before cells
- *  are read again. */
+/** Returns the clip plane in frame coordinates. The graphics card cuts with it while the slider
+ *  moves; the cells are read again only afterwards. */
 function clipInFrame(clip) {
   if (clip === null) return null;
   const plane = [0, 0, 0, 0];
@@ -149,7 +149,7 @@ async function readSurface(mesh, choice, step) {
     segment: state.segment === null ? null : state.segments[state.segment] }, mesh.blocks.length);
   const parts = choice === null ? [] : choice.parts.map((index) => (step === null ? { index }
     : { index, step }));
-  // All blocks are off: there is nothing to read.
+  // If all blocks are off, there is nothing to read.
   if (select?.blocks?.length === 0) return NOTHING;
   const progress = (done) => { $("progress").value = done; };
   const surface = await mesh.boundary({ arrays: parts, select, progress });
@@ -157,7 +157,7 @@ async function readSurface(mesh, choice, step) {
   const ofPoints = choice !== null && choice.location === "point" ? parts : [];
   if (mesh.cellCount > 0 && mesh.vertexCount > MOST_VERTICES && select === undefined) {
     throw new Error(`${plural(mesh.vertexCount, "vertex", "vertices")} without faces are too many `
-      + "to draw: choose a segment, or cut");
+      + "to draw: choose a segment, or cut the mesh");
   }
   const read = await mesh.read({ cells: false, arrays: ofPoints, select, progress });
   const count = read.vertexCount;
@@ -167,7 +167,8 @@ async function readSurface(mesh, choice, step) {
     arrays: ofPoints.length > 0 ? read.arrays : null };
 }
 
-/** Returns one number per vertex or face from the chosen array; null if the array has no values. */
+/** Returns one number per vertex or face from the chosen array, or null if the array has no
+ *  values. */
 function numbersOfChoice({ mesh, choice, component }, surface) {
   if (choice === null || surface.arrays === null || surface.arrays.length === 0) return null;
   const parts = surface.arrays.map(({ values, components, index }) => ({
@@ -206,8 +207,8 @@ function putColours() {
 let looking = null; // the current run of look()
 let isStale = false; // true if the choices have changed since the current run of look() began
 
-/** Shows the mesh with the current choices. Reads once at a time, and again if choices change
- *  during a read. */
+/** Shows the mesh with the current choices. Only one read runs at a time; if the choices change
+ *  during a read, another read follows. */
 function look() {
   if (state.mesh === null) return Promise.resolve();
   isStale = true;
@@ -235,7 +236,7 @@ async function lookOnce(mesh, choice, place) {
     if (mesh !== state.mesh || choice !== state.choice) return;
     if (!drawing.isLost) $("error").hidden = true;
     putSurface(read);
-    // The cells that were read are shown whole, even if the clip plane cuts them.
+    // Shows the cells that were read as a whole, even if the clip plane cuts them.
     if (state.clip === clip) drawing.change({ clip: null });
     putColours();
     drawLegend();
@@ -393,7 +394,7 @@ function showStep() {
 function chooseArray(index) {
   const before = state.choice;
   const choice = index === "" ? null : state.choices[Number(index)];
-  // Arrays may have different steps: choose the one closest to the shown step.
+  // Arrays may have different steps: chooses the step that is closest to the shown step.
   let place = 0;
   if (choice !== null && choice.steps !== null) {
     place = before?.steps ? nearStep(choice.steps, before.steps[state.place])
@@ -440,8 +441,8 @@ async function play() {
   return undefined;
 }
 
-/** Applies the clip controls. While the slider moves, the graphics card cuts; afterwards cells are
- *  read. */
+/** Applies the clip controls. While the slider moves, the graphics card cuts; when it stops, the
+ *  remaining cells are read. */
 function chooseClip(isMoving) {
   if (state.frame === null) return;
   const axis = $("clip").value;
@@ -494,7 +495,7 @@ function connectControls() {
   $("clip-at").addEventListener("change", () => chooseClip(false));
   $("segment").addEventListener("change", ({ target }) => {
     state.segment = target.value === "" ? null : Number(target.value);
-    state.frame = null; // the chosen part may be small compared with the whole mesh
+    state.frame = null; // computed again, since the chosen part may be small in the whole mesh
     state.clip = null;
     $("clip").value = "";
     $("clip-more").hidden = true;

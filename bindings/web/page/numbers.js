@@ -1,4 +1,4 @@
-// Converts numbers and names to human-readable text, independent of the locale.
+// Converts numbers and names to human-readable text. The results do not depend on the locale.
 
 /** Returns a value with six significant digits, formatted like %g of printf. */
 export function valueText(value) {

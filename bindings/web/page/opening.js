@@ -1,12 +1,12 @@
-// Opens files with the data embedded in the page: the decoder, the script of its worker, and
+// Opens files. Uses the data embedded in the page: the decoder, the script of its worker, and
 // possibly a file (`shm view`).
 import { open } from "../npm/shmformat.js";
 
-// First bytes of every .shm file.
+// The first bytes of every .shm file.
 const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
 const PIECE = 1 << 20; // number of base64 characters decoded at a time; a multiple of 4
 
-/** Returns an element's base64 text as a Blob. Throws Error if it is not base64. */
+/** Converts the base64 text of an element to a Blob. Throws Error if the text is not base64. */
 function blobOf(element, type) {
   const text = element.textContent.trim();
   const pieces = [];
@@ -49,8 +49,8 @@ export function fileInside() {
   return { name: element.dataset.name, source };
 }
 
-/** Rejects files of other kinds by their first bytes. (The decoder would first read the end of the
- *  file.) */
+/** Throws an error unless the file begins like a .shm file. The decoder would first read the end of
+ *  the file. */
 async function checkBeginning(file, name) {
   const first = new Uint8Array(await file.slice(0, SIGNATURE.length).arrayBuffer());
   if (first.length > 0 && SIGNATURE.some((byte, i) => byte !== first[i])) {
@@ -58,7 +58,7 @@ async function checkBeginning(file, name) {
   }
 }
 
-/** Opens a Mesh or an Archive of the package. `source`: a Blob, or an absolute URL. */
+/** Opens a file with the package, as a Mesh or an Archive. `source`: a Blob, or an absolute URL. */
 export async function opened(source, name) {
   if (source instanceof Blob) await checkBeginning(source, name);
   return open(source, { wasm: await decoder() });

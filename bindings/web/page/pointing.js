@@ -1,8 +1,9 @@
-// Controls the camera by mouse, touch and keys. The arguments are the element of the picture, and
-// a function `change` that is called with a function from the old camera to the new camera.
+// Controls the camera by mouse, touch and keys. Arguments: the element of the picture, and a
+// function `change`. `change` is called with a function that converts the old camera to the new
+// camera.
 import { moved, turned, zoomed } from "./camera.js";
 
-const TURN = 2.5; // rotation in radians per half of the picture's smaller side
+const TURN = 2.5; // rotation in radians per pointer movement of half the picture's smaller side
 const KEY_TURN = Math.PI / 24;
 const KEY_MOVE = 0.1;
 const KEY_ZOOM = 1.25;
@@ -59,8 +60,8 @@ export function takePointers(element, change) {
   element.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
-/** Returns the function from the old to the new camera for a key; null if the key does not change
- *  the camera. */
+/** Returns a function that converts the old camera to the new camera for a key, or null if the key
+ *  does not change the camera. */
 export function cameraKey({ key, shiftKey }) {
   const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   if (Object.hasOwn(arrows, key)) {

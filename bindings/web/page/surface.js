@@ -1,6 +1,6 @@
 // Surface: converts the result of the package's boundary() for the graphics card. Coordinates and
-// values from a file may be any numbers: points that are not finite are not drawn, and values that
-// are not finite are shown as missing.
+// values from a file may be any numbers. Points with coordinates that are not finite are not drawn,
+// and values that are not finite are shown as missing.
 
 /** Returns the frame of the mesh. Frame coordinates are relative to the middle of all finite
  *  points, and -1..1 along the largest side. */
@@ -17,14 +17,15 @@ export function frameOf(points) {
   }
   const isEmpty = least[0] > most[0];
   if (isEmpty) return { middle: [0, 0, 0], half: 1, least: [0, 0, 0], most: [0, 0, 0], isEmpty };
-  // Halve before adding: sums and differences of the largest numbers would be infinite.
+  // Halves the numbers before adding them, since sums and differences of the largest numbers would
+  // be infinite.
   const middle = least.map((from, i) => from / 2 + most[i] / 2);
   const half = Math.max(...least.map((from, i) => most[i] / 2 - from / 2));
   return { middle, half: half > 0 ? half : 1, least, most, isEmpty };
 }
 
-/** Converts one coordinate to the frame. The halving can cause an error up to the size of the mesh
- *  if the mesh is as small as the smallest floating-point numbers. */
+/** Converts one coordinate to the frame. If the size of the mesh is close to the smallest
+ *  floating-point numbers, halving can cause an error as large as the mesh. */
 export function inFrame(frame, axis, coordinate) {
   return Math.min(Math.max((coordinate - frame.middle[axis]) / frame.half, -2), 2);
 }
@@ -35,8 +36,8 @@ export function boxOf(frame) {
     most: frame.most.map((coordinate, i) => inFrame(frame, i, coordinate)) };
 }
 
-/** Returns 4 numbers per vertex: its frame coordinates and 1, or all 0 if a coordinate is not
- *  finite. */
+/** Returns 4 numbers per vertex: its three frame coordinates and 1. If a coordinate is not finite,
+ *  all 4 numbers are 0. */
 export function placesOf(frame, points) {
   const count = points.length / 3;
   const places = new Float32Array(4 * count);
@@ -49,13 +50,14 @@ export function placesOf(frame, points) {
   return places;
 }
 
-// The second number of a corner is the face number in the lower 29 bits. The bits above mark the
-// sides of the triangle (each from one corner to the next) that are edges of the polygon.
+// The second number of a corner contains the face number in its lower 29 bits. The bits above mark
+// those sides of the triangle that are edges of the polygon. A side leads from one corner to the
+// next.
 const EDGE = 29;
 export const MOST_FACES = 2 ** EDGE;
 
 /** Returns the corner at which the triangle fan of a polygon begins: the corner with the smallest
- *  x, then y, then z. So the picture does not depend on the order of the corners. */
+ *  x, then y, then z. This choice makes the picture independent of the order of the corners. */
 function fanCorner(points, connectivity, from, end) {
   let best = from;
   for (let i = from + 1; i < end; ++i) {
@@ -69,8 +71,8 @@ function fanCorner(points, connectivity, from, end) {
 }
 
 /** Returns two numbers per corner: the index of its vertex, and the index of its face with the edge
- *  bits above (EDGE). Triangles have three corners, lines two, points one. Faces with a vertex that
- *  is not finite are left out. offsets: Uint32Array or BigUint64Array. */
+ *  bits above (EDGE). A triangle has three corners, a line two, a point one. Faces with a vertex
+ *  that is not finite are left out. offsets: Uint32Array or BigUint64Array. */
 export function cornersOf({ points, connectivity, offsets, faceCount }, places) {
   if (faceCount > MOST_FACES) throw new RangeError(`${faceCount} faces are more than can be drawn`);
   const begin = (f) => Number(offsets[f]);
@@ -147,8 +149,8 @@ export function numbersOf(values, components, component) {
   return numbers;
 }
 
-/** Combines cell arrays with the same name on different blocks. `blocks`: block index of each face.
- *  The blocks of a part are null if the part covers all blocks. */
+/** Combines cell arrays that have the same name and cover different blocks. `blocks`: block index
+ *  of each face. The blocks of a part are null if the part covers all blocks. */
 export function joined(parts, blocks) {
   const numbers = new Float64Array(blocks.length).fill(NaN);
   for (const part of [...parts].reverse()) {
@@ -160,7 +162,7 @@ export function joined(parts, blocks) {
   return numbers;
 }
 
-/** Returns the range {least, greatest} of the finite numbers; null if there are none. */
+/** Returns the range {least, greatest} of the finite numbers, or null if no number is finite. */
 export function rangeOf(numbers) {
   let least = Infinity;
   let greatest = -Infinity;
@@ -172,8 +174,8 @@ export function rangeOf(numbers) {
   return least <= greatest ? { least, greatest } : null;
 }
 
-/** Scales a number: 0 for the least, 1 for the greatest, 0.5 if they are equal, NaN for numbers
- *  that are not finite. */
+/** Scales a number to 0..1: 0 for the least number of the range, 1 for the greatest, 0.5 if they
+ *  are equal. Returns NaN for numbers that are not finite. */
 export function shareOf(number, range) {
   if (range === null || !Number.isFinite(number)) return NaN;
   const whole = range.greatest - range.least;
@@ -181,7 +183,7 @@ export function shareOf(number, range) {
   return (number / 2 - range.least / 2) / (range.greatest / 2 - range.least / 2);
 }
 
-/** Scales all numbers for the graphics card. NaN becomes -1, since not all cards support NaN. */
+/** Scales all numbers for the graphics card. NaN becomes -1, as some cards do not support NaN. */
 export function sharesOf(numbers, range) {
   const shares = new Float32Array(numbers.length);
   for (let i = 0; i < numbers.length; ++i) {

@@ -1,10 +1,10 @@
-// The environment of the decoder in WebAssembly: three JavaScript functions as callbacks of
-// shmformat.h, and functions that end the instance where native code would throw or abort.
-// JavaScript calls the shmf_* functions directly.
+// The environment of the decoder in WebAssembly. It consists of three JavaScript functions, which
+// are the callbacks of shmformat.h, and of functions that end the WebAssembly instance where native
+// code would throw or abort. JavaScript calls the shmf_* functions directly.
 //
 // The module is built without exceptions. If memory runs out, the module stores a message at an
 // address that JavaScript knows, and traps. JavaScript then discards the instance with everything
-// that was open in it. So code after a failed allocation never runs.
+// that was open in it. So no code runs after a failed allocation.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -27,8 +27,8 @@ void page_prefetch(void* context, const shmf_range* ranges, size_t count);
 SHM_FROM_PAGE("progress")
 int page_progress(void* context, double done);
 
-// JavaScript copies these structs and fills in context and size. It cannot create the function
-// pointers in them itself.
+// Structs that JavaScript copies before it fills in context and size. JavaScript cannot create the
+// function pointers in these structs.
 extern const shmf_source shmf_page_source = {sizeof(shmf_source), nullptr, 0,
                                              page_read_at,        nullptr, page_prefetch};
 extern const shmf_run_options shmf_page_run = {sizeof(shmf_run_options), page_progress, nullptr, 0,
@@ -53,8 +53,8 @@ void* allocated(std::size_t bytes) {
   end(kNoMemory);
 }
 
-/// Returns true if shmf_* would return SHMF_NO_MEMORY for an exception of this name: out of memory,
-/// or a size beyond the limit of a container.
+/// Returns true if shmf_* would return SHMF_NO_MEMORY for an exception with this name. Such
+/// exceptions mean that memory ran out, or that a size exceeds the limit of a container.
 bool is_of_memory(const char* name) {
   for (const char* one : {"bad_alloc", "length_error", "bad_array_new_length"})
     if (std::strstr(name, one) != nullptr) return true;
@@ -90,7 +90,8 @@ _LIBCPP_BEGIN_NAMESPACE_STD
 [[noreturn]] void __libcpp_verbose_abort(const char* text, ...) { end_of_throw(text); }
 _LIBCPP_END_NAMESPACE_STD
 
-// Called for errors that never occur in correct code, such as the call of a pure virtual function.
+// Ends the instance for errors that never occur in correct code, such as the call of a pure virtual
+// function.
 extern "C" [[noreturn]] void abort_message(const char* /*text*/, ...) {
   end("the C++ library aborted");
 }
