@@ -20,7 +20,7 @@
 
 namespace shm {
 
-/// Decodes `count` values. Returns nullopt for damaged data.
+/// Decodes `count` values that encode_terms() has coded. Returns nullopt for damaged data.
 std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
                                                    std::span<const std::byte> bytes,
                                                    std::uint64_t count,
@@ -42,8 +42,8 @@ class StepColumn {
     const bool goes_on = continues(segment);
     if (goes_on && reference != reference_) return false;
     if (!goes_on) {
-      // In all segments but the first, vertices are in two "blocks": 0 for own vertices, 1 for
-      // imported vertices (see GroupElements).
+      // In all segments but the first, the column treats vertices as elements of two "blocks": 0
+      // for own vertices, 1 for imported vertices (see GroupElements).
       const bool may_import = segment > 0 && info().location == Location::point;
       column_.emplace(info(), may_import ? std::vector<std::uint32_t>{0} : info().blocks,
                       ColumnTraits{.earlier_values = schema_->earlier_values});
