@@ -1,6 +1,6 @@
 # Settings that differ between the packages and the archive. cpack reads this file once for each
 # generator, i.e. for each kind of output.
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has a separate summary
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # Each package has a separate summary.
 if(CPACK_GENERATOR STREQUAL "TGZ")
   set(CPACK_COMPONENTS_ALL archive)
   set(CPACK_ARCHIVE_COMPONENT_INSTALL ON)

@@ -45,11 +45,11 @@ class Seen:
     steps: list = field(default_factory=list)
     # Index of the block of each cell.
     blocks: np.ndarray | None = None
-    # Name that the source has for the block of each cell.
+    # Number, name and members of each set.
     sets: list | None = None
     # Time of each step.
     times: np.ndarray | None = None
-    # Name that the source has for the block of each cell.
+    # Id of the block of each cell in the source.
     block_ids: np.ndarray | None = None
     # True if `steps` contains only the first step.
     first: bool = False

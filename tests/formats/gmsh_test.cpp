@@ -452,7 +452,7 @@ TEST_F(GmshTest, SecondOrderNodesStandInVtkOrder) {
   }
 }
 
-// A mesh with vertices, cells and references in reverse order is the same mesh.
+// If vertices, cells and references are in reverse order, the written file has the same mesh.
 TEST_F(GmshTest, FollowsARenumbering) {
   for (const std::string& file : {kVersion2, kVersion40, kVersion41}) {
     const MemoryMesh source = open_text(file);

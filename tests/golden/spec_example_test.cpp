@@ -71,7 +71,7 @@ bool parse_hex(const std::string& text, std::vector<std::byte>& out) {
   return true;
 }
 
-/// Returns the bytes in the tables of the text: rows "| offset | `hex` | field | meaning |".
+/// Returns the bytes in the tables of the text, whose rows are "| offset | `hex` | field | ... |".
 std::vector<std::byte> stated_bytes() {
   std::ifstream text(SHM_SOURCE_DIR "/spec/examples.md");
   EXPECT_TRUE(text) << "spec/examples.md cannot be read";

@@ -97,7 +97,7 @@ TEST(FreeOrder, GraphOfAFanOfCells) {
   for (std::uint32_t cell = 0; cell < kCells; ++cell) EXPECT_EQ(graph.degree(cell), 2);
 }
 
-// Rows of a shuffled grid are complete and ordered in layers.
+// The order of a shuffled grid consists of complete rows, which are ordered in layers.
 TEST(FreeOrder, SweepsFollowRowsAndLayers) {
   MemoryMesh mesh = grid_mesh(7, 4, 11);
   shuffle_mesh(mesh, 8, true);

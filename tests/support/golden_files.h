@@ -15,7 +15,7 @@ namespace shm {
 inline std::filesystem::path golden_folder() {
   return std::filesystem::path(SHM_SOURCE_DIR) / "tests/golden";
 }
-/// Returns the folder of the faulty files and of list.txt, which describes the fault of each.
+/// Returns the folder of the faulty files and of list.txt, which describes the fault of each file.
 inline std::filesystem::path faulty_folder() { return golden_folder() / "faulty"; }
 
 inline std::string content(const std::filesystem::path& path) {

@@ -95,7 +95,7 @@ class Exodus:
                 [self.get("coord" + axis) for axis in "xyz"])
 
     def elements(self):
-        """Returns the position of the block of each element, and the number of the element."""
+        """Returns, for each element, the position of its block and the number of the element."""
         elements = [b for b in range(self.size("num_el_blk"))
                     for _ in range(self.size(f"num_el_in_blk{b + 1}"))]
         numbers = self.get("elem_num_map") or range(1, len(elements) + 1)

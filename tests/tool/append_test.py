@@ -71,7 +71,7 @@ class AppendTest(FolderTest):
         self.shm("append", file, self.path("a.e"), "-o", self.path("same.shm"))
         self.assertEqual(self.bytes(self.path("same.shm")), self.bytes(file))
         self.shm("append", file, self.path("a.e"), "-o", "-", "--json", code=2, stderr="both")
-        # If the file is a symbolic link, its target is written.
+        # If FILE is a symbolic link, append writes to the target of the link.
         os.symlink(file, self.path("link.shm"))
         self.shm("append", self.path("link.shm"), self.exodus("b.e", (2,)))
         self.assertTrue(os.path.islink(self.path("link.shm")))

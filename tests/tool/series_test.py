@@ -460,7 +460,7 @@ class Meshes(SeriesTest):
             + "</Collection></VTKFile>")
 
     def test_what_is_no_series(self):
-        """The error names the file and the first difference, and nothing is written."""
+        """The error states the file and its first difference from the other files, and nothing is written."""
         self.series("a_%d.vtu", (0, 1))
         for how, said in (({"moved": .5}, "coordinates: 1 of 36 differ; points that move"),
                           ({"cells": 1}, "cells: 2, 1"), ({"turned": True}, "cells: 2 of 2 differ"),

@@ -65,7 +65,7 @@ Mesh there_and_back(const Mesh& mesh) {
   return back ? std::move(*back) : Mesh{};
 }
 
-/// Returns every run of values of a mesh.
+/// Returns the values of a mesh as separate runs: the coordinates, and each array.
 std::vector<std::vector<std::byte>> all_values(const Mesh& mesh) {
   std::vector<std::vector<std::byte>> runs = {mesh.xyz};
   runs.insert(runs.end(), mesh.arrays.begin(), mesh.arrays.end());

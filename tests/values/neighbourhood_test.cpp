@@ -218,7 +218,7 @@ TEST(Neighbourhood, OfVerticesOfAGrid) {
       }
     }
   }
-  // The first vertex has no neighbours, the last one all.
+  // The first vertex has no known neighbours; the last vertex has all of them.
   EXPECT_EQ(walk.vertices.front().around.known, 0);
   EXPECT_EQ(walk.vertices.back().around.known, 0xffff);
   const Point last = grid.point(walk.vertices.back().element);

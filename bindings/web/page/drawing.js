@@ -115,7 +115,7 @@ export class Drawing {
     this.wanted = false;
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
-      lost("the graphics card is not available; the picture returns when the card does");
+      lost("the graphics card is not available; the picture comes back when the card does");
     });
     canvas.addEventListener("webglcontextrestored", () => {
       this.begin();
