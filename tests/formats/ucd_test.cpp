@@ -150,7 +150,7 @@ TEST_F(UcdTest, NamesWhatIsWrong) {
   expect_refused("2 1 0 0 0\n1 0 0 0\n2 1 1 x\n1 0 line 1 2\n", "nodes");
   expect_refused("2 1 2 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 2\n1 1\na, b\n1 1\n2 1\n", "components");
   expect_refused("2 1 1 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 2\n1 1\na, b\n1 1\n3 1\n",
-                 "values for 3");
+                 "values for number 3");
   expect_refused("2 1 1 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 2\n1 1\na, b\n1 1\n1 1\n", "twice");
   expect_refused("99999999999 1 0 0 0\n1 0 0 0\n", "nodes", ErrorCode::corrupt);
   expect_refused("2 99999999999999 0 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 2\n", "cells");

@@ -11,10 +11,10 @@
 #include <tuple>
 #include <utility>
 
+#include "hostile/hostile.h"
 #include "shm/archive.h"
 #include "shm/mesh_extract.h"
 #include "support/golden_files.h"
-#include "support/hostile.h"
 #include "support/sanitized.h"
 
 namespace shm {

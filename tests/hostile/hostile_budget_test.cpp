@@ -3,6 +3,7 @@
 #include <string>
 
 #include "hostile/asking_files.h"
+#include "hostile/hostile.h"
 #include "hostile/watched_memory.h"
 #include "shm/appender.h"
 #include "shm/damage.h"
@@ -11,7 +12,6 @@
 #include "shm/segment_reader.h"
 #include "shm/step_reader.h"
 #include "support/coded_meshes.h"
-#include "support/hostile.h"
 
 namespace shm {
 namespace {

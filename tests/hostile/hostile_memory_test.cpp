@@ -6,8 +6,8 @@
 #include "base/packing.h"
 #include "codecs/shared/codec_id.h"
 #include "format/schema.h"
+#include "hostile/hostile.h"
 #include "hostile/watched_memory.h"
-#include "support/hostile.h"
 #include "support/sanitized.h"
 
 namespace shm {

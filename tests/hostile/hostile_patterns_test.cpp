@@ -7,8 +7,8 @@
 #include "base/packing.h"
 #include "codecs/patterns/byte_planes.h"
 #include "codecs/patterns/pattern_cells.h"
+#include "hostile/hostile.h"
 #include "hostile/watched_memory.h"
-#include "support/hostile.h"
 
 namespace shm {
 namespace {

@@ -6,9 +6,9 @@
 #include "base/binary.h"
 #include "base/packing.h"
 #include "codecs/shared/codec_id.h"
+#include "hostile/hostile.h"
 #include "hostile/watched_memory.h"
 #include "shm/appender.h"
-#include "support/hostile.h"
 #include "support/sanitized.h"
 
 namespace shm {

@@ -9,8 +9,8 @@
 #include "base/packing.h"
 #include "codecs/shared/codec_id.h"
 #include "format/schema.h"
+#include "hostile/hostile.h"
 #include "steps/step_topology.h"
-#include "support/hostile.h"
 #include "support/sanitized.h"
 
 namespace shm {

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <string>
 
+#include "hostile/hostile.h"
 #include "shm/step_reader.h"
 #include "shm/summary.h"
-#include "support/hostile.h"
 #include "support/stepped_mesh.h"
 
 // callgrind collects while this function runs and identifies it by name.

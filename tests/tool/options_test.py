@@ -74,7 +74,7 @@ class CompletionTest(unittest.TestCase):
     def test_zsh_can_read_it(self):
         script = shm("completion", "zsh")
         self.assertTrue(script.startswith("#compdef shm\n"))
-        self.assertIn("'--order[keep\\: keep all numbers (default); stream\\: ", script)
+        self.assertIn("'--order[keep\\: keep vertex and cell numbers (default); stream\\: ", script)
         self.assertIn("]:value:(keep stream free)'", script)
         if shutil.which("zsh") is None:
             self.skipTest("no zsh")
