@@ -42,7 +42,8 @@ class SurfaceSegmentEncoder final : public SegmentEncoder {
   MeshStreams<RangeEncoder> streams_;
   std::vector<MeshStreams<RangeEncoder>::Stream> listed_;
   std::vector<Handle> handles_;
-  CellTopology topology_;
+  StoredCell stored_;      // the current cell as added
+  CellTopology topology_;  // the current cell as coded
 };
 
 }  // namespace shm
