@@ -57,24 +57,25 @@ inline Streams encode(std::span<const std::uint32_t> corners,
   VertexNumbers<RangeEncoder> vertex_numbers;
   RangeEncoder symbols, corner_order, numbers;
   std::vector<std::uint32_t> slot(vertices, kNone);
+  StoredCell stored;
+  stored.slots.resize(8);
+  stored.numbers.resize(8);
+  stored.last_use.resize(8);
   CellTopology cell;
   for (std::size_t c = 0; c < last_use.size(); ++c) {
-    cell.block = 0;
-    cell.slots.resize(8);
-    cell.numbers.resize(8);
-    cell.last_use.resize(8);
     for (std::size_t i = 0; i < 8; ++i) {
       const std::uint32_t v = corners[8 * c + i];
-      cell.slots[i] = slot[v];
-      cell.numbers[i] = cell.original[i] = v;
-      cell.last_use[i] = last_use[c] >> i & 1;
+      stored.slots[i] = slot[v];
+      stored.numbers[i] = stored.original[i] = v;
+      stored.last_use[i] = last_use[c] >> i & 1;
     }
-    if (!connectivity.code_cell(symbols, corner_order, cell))
+    if (!connectivity.code_cell(symbols, corner_order, stored, cell))
       throw std::runtime_error("cannot be coded");
-    if (!connectivity.codes_numbers())
-      vertex_numbers.code_cell(numbers, cell,
-                               [&](std::uint32_t p) -> std::uint64_t& { return cell.numbers[p]; });
-    for (std::uint32_t p : cell.new_positions) slot[cell.numbers[p]] = cell.slots[p];
+    const auto number = [&](std::uint32_t p) -> std::uint64_t& {
+      return stored.numbers[cell.stored_position(p)];
+    };
+    if (!connectivity.codes_numbers()) vertex_numbers.code_cell(numbers, cell, number);
+    for (std::uint32_t p : cell.new_positions) slot[number(p)] = cell.slots[p];
     connectivity.finish_cell(cell);
   }
   return {symbols.finish(), corner_order.finish(), numbers.finish()};
@@ -93,7 +94,7 @@ inline std::vector<std::uint32_t> decode(const Streams& streams, std::size_t hex
   std::vector<std::uint32_t> corners(8 * hexahedra);
   CellTopology cell;
   for (std::size_t c = 0; c < hexahedra; ++c) {
-    if (!connectivity.code_cell(symbols, corner_order, cell))
+    if (!connectivity.decode_cell(symbols, corner_order, cell))
       throw std::runtime_error("cannot be decoded");
     number.resize(connectivity.surface().vertex_slots());
     if (connectivity.codes_numbers())

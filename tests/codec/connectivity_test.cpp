@@ -30,21 +30,23 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCo
   std::vector<std::uint64_t> numbers_by_id;
   std::vector<CellTopology> coded, decoded;
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
-    CellTopology cell;
-    cell.block = mesh.cells[c].block;
+    StoredCell stored;
+    stored.block = mesh.cells[c].block;
     for (std::uint64_t v : mesh.cells[c].corners) {
-      if (cell.slots.size() < 8) cell.original[cell.slots.size()] = v;
-      cell.slots.push_back(slots.contains(v) ? slots[v] : kNone);
-      cell.numbers.push_back(v);
-      cell.last_use.push_back(last[v] == c ? 1 : 0);
+      if (stored.slots.size() < 8) stored.original[stored.slots.size()] = v;
+      stored.slots.push_back(slots.contains(v) ? slots[v] : kNone);
+      stored.numbers.push_back(v);
+      stored.last_use.push_back(last[v] == c ? 1 : 0);
     }
-    EXPECT_TRUE(encoder.code_cell(symbols, order, cell));
+    CellTopology cell;
+    EXPECT_TRUE(encoder.code_cell(symbols, order, stored, cell));
+    const auto number = [&](std::uint32_t p) { return stored.numbers[cell.stored_position(p)]; };
     for (std::uint32_t p : cell.new_positions) {
-      slots[cell.numbers[p]] = cell.slots[p];
-      numbers_by_id.push_back(cell.numbers[p]);
+      slots[number(p)] = cell.slots[p];
+      numbers_by_id.push_back(number(p));
     }
-    for (std::size_t i = 0; i < cell.slots.size(); ++i)
-      if (cell.last_use[i] != 0) slots.erase(cell.numbers[i]);
+    for (std::uint32_t i = 0; i < cell.slots.size(); ++i)
+      if (cell.last_use[i] != 0) slots.erase(number(i));
     encoder.finish_cell(cell);
     coded.push_back(std::move(cell));
   }
@@ -54,7 +56,7 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCo
   decoder.set_codec(codec);
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
     CellTopology cell;
-    EXPECT_TRUE(decoder.code_cell(symbols_in, order_in, cell));
+    EXPECT_TRUE(decoder.decode_cell(symbols_in, order_in, cell));
     EXPECT_EQ(cell.block, coded[c].block);
     EXPECT_EQ(cell.slots, coded[c].slots);
     EXPECT_EQ(cell.last_use, coded[c].last_use);
@@ -243,7 +245,7 @@ TEST(Connectivity, AnyBytesDecodeOrAreRefused) {
         ConnectivityCodec::mixed};
     decoder.set_codec(kCodecs[static_cast<std::size_t>(n / 2) % 4]);
     CellTopology cell;
-    for (int c = 0; c < 200 && decoder.code_cell(symbols, order, cell); ++c) {
+    for (int c = 0; c < 200 && decoder.decode_cell(symbols, order, cell); ++c) {
       for (std::uint32_t slot : cell.slots) ASSERT_TRUE(decoder.surface().vertex(slot).alive);
       decoder.finish_cell(cell);
     }

@@ -69,10 +69,7 @@ class Walk : public SeenNeighbours {
       cell.layout =
           node_layout(CellShape::hexahedron, static_cast<std::uint32_t>(tested.vertices.size()));
     for (std::uint8_t i = 0; i < 8; ++i) cell.framed[cell.stored_corner[i]] = i;
-    if (!bare_) {
-      cell.numbers = tested.vertices;
-      cell.last_use.assign(cell.slots.size(), 1);
-    }
+    if (!bare_) cell.last_use.assign(cell.slots.size(), 1);
 
     add(cell, number, tested.vertices, as_stored_, slot_.size(), reach_);
     for (std::uint64_t v : tested.vertices)

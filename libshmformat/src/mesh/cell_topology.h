@@ -1,5 +1,7 @@
-// CellTopology: one cell, as passed between coders. The connectivity coder fills a CellTopology;
-// the coders of geometry and data read it.
+// StoredCell and CellTopology: one cell before and after its connectivity is coded.
+// - StoredCell: input of the encoder, in the order in which the caller stores the nodes.
+// - CellTopology: result of the connectivity coder in both directions, in the order of the coder's
+//   frame. The coders of numbers, geometry and data read it.
 #pragma once
 
 #include <array>
@@ -23,6 +25,22 @@ inline bool is_hexahedral(const BlockInfo& block) {
   return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
 }
 
+/// A cell to encode. Its nodes are in stored order.
+struct StoredCell {
+  std::uint32_t block = 0;
+  /// Slots of the vertices; kNone marks a vertex that is new to the active surface.
+  std::vector<std::uint32_t> slots;
+  /// Numbers that are equal if and only if the vertex is the same.
+  std::vector<std::uint64_t> numbers;
+  /// 1 if this cell finalizes the vertex, otherwise 0.
+  std::vector<std::uint8_t> last_use;
+  /// The source's numbers of a hexahedron's corners: only with Order::keep, for coders that code
+  /// these numbers.
+  std::array<std::uint64_t, 8> original{};
+};
+
+/// The topology of a cell. A *position* is the index of a node in the coder's frame; it differs
+/// from the stored index only for the corners of a hexahedron.
 struct CellTopology {
   std::uint32_t block = 0;
   /// True: positions 0..7 are the corners of a hexahedron in the coder's frame.
@@ -37,18 +55,15 @@ struct CellTopology {
   std::uint32_t corners = 0;
   std::array<std::uint64_t, OpenFaces::kMost> behind{};
 
-  /// Vertex slots, by position in the cell. When encoding, kNone marks a new vertex on input.
+  /// Vertex slots, by position.
   std::vector<std::uint32_t> slots;
-  /// Numbers of the vertices, by position in the cell; set when encoding. Two numbers are equal if
-  /// and only if the vertex is the same.
-  std::vector<std::uint64_t> numbers;
-  /// Last uses of vertices, by position in the cell: 1 if this cell finalizes the vertex, otherwise
-  /// 0. If a vertex occurs several times, only its first position has a 1.
+  /// By position: 1 if this cell finalizes the vertex, otherwise 0. If a vertex occurs several
+  /// times, only its first position has a 1.
   std::vector<std::uint8_t> last_use;
   /// Positions of new vertices, in the order in which they were introduced.
   std::vector<std::uint32_t> new_positions;
-  /// Numbers that the corners of a hexahedron have in the source. Set only with Order::keep, for
-  /// coders that code these numbers.
+  /// The source's numbers of a hexahedron's corners: only with Order::keep, from coders that code
+  /// these numbers.
   std::array<std::uint64_t, 8> original{};
   /// Corner number, as stored, of each position in the coder's frame.
   std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};

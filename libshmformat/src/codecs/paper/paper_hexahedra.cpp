@@ -72,7 +72,7 @@ bool known(const std::array<std::uint32_t, 8>& corners, std::uint32_t face) {
 // --- the encoder's choice of operation, rotation and gate
 
 template <class Coder>
-auto PaperHexahedra<Coder>::choose_plan(const CellTopology& cell) const -> Plan {
+auto PaperHexahedra<Coder>::choose_plan(const StoredCell& cell) const -> Plan {
   Plan best;
   for (std::size_t i = 0; i < 8; ++i)
     for (std::size_t j = 0; j < i; ++j)
@@ -154,13 +154,12 @@ void PaperHexahedra<Coder>::rate_gate(Plan& plan, const Corners& target) const {
 }
 
 template <class Coder>
-void PaperHexahedra<Coder>::rotate(CellTopology& cell, std::uint32_t rotation) {
-  const CellTopology stored = cell;
+void PaperHexahedra<Coder>::rotate(const StoredCell& stored, CellTopology& cell,
+                                   std::uint32_t rotation) {
   for (std::uint32_t i = 0; i < 8; ++i) {
     const std::uint8_t from = kRotations[rotation][i];
     cell.stored_corner[i] = from;
     cell.slots[i] = stored.slots[from];
-    cell.numbers[i] = stored.numbers[from];
     cell.last_use[i] = stored.last_use[from];
   }
 }
@@ -168,12 +167,12 @@ void PaperHexahedra<Coder>::rotate(CellTopology& cell, std::uint32_t rotation) {
 // --- coding of a hexahedron
 
 template <class Coder>
-bool PaperHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology& cell,
-                                 bool order_matters) {
+bool PaperHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, const StoredCell& stored,
+                                 CellTopology& cell, bool order_matters) {
   Plan plan;
   if constexpr (!Coder::kDecodes) {
-    plan = choose_plan(cell);
-    if (plan.operation != kStart) rotate(cell, plan.rotation);
+    plan = choose_plan(stored);
+    if (plan.operation != kStart) rotate(stored, cell, plan.rotation);
   }
   Corners target{};
   std::copy_n(cell.slots.begin(), 8, target.begin());
@@ -185,8 +184,10 @@ bool PaperHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopolo
   if constexpr (Coder::kDecodes) plan.operation = operation_;
 
   if (operation_ == kStart) {
-    for (std::uint8_t i : kCornerOrder)
-      if (!code_corner(symbols, target, cell, i)) return false;
+    for (std::uint8_t i : kCornerOrder) {
+      const std::uint32_t repeats = Coder::kDecodes ? 8 : earlier_corner(stored, i);
+      if (!code_corner(symbols, target, cell, i, repeats)) return false;
+    }
     last_operation_ = operation_;
     attach(cell, order_matters);
     return true;
@@ -464,19 +465,21 @@ std::uint32_t PaperHexahedra<Coder>::add_vertex(CellTopology& cell, std::uint32_
   return cell.slots[position] = surface_.add_vertex();
 }
 
+/// Encoder: returns the first corner that is coded before `position` and has the same vertex, or 8
+/// if there is none. Only in a START may corners have the same vertex.
+template <class Coder>
+std::uint32_t PaperHexahedra<Coder>::earlier_corner(const StoredCell& stored,
+                                                    std::uint32_t position) {
+  for (std::uint32_t i : kCornerOrder) {
+    if (i == position) break;
+    if (stored.numbers[i] == stored.numbers[position]) return i;
+  }
+  return 8;
+}
+
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corner(Coder& symbols, const Corners& target, CellTopology& cell,
-                                        std::uint32_t position) {
-  // In a START, a corner may have the vertex of an earlier corner. In other operations all corners
-  // differ.
-  std::uint32_t repeats = 8;
-  if constexpr (!Coder::kDecodes) {
-    if (operation_ == kStart)
-      for (std::uint32_t i : kCornerOrder) {
-        if (i == position) break;
-        if (repeats == 8 && cell.numbers[i] == cell.numbers[position]) repeats = i;
-      }
-  }
+                                        std::uint32_t position, std::uint32_t repeats) {
   auto& model = corner_new_[operation_][position][last_new_];
   const bool is_new = symbols.bit(model, target[position] == kNone && repeats == 8);
   last_new_ = is_new;

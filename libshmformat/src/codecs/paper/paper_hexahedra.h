@@ -35,7 +35,8 @@ class PaperHexahedra {
 
   /// Codes the corners of one hexahedron, their order if it matters, and attaches the hexahedron to
   /// the surface. Returns false only when decoding damaged data.
-  bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
+  bool code(Coder& symbols, Coder& corner_order, const StoredCell& stored, CellTopology& cell,
+            bool order_matters);
 
  private:
   enum Operation : std::uint8_t { kStart, kHut, kRoof, kStep, kBridge, kOperations };
@@ -67,9 +68,10 @@ class PaperHexahedra {
   };
 
   // The encoder's choice of a plan
-  Plan choose_plan(const CellTopology& cell) const;
+  Plan choose_plan(const StoredCell& stored) const;
   void rate_gate(Plan& plan, const Corners& target) const;
-  static void rotate(CellTopology& cell, std::uint32_t rotation);
+  static std::uint32_t earlier_corner(const StoredCell& stored, std::uint32_t position);
+  static void rotate(const StoredCell& stored, CellTopology& cell, std::uint32_t rotation);
 
   // Coding functions, in the order of the calls
   bool code_gate(Coder& symbols, const Plan& plan, const Corners& target, Gate& gate);
@@ -89,8 +91,9 @@ class PaperHexahedra {
                  std::uint32_t side_face, int model, std::uint32_t& above_from,
                  std::uint32_t& above_along);
   bool code_corners_left(Coder& symbols, const Corners& target, CellTopology& cell);
+  /// `repeats`: the earlier corner with the same vertex; 8 if there is none.
   bool code_corner(Coder& symbols, const Corners& target, CellTopology& cell,
-                   std::uint32_t position);
+                   std::uint32_t position, std::uint32_t repeats = 8);
   bool code_reference(Coder& symbols, ReferenceModel& model, std::uint32_t& slot);
   bool code_corner_order(Coder& corner_order, const Gate& gate, CellTopology& cell,
                          std::uint32_t rotation);

@@ -189,7 +189,7 @@ class GroupValues {
 };
 
 /// Base class of all segment encoders: decides where groups begin and end, builds their headers,
-/// and collects the numbers that MeshEncoder needs.
+/// and collects the numbers that the pipeline needs.
 class SegmentEncoder {
  public:
   /// `schema` has passed check_schema() and must outlive the encoder.

@@ -199,8 +199,11 @@ class MeshStreams {
   }
 
   /// Codes the topology of one cell. Returns false if decoded data are damaged.
-  bool code_cell(CellTopology& cell) {
-    return connectivity_.code_cell(streams_[0], streams_[1], cell);
+  bool encode_cell(const StoredCell& stored, CellTopology& cell) {
+    return connectivity_.code_cell(streams_[kConnectivity], streams_[kCornerOrder], stored, cell);
+  }
+  bool decode_cell(CellTopology& cell) {
+    return connectivity_.decode_cell(streams_[kConnectivity], streams_[kCornerOrder], cell);
   }
   std::uint64_t code_cell_number(std::uint64_t number) {
     return cell_numbers_.code(streams_[kCellNumbers], number);

@@ -105,7 +105,7 @@ Result<void> SurfaceGroupDecoder::decode_elements(DecodedBlock& decoded) {
 
 Result<void> SurfaceGroupDecoder::decode_cell(DecodedBlock& decoded) {
   CellTopology& cell = topology_;
-  if (!streams_.code_cell(cell))
+  if (!streams_.decode_cell(cell))
     return corrupt("connectivity: cell " + std::to_string(header_->first_cell + done_.cells) +
                    " is invalid");
   done_.active = std::max(done_.active, active());

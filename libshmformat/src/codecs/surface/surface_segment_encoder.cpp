@@ -32,17 +32,17 @@ bool SurfaceSegmentEncoder::encode_cell(const SegmentPiece& piece, const Segment
                                         const Place& place) {
   introduce(piece, place.vertex, cell.new_vertices);
   const auto nodes = piece.nodes_of(cell, place.node);
-  topology_.block = cell.block;
-  topology_.slots.resize(cell.nodes);
-  topology_.numbers.assign(nodes.begin(), nodes.end());
-  topology_.last_use.resize(cell.nodes);
+  stored_.block = cell.block;
+  stored_.slots.resize(cell.nodes);
+  stored_.numbers.assign(nodes.begin(), nodes.end());
+  stored_.last_use.resize(cell.nodes);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    topology_.slots[i] = handles_[nodes[i]].slot;
-    if (i < 8) topology_.original[i] = handles_[nodes[i]].number;
-    topology_.last_use[i] = i < kMaxLastUse && (cell.last_use >> i & 1) != 0 ? 1 : 0;
+    stored_.slots[i] = handles_[nodes[i]].slot;
+    if (i < 8) stored_.original[i] = handles_[nodes[i]].number;
+    stored_.last_use[i] = i < kMaxLastUse && (cell.last_use >> i & 1) != 0 ? 1 : 0;
   }
   begin_element(true);
-  if (!streams_.code_cell(topology_)) return false;
+  if (!streams_.encode_cell(stored_, topology_)) return false;
   if (options_.values) streams_.values().begin_cell(topology_, active());
   encode_new_vertices(piece, place);
   streams_.code_cell_number(cell.number);

@@ -45,7 +45,8 @@ class SurfaceSegmentEncoder final : public SegmentEncoder {
   Streams streams_;
   std::vector<Streams::Stream> listed_;
   std::vector<Handle> handles_;
-  CellTopology topology_;
+  StoredCell stored_;      // the current cell as added
+  CellTopology topology_;  // the current cell as coded
 };
 
 }  // namespace shm

@@ -28,7 +28,8 @@ auto CellCorners<Coder>::models_of(CellShape shape) -> ShapeModels& {
 }
 
 template <class Coder>
-bool CellCorners<Coder>::code(Coder& symbols, CellTopology& cell, CellShape shape,
+bool CellCorners<Coder>::code(Coder& symbols, const StoredCell& stored, CellTopology& cell,
+                              CellShape shape,
                               const std::function<void(std::uint32_t)>& add_vertex) {
   mixing_.use(symbols);
   const std::uint32_t corners = corner_count(shape, cell.slots.size());
@@ -48,7 +49,7 @@ bool CellCorners<Coder>::code(Coder& symbols, CellTopology& cell, CellShape shap
     corner.position = i;
     corner.model = least(i, kPositions - 1);
     corner.expected = block_->ids[i] + shift;
-    if (!code_corner(symbols, cell, corner, add_vertex)) return false;
+    if (!code_corner(symbols, stored, cell, corner, add_vertex)) return false;
     const std::uint64_t id = surface_->vertex(cell.slots[i]).id;
     shift = id - block_->ids[i];
     if (i == 0) block_->step = shift;
@@ -61,13 +62,14 @@ bool CellCorners<Coder>::code(Coder& symbols, CellTopology& cell, CellShape shap
 }
 
 template <class Coder>
-bool CellCorners<Coder>::code_corner(Coder& symbols, CellTopology& cell, Corner& corner,
+bool CellCorners<Coder>::code_corner(Coder& symbols, const StoredCell& stored, CellTopology& cell,
+                                     Corner& corner,
                                      const std::function<void(std::uint32_t)>& add_vertex) {
   const std::uint32_t i = corner.position;
   gather(cell, corner);
   if constexpr (!Coder::kDecodes)
     for (std::uint32_t j = 0; j < i && corner.repeats == kNone; ++j)
-      if (cell.numbers[j] == cell.numbers[i]) corner.repeats = j;
+      if (stored.numbers[j] == stored.numbers[i]) corner.repeats = j;
 
   std::uint32_t shared = 0, guesses = 0;
   for (const Candidate& c : candidates_) {

@@ -36,7 +36,7 @@ class CellCorners {
   /// Codes the corners of a cell that has at least one corner: slots and new_positions. Calls
   /// `add_vertex(position)` to create each new vertex. Returns false only when decoding damaged
   /// data.
-  bool code(Coder& symbols, CellTopology& cell, CellShape shape,
+  bool code(Coder& symbols, const StoredCell& stored, CellTopology& cell, CellShape shape,
             const std::function<void(std::uint32_t)>& add_vertex);
   /// Opens and closes faces after the corners of a cell of any shape have been coded, and before
   /// its last uses are coded. `as_stored`: true if corners of a hexahedron are in the order of the
@@ -120,7 +120,7 @@ class CellCorners {
   };
 
   ShapeModels& models_of(CellShape shape);
-  bool code_corner(Coder& symbols, CellTopology& cell, Corner& corner,
+  bool code_corner(Coder& symbols, const StoredCell& stored, CellTopology& cell, Corner& corner,
                    const std::function<void(std::uint32_t)>& add_vertex);
   std::uint32_t code_taken(CellTopology& cell, const Corner& corner);
   std::uint32_t code_missed(Coder& symbols, CellTopology& cell, const Corner& corner);

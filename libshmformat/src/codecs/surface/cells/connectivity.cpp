@@ -46,8 +46,14 @@ void Connectivity<Coder>::set_number(std::uint32_t slot, std::uint64_t number) {
 }
 
 template <class Coder>
-bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTopology& cell) {
+bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, const StoredCell& stored,
+                                    CellTopology& cell) {
   if (!has_codec_) set_codec(ConnectivityCodec::rows);
+  if constexpr (!Coder::kDecodes) {
+    cell.block = stored.block;
+    cell.slots = stored.slots;
+    cell.last_use = stored.last_use;
+  }
   if (!code_block(symbols, cell)) return false;
   const BlockInfo& block = schema_->blocks[cell.block];
   cell.hexahedral = is_hexahedral(block);
@@ -59,20 +65,22 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   cell.layout = plain ? nullptr : node_layout(block.shape, block.nodes_per_cell);
   if (cell.layout != nullptr && !mid_nodes_) mid_nodes_.emplace(surface_);
   for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
-  if constexpr (!Coder::kDecodes) sort_numbers(cell);
-  if (block.shape == CellShape::faces && !code_polyhedron(symbols, cell)) return false;
-  if (cell.hexahedral && !code_hexahedron(symbols, corner_order, cell)) return false;
+  if constexpr (!Coder::kDecodes) sort_numbers(stored);
+  if (block.shape == CellShape::faces && !code_polyhedron(symbols, stored, cell)) return false;
+  if (cell.hexahedral && !code_hexahedron(symbols, corner_order, stored, cell)) return false;
   if constexpr (!Coder::kDecodes)
-    for (const std::uint32_t position : cell.new_positions) fill_farther_repeats(cell, position);
+    for (const std::uint32_t position : cell.new_positions)
+      fill_farther_repeats(stored, cell, position);
   const std::uint32_t corners = cell.hexahedral ? 8
                                 : block.shape == CellShape::hexahedron
                                     ? 0
                                     : corner_count(block.shape, cell.slots.size());
   if (!cell.hexahedral && corners > 0 &&
-      !others_->code(symbols, cell, block.shape, [&](std::uint32_t i) { add_vertex(cell, i); }))
+      !others_->code(symbols, stored, cell, block.shape,
+                     [&](std::uint32_t i) { add_vertex(stored, cell, i); }))
     return false;
-  // If the cell has only corners, no later cell reads the ids of its nodes.
-  if (!cell.by_faces && cell.slots.size() > corners && !code_nodes(symbols, cell, corners))
+  // If the cell has only corners, nothing reads their ids.
+  if (!cell.by_faces && cell.slots.size() > corners && !code_nodes(symbols, stored, cell, corners))
     return false;
   // Coders that find vertices by number need no use counts and have already coded the last uses.
   const std::size_t done = cell.hexahedral && finds_by_number_ ? 8 : 0;
@@ -113,18 +121,22 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
 }
 
 template <class Coder>
-bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell) {
+bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order,
+                                          const StoredCell& stored, CellTopology& cell) {
   const bool in_order = order_matters(schema_->blocks[cell.block]);
-  return with_hexahedra(
-      [&](auto& hexahedra) { return hexahedra.code(symbols, corner_order, cell, in_order); });
+  return with_hexahedra([&](auto& hexahedra) {
+    return hexahedra.code(symbols, corner_order, stored, cell, in_order);
+  });
 }
 
 /// Codes a polyhedron by its faces and nodes, or codes only its number of nodes.
 template <class Coder>
-bool Connectivity<Coder>::code_polyhedron(Coder& symbols, CellTopology& cell) {
+bool Connectivity<Coder>::code_polyhedron(Coder& symbols, const StoredCell& stored,
+                                          CellTopology& cell) {
   if (!polyhedra_) polyhedra_ = std::make_unique<Polyhedra<Coder>>(surface_);
   const std::uint64_t number = others_->faces().next_number();
-  if (!polyhedra_->code(symbols, cell, number, [&](std::uint32_t i) { add_vertex(cell, i); }))
+  if (!polyhedra_->code(symbols, stored, cell, number,
+                        [&](std::uint32_t i) { add_vertex(stored, cell, i); }))
     return false;
   if (!cell.by_faces) return code_count(symbols, cell);
   if constexpr (Coder::kDecodes) {
@@ -169,7 +181,8 @@ bool Connectivity<Coder>::code_count(Coder& symbols, CellTopology& cell) {
 /// Codes nodes that are not corners. A node is predicted from its position in the cell if the
 /// layout is known, otherwise as a difference from the last cell of the block.
 template <class Coder>
-bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first) {
+bool Connectivity<Coder>::code_nodes(Coder& symbols, const StoredCell& stored, CellTopology& cell,
+                                     std::uint32_t first) {
   auto& last = node_ids_[cell.block];
   std::uint64_t shift = 0;  // change of the previous node's id compared with the last cell
   const std::size_t count = cell.slots.size();
@@ -179,13 +192,13 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
       if (node != nullptr) {
         if (i == cell.layout->corners) begin_layout(cell);
         if constexpr (!Coder::kDecodes)
-          if (const std::uint32_t same = earlier_position(cell, i); same != kNone)
+          if (const std::uint32_t same = earlier_position(stored, cell, i); same != kNone)
             cell.slots[i] = cell.slots[same];
       }
       if (node == nullptr || !mid_nodes_->code(symbols, cell, *node, i)) {
-        if (!code_node(symbols, cell, i, shift)) return false;
+        if (!code_node(symbols, stored, cell, i, shift)) return false;
       } else if (cell.slots[i] == kNone) {
-        add_vertex(cell, i);
+        add_vertex(stored, cell, i);
       }
       if (node != nullptr) mid_nodes_->note(cell, *node, i);
     }
@@ -205,29 +218,35 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
 /// Encoding: returns the first of the kMaxLastUse positions before position `i` that has the same
 /// vertex.
 template <class Coder>
-std::uint32_t Connectivity<Coder>::earlier_position(const CellTopology& cell, std::uint32_t i) {
+std::uint32_t Connectivity<Coder>::earlier_position(const StoredCell& stored,
+                                                    const CellTopology& cell, std::uint32_t i) {
+  const std::uint64_t number = stored.numbers[cell.stored_position(i)];
   for (std::uint32_t j = i > kMaxLastUse ? i - kMaxLastUse : 0; j < i; ++j)
-    if (cell.numbers[j] == cell.numbers[i]) return j;
+    if (stored.numbers[cell.stored_position(j)] == number) return j;
   return kNone;
 }
 
 /// Encoding: sorts positions by number. This is needed for cells with more nodes than the distance
 /// up to which repeats are coded.
 template <class Coder>
-void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
+void Connectivity<Coder>::sort_numbers(const StoredCell& stored) {
   positions_.clear();
-  if (cell.slots.size() <= kMaxLastUse) return;
-  for (std::uint32_t i = 0; i < cell.slots.size(); ++i) positions_.push_back({cell.numbers[i], i});
+  if (stored.numbers.size() <= kMaxLastUse) return;
+  for (std::uint32_t i = 0; i < stored.numbers.size(); ++i)
+    positions_.push_back({stored.numbers[i], i});
   std::sort(positions_.begin(), positions_.end());
 }
 
 /// Encoding: after a new vertex at `i`, stores its slot at later positions with the same vertex
 /// number. This is needed only at positions so far from `i` that repeats are not coded there.
 template <class Coder>
-void Connectivity<Coder>::fill_farther_repeats(CellTopology& cell, std::uint32_t i) {
-  const std::pair<std::uint64_t, std::uint32_t> from{cell.numbers[i], i + kMaxLastUse};
+void Connectivity<Coder>::fill_farther_repeats(const StoredCell& stored, CellTopology& cell,
+                                               std::uint32_t i) {
+  if (positions_.empty()) return;
+  const std::uint64_t number = stored.numbers[cell.stored_position(i)];
+  const std::pair<std::uint64_t, std::uint32_t> from{number, i + kMaxLastUse};
   for (auto it = std::lower_bound(positions_.begin(), positions_.end(), from);
-       it != positions_.end() && it->first == cell.numbers[i]; ++it)
+       it != positions_.end() && it->first == number; ++it)
     cell.slots[it->second] = cell.slots[i];
 }
 
@@ -240,18 +259,19 @@ void Connectivity<Coder>::begin_layout(CellTopology& cell) {
 
 /// Introduces a new vertex at `position`.
 template <class Coder>
-void Connectivity<Coder>::add_vertex(CellTopology& cell, std::uint32_t position) {
+void Connectivity<Coder>::add_vertex(const StoredCell& stored, CellTopology& cell,
+                                     std::uint32_t position) {
   cell.new_positions.push_back(position);
   const std::uint32_t slot = cell.slots[position] = surface_.add_vertex();
   if (finds_by_number_ && schema_->order != Order::keep) set_number(slot, surface_.vertex(slot).id);
-  // The models code repeats only over a limited distance. Positions farther away find the vertex by
-  // its number.
-  if constexpr (!Coder::kDecodes) fill_farther_repeats(cell, position);
+  // The models do not code repeats that are farther away. Those positions find the vertex by its
+  // number.
+  if constexpr (!Coder::kDecodes) fill_farther_repeats(stored, cell, position);
 }
 
 template <class Coder>
-bool Connectivity<Coder>::code_node(Coder& symbols, CellTopology& cell, std::uint32_t i,
-                                    std::uint64_t& shift) {
+bool Connectivity<Coder>::code_node(Coder& symbols, const StoredCell& stored, CellTopology& cell,
+                                    std::uint32_t i, std::uint64_t& shift) {
   const auto& last = node_ids_[cell.block];
   while (nodes_.size() <= std::min<std::uint32_t>(i, 31))
     nodes_.push_back(std::make_unique<NodeModel>());
@@ -261,12 +281,12 @@ bool Connectivity<Coder>::code_node(Coder& symbols, CellTopology& cell, std::uin
                                                            : 0) +
                                  shift;
   std::uint32_t repeats = kNone;
-  if constexpr (!Coder::kDecodes) repeats = earlier_position(cell, i);
+  if constexpr (!Coder::kDecodes) repeats = earlier_position(stored, cell, i);
   const bool is_new =
       symbols.bit(model.is_new[last_new_], cell.slots[i] == kNone && repeats == kNone);
   last_new_ = is_new;
   if (is_new) {
-    add_vertex(cell, i);
+    add_vertex(stored, cell, i);
   } else if (i > 0 && symbols.bit(model.repeated, repeats != kNone)) {
     const std::uint64_t back = code_number(symbols, model.repeat, i - 1 - repeats);
     if (back >= i) return false;

@@ -52,17 +52,21 @@ class Connectivity {
   /// `codec` is not automatic, shifts or patterns.
   void set_codec(ConnectivityCodec codec);
 
-  /// Codes one cell. When encoding, the caller sets cell.block, slots (kNone: new vertex), vertex
-  /// numbers and last_use in stored order; on return they are in the order of the coder's frame.
-  /// New vertices receive slots in both directions. Returns false only when decoding damaged data.
-  /// Call finish_cell() next.
-  bool code_cell(Coder& symbols, Coder& corner_order, CellTopology& cell);
+  /// Codes one cell. `stored` is the cell when encoding, and not read when decoding. Sets `cell` in
+  /// both directions, and introduces its new vertices. Returns false only when decoding damaged
+  /// data. Call finish_cell() next.
+  bool code_cell(Coder& symbols, Coder& corner_order, const StoredCell& stored, CellTopology& cell);
+  /// Like code_cell(), for decoders.
+  bool decode_cell(Coder& symbols, Coder& corner_order, CellTopology& cell) {
+    return code_cell(symbols, corner_order, nothing_, cell);
+  }
   /// Finalizes the vertices whose last use is this cell. Until this call, all vertices and
   /// neighbours of the cell are valid.
   void finish_cell(const CellTopology& cell);
 
-  /// Returns true if the numbers of a hexahedron's corners are coded together with the hexahedron.
-  /// cell.original is then read when encoding and set when decoding.
+  /// Returns true if the numbers of a hexahedron's corners are coded together with it.
+  /// StoredCell::original is then read when encoding, and CellTopology::original set in both
+  /// directions.
   bool codes_numbers() const { return schema_->order == Order::keep && finds_by_number_; }
   /// Sets the number of a new vertex that is not a corner of a hexahedron. Must hold:
   /// codes_numbers().
@@ -89,23 +93,28 @@ class Connectivity {
 
   bool code_block(Coder& symbols, CellTopology& cell);
   bool code_count(Coder& symbols, CellTopology& cell);
-  bool code_polyhedron(Coder& symbols, CellTopology& cell);
-  bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
-  bool code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first_position);
+  bool code_polyhedron(Coder& symbols, const StoredCell& stored, CellTopology& cell);
+  bool code_hexahedron(Coder& symbols, Coder& corner_order, const StoredCell& stored,
+                       CellTopology& cell);
+  bool code_nodes(Coder& symbols, const StoredCell& stored, CellTopology& cell,
+                  std::uint32_t first_position);
   /// Returns true if the stored order of the corners of hexahedra in this block is coded.
   bool order_matters(const BlockInfo& block) const {
     return schema_->corner_order || block.nodes_per_cell != 8;
   }
-  bool code_node(Coder& symbols, CellTopology& cell, std::uint32_t position, std::uint64_t& shift);
-  void add_vertex(CellTopology& cell, std::uint32_t position);
+  bool code_node(Coder& symbols, const StoredCell& stored, CellTopology& cell,
+                 std::uint32_t position, std::uint64_t& shift);
+  void add_vertex(const StoredCell& stored, CellTopology& cell, std::uint32_t position);
   void begin_layout(CellTopology& cell);
-  static std::uint32_t earlier_position(const CellTopology& cell, std::uint32_t position);
-  void sort_numbers(const CellTopology& cell);
-  void fill_farther_repeats(CellTopology& cell, std::uint32_t position);
+  static std::uint32_t earlier_position(const StoredCell& stored, const CellTopology& cell,
+                                        std::uint32_t position);
+  void sort_numbers(const StoredCell& stored);
+  void fill_farther_repeats(const StoredCell& stored, CellTopology& cell, std::uint32_t position);
   void code_last_use(Coder& symbols, CellTopology& cell);
   std::size_t code_last_use_of_corners(Coder& symbols, CellTopology& cell);
 
   const Schema* schema_;
+  const StoredCell nothing_;  // passed when decoding
   ActiveSurface surface_;
   std::variant<std::unique_ptr<RowHexahedra<Coder>>, std::unique_ptr<MixedRows<Coder>>,
                std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>

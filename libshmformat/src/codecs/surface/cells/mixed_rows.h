@@ -15,11 +15,12 @@ class MixedRows {
   explicit MixedRows(ActiveSurface& surface, const OpenFaces* open = nullptr)
       : rows_(surface, open) {}
 
-  // The functions are the same as those of RowHexahedra.
-  bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters) {
+  // The functions are those of RowHexahedra.
+  bool code(Coder& symbols, Coder& corner_order, const StoredCell& stored, CellTopology& cell,
+            bool order_matters) {
     symbols_.use(symbols);
     corner_order_.use(corner_order);
-    return rows_.code(symbols_, corner_order_, cell, order_matters);
+    return rows_.code(symbols_, corner_order_, stored, cell, order_matters);
   }
   void code_last_use(Coder& symbols, CellTopology& cell) {
     symbols_.use(symbols);

@@ -17,8 +17,7 @@ constexpr std::uint32_t at_most(std::size_t a, std::uint32_t b) {
 /// Encoding: returns true if each face of the cell has three or more vertices, all different, and
 /// is closed by a repetition of its first vertex.
 template <class Coder>
-bool Polyhedra<Coder>::told_by_faces(const CellTopology& cell) {
-  const auto& numbers = cell.numbers;
+bool Polyhedra<Coder>::told_by_faces(std::span<const std::uint64_t> numbers) {
   std::vector<std::uint64_t> face;
   for (auto begin = numbers.begin(); begin != numbers.end();) {
     const auto end = std::find(begin + 1, numbers.end(), *begin);
@@ -32,19 +31,21 @@ bool Polyhedra<Coder>::told_by_faces(const CellTopology& cell) {
 }
 
 template <class Coder>
-bool Polyhedra<Coder>::code(Coder& symbols, CellTopology& cell, std::uint64_t number,
+bool Polyhedra<Coder>::code(Coder& symbols, const StoredCell& stored, CellTopology& cell,
+                            std::uint64_t number,
                             const std::function<void(std::uint32_t)>& add_vertex) {
   bool by_faces = false;
-  if constexpr (!Coder::kDecodes) by_faces = told_by_faces(cell);
+  if constexpr (!Coder::kDecodes) by_faces = told_by_faces(stored.numbers);
   cell.by_faces = symbols.bit(by_faces_, by_faces);
   if (!cell.by_faces) return true;
   mixing_.use(symbols);
   add_vertex_ = &add_vertex;
   number_ = number;
+  numbers_ = stored.numbers;
   begin_cell(cell);
   do {
     if (!code_face(cell)) return false;
-  } while (!code_end(cell));
+  } while (!code_end());
   end_cell();
   block_->ids.resize(cell.slots.size());
   for (std::size_t i = 0; i < cell.slots.size(); ++i)
@@ -73,8 +74,7 @@ void Polyhedra<Coder>::begin_cell(CellTopology& cell) {
     cell.slots.clear();
   } else {
     positions_.clear();
-    for (std::uint32_t i = 0; i < cell.numbers.size(); ++i)
-      positions_.push_back({cell.numbers[i], i});
+    for (std::uint32_t i = 0; i < numbers_.size(); ++i) positions_.push_back({numbers_[i], i});
     std::sort(positions_.begin(), positions_.end());
   }
 }
@@ -100,7 +100,7 @@ bool Polyhedra<Coder>::code_face(CellTopology& cell) {
   for (;;) {
     if (position_ == kMaxNodesPerCell) return false;
     bool ends = false;
-    if constexpr (!Coder::kDecodes) ends = cell.numbers[position_] == cell.numbers[begin];
+    if constexpr (!Coder::kDecodes) ends = numbers_[position_] == numbers_[begin];
     if (path_.size() >= 3 && code_close(ends)) break;
     if (!code_node(cell)) return false;
   }
@@ -131,10 +131,10 @@ bool Polyhedra<Coder>::code_close(bool ends) {
 
 /// Codes whether the cell ends after this face.
 template <class Coder>
-bool Polyhedra<Coder>::code_end(const CellTopology& cell) {
+bool Polyhedra<Coder>::code_end() {
   const bool closed = open_edges_ == 0;
   bool ends = false;
-  if constexpr (!Coder::kDecodes) ends = position_ == cell.numbers.size();
+  if constexpr (!Coder::kDecodes) ends = position_ == numbers_.size();
   mixing_.about(kEnd, clue(closed, faces_), clue(closed, outcomes_), clue(closed, last_outcome()),
                 clue(closed, at_most(open_edges_, 15), last_size_));
   return mixing_.bit(end_[closed ? 1 : 0][at_most(faces_, 15)], ends);
@@ -225,7 +225,7 @@ void Polyhedra<Coder>::note_outcome(std::uint32_t outcome) {
 /// same vertex number.
 template <class Coder>
 void Polyhedra<Coder>::fill_repeats(CellTopology& cell) {
-  const std::uint64_t number = cell.numbers[position_];
+  const std::uint64_t number = numbers_[position_];
   for (auto it = std::lower_bound(positions_.begin(), positions_.end(),
                                   std::pair<std::uint64_t, std::uint32_t>{number, 0});
        it != positions_.end() && it->first == number; ++it)

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -34,7 +35,7 @@ class Polyhedra {
   /// and cell.by_faces. `number`: number of the cell in the segment. Calls `add_vertex(position)`
   /// to create each new vertex. When decoding, the cell has no nodes before the call. Returns false
   /// only when decoding damaged data.
-  bool code(Coder& symbols, CellTopology& cell, std::uint64_t number,
+  bool code(Coder& symbols, const StoredCell& stored, CellTopology& cell, std::uint64_t number,
             const std::function<void(std::uint32_t)>& add_vertex);
   /// Codes last_use of a cell that is given by its faces.
   void code_last_use(Coder& symbols, CellTopology& cell);
@@ -99,12 +100,12 @@ class Polyhedra {
     std::uint32_t place = 0;  ///< position in the face, from 1
   };
 
-  static bool told_by_faces(const CellTopology& cell);
+  static bool told_by_faces(std::span<const std::uint64_t> numbers);
   void begin_cell(CellTopology& cell);
   void end_cell();
   bool code_face(CellTopology& cell);
   bool code_close(bool ends);
-  bool code_end(const CellTopology& cell);
+  bool code_end();
   bool code_node(CellTopology& cell);
   std::uint32_t code_taken(CellTopology& cell);
   bool code_missed(CellTopology& cell);
@@ -175,7 +176,8 @@ class Polyhedra {
   // Nodes of the cell's faces that were not open before, and the end of each such face in this list
   std::vector<std::uint32_t> new_cycles_, cycle_ends_;
   std::vector<std::pair<std::uint64_t, std::uint32_t>>
-      positions_;  // encoding: positions sorted by number
+      positions_;                           // encoding: positions sorted by number
+  std::span<const std::uint64_t> numbers_;  // encoding: numbers of the nodes, by position
 
   // Data of the current face
   std::vector<std::uint32_t> path_;

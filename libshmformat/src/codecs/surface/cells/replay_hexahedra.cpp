@@ -21,11 +21,12 @@ constexpr std::uint8_t bit(std::uint32_t i) { return static_cast<std::uint8_t>(1
 }  // namespace
 
 template <class Coder>
-bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bool) {
+bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, const StoredCell& stored,
+                                  CellTopology& cell, bool) {
   Numbers number;
   std::uint8_t marks = 0;
   if constexpr (!Coder::kDecodes)
-    take(cell, number, marks);
+    take(stored, number, marks);
   else
     number.fill(0);
   next_ = strays_ = 0;
@@ -39,8 +40,8 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bo
   if (hit) {
     number = first.number;
     marks = first.marks;
-    if (!resolve(cell, number)) return false;
-  } else if (!code_miss(symbols, cell, number, marks)) {
+    if (!resolve(stored, cell, number)) return false;
+  } else if (!code_miss(symbols, stored, cell, number, marks)) {
     return false;
   }
   if (!Coder::kDecodes && clash_) return false;
@@ -76,20 +77,20 @@ auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
 
 /// Encoder: sets the numbers and marks of the corners.
 template <class Coder>
-void ReplayHexahedra<Coder>::take(const CellTopology& cell, Numbers& number,
+void ReplayHexahedra<Coder>::take(const StoredCell& stored, Numbers& number,
                                   std::uint8_t& marks) const {
-  for (std::uint32_t c = 0; c < 8; ++c) marks |= static_cast<std::uint8_t>(cell.last_use[c] << c);
+  for (std::uint32_t c = 0; c < 8; ++c) marks |= static_cast<std::uint8_t>(stored.last_use[c] << c);
   if (keep_) {
-    number = cell.original;
+    number = stored.original;
     return;
   }
   std::uint64_t next = surface_->next_id();
   for (std::uint32_t c = 0; c < 8; ++c) {
-    if (cell.slots[c] != kNone) {
-      number[c] = surface_->vertex(cell.slots[c]).id;
+    if (stored.slots[c] != kNone) {
+      number[c] = surface_->vertex(stored.slots[c]).id;
     } else {
       std::uint32_t same = 0;
-      while (same < c && (cell.slots[same] != kNone || cell.numbers[same] != cell.numbers[c]))
+      while (same < c && (stored.slots[same] != kNone || stored.numbers[same] != stored.numbers[c]))
         ++same;
       number[c] = same < c ? number[same] : next++;
     }
@@ -99,11 +100,11 @@ void ReplayHexahedra<Coder>::take(const CellTopology& cell, Numbers& number,
 // --- cells that are not as expected
 
 template <class Coder>
-bool ReplayHexahedra<Coder>::code_miss(Coder& symbols, CellTopology& cell, Numbers& number,
-                                       std::uint8_t& marks) {
+bool ReplayHexahedra<Coder>::code_miss(Coder& symbols, const StoredCell& stored, CellTopology& cell,
+                                       Numbers& number, std::uint8_t& marks) {
   Choice choice;
   if constexpr (!Coder::kDecodes) {
-    choice = choose(cell, number, marks);
+    choice = choose(stored, number, marks);
     misses_.resize(kMissSlots);
     misses_[step_key(number)] = sequence_;
   }
@@ -115,14 +116,14 @@ bool ReplayHexahedra<Coder>::code_miss(Coder& symbols, CellTopology& cell, Numbe
     number = expected.number;
   else if (!code_corners(symbols, expected, number))
     return false;
-  if (!resolve(cell, number)) return false;
+  if (!resolve(stored, cell, number)) return false;
   code_marks(symbols, expected.marks, marks);
   return true;
 }
 
 /// Encoder: returns the guess that is cheapest to code.
 template <class Coder>
-auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& number,
+auto ReplayHexahedra<Coder>::choose(const StoredCell& stored, const Numbers& number,
                                     std::uint8_t marks) const -> Choice {
   Choice best;
   std::uint32_t least = ~0u;
@@ -158,9 +159,8 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
   // Try the cells that introduced the vertices of this cell. If cells are enumerated row by row,
   // these include the cells below and beside this cell.
   for (std::uint32_t c = 0; c < 8; ++c)
-    if (cell.slots[c] < introduced_.size()) try_new(sequence_ - introduced_[cell.slots[c]], 12);
-  // For recurring parts: try the last cell that was not as expected and differed from its previous
-  // cell by an equal step.
+    if (stored.slots[c] < introduced_.size()) try_new(sequence_ - introduced_[stored.slots[c]], 12);
+  // For recurring parts: try the cell at which an equal step was not as expected before.
   if (!misses_.empty()) try_new(sequence_ - misses_[step_key(number)], 12);
   // For layers with holes: try distances slightly larger or smaller than the last distance.
   if (!reaches(distances_[0])) return best;
@@ -311,15 +311,16 @@ void ReplayHexahedra<Coder>::code_marks(Coder& symbols, std::uint8_t expected,
 // --- from numbers to vertices
 
 template <class Coder>
-bool ReplayHexahedra<Coder>::resolve(CellTopology& cell, const Numbers& number) {
+bool ReplayHexahedra<Coder>::resolve(const StoredCell& stored, CellTopology& cell,
+                                     const Numbers& number) {
   std::uint32_t left = 0;  // corners whose vertex has not been found yet
   if constexpr (Coder::kDecodes) {
     left = kept() == 0 ? 0xffu : look_up_hints(cell, number);
   } else {
-    for (std::uint32_t c = 0; c < 8; ++c) left |= std::uint32_t{cell.slots[c] == kNone} << c;
+    for (std::uint32_t c = 0; c < 8; ++c) left |= std::uint32_t{stored.slots[c] == kNone} << c;
   }
   for (; left != 0; left &= left - 1)
-    if (!resolve_corner(cell, number, static_cast<std::uint32_t>(std::countr_zero(left))))
+    if (!resolve_corner(stored, cell, number, static_cast<std::uint32_t>(std::countr_zero(left))))
       return false;
   return true;
 }
@@ -341,14 +342,14 @@ std::uint32_t ReplayHexahedra<Coder>::look_up_hints(CellTopology& cell,
 }
 
 template <class Coder>
-bool ReplayHexahedra<Coder>::resolve_corner(CellTopology& cell, const Numbers& number,
-                                            std::uint32_t corner) {
+bool ReplayHexahedra<Coder>::resolve_corner(const StoredCell& stored, CellTopology& cell,
+                                            const Numbers& number, std::uint32_t corner) {
   std::uint32_t slot = kNone;
   if constexpr (Coder::kDecodes) {
     slot = find(number[corner], corner);
   } else {
     for (std::uint32_t c = 0; c < corner && slot == kNone; ++c)  // a new vertex of the current cell
-      if (cell.numbers[c] == cell.numbers[corner]) slot = cell.slots[c];
+      if (stored.numbers[c] == stored.numbers[corner]) slot = cell.slots[c];
   }
   if (slot == kNone) {
     if (!keep_ && number[corner] != surface_->next_id()) return false;
@@ -429,7 +430,7 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
   record.marks = marks;
   record.guessed = (hits_ & 1) != 0;
   record.beside = static_cast<std::uint32_t>(beside_now_);
-  if (Coder::kDecodes && keep_) cell.original = number;
+  if (keep_) cell.original = number;
   // A vertex at several corners is marked as last use only once.
   std::fill_n(cell.last_use.begin(), 8, std::uint8_t{0});
   for (std::uint32_t left = marks; left != 0; left &= left - 1) {

@@ -89,13 +89,14 @@ template <class Coder>
 class ReplayHexahedra {
  public:
   /// `surface` must outlive this object. `keep`: true if corners are coded by the source's numbers
-  /// in cell.original, false if by stream numbers. `strays`: whether strays may be followed.
+  /// in StoredCell::original, false if by stream numbers. `strays`: whether strays may be followed.
   ReplayHexahedra(ActiveSurface& surface, bool keep, bool strays)
       : surface_(&surface), keep_(keep), may_follow_(strays) {}
 
   /// Codes the corners of one hexahedron in stored order, and their last uses. Returns false when
   /// decoding damaged data, or if two live vertices have the same number.
-  bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
+  bool code(Coder& symbols, Coder& corner_order, const StoredCell& stored, CellTopology& cell,
+            bool order_matters);
   /// Sets the number of a vertex that is not yet a corner of a hexahedron.
   void set_number(std::uint32_t slot, std::uint64_t number);
   /// Removes a vertex. Call it before any vertex is finalized.
@@ -167,16 +168,18 @@ class ReplayHexahedra {
   std::uint64_t beside_of(std::uint64_t distance, std::uint32_t choice) const {
     return choice == 0 ? beside_of(distance) : choice == 1 ? 1 : distances_[choice - 2];
   }
-  void take(const CellTopology& cell, Numbers& number, std::uint8_t& marks) const;
-  Choice choose(const CellTopology& cell, const Numbers& number, std::uint8_t marks) const;
+  void take(const StoredCell& stored, Numbers& number, std::uint8_t& marks) const;
+  Choice choose(const StoredCell& stored, const Numbers& number, std::uint8_t marks) const;
   std::size_t step_key(const Numbers& number) const;
-  bool code_miss(Coder& symbols, CellTopology& cell, Numbers& number, std::uint8_t& marks);
+  bool code_miss(Coder& symbols, const StoredCell& stored, CellTopology& cell, Numbers& number,
+                 std::uint8_t& marks);
   bool code_choice_of_guess(Coder& symbols, Choice& choice);
   bool code_corners(Coder& symbols, const Guess& guess, Numbers& number);
   void code_marks(Coder& symbols, std::uint8_t expected, std::uint8_t& marks);
-  bool resolve(CellTopology& cell, const Numbers& number);
+  bool resolve(const StoredCell& stored, CellTopology& cell, const Numbers& number);
   std::uint32_t look_up_hints(CellTopology& cell, const Numbers& number) const;
-  bool resolve_corner(CellTopology& cell, const Numbers& number, std::uint32_t corner);
+  bool resolve_corner(const StoredCell& stored, CellTopology& cell, const Numbers& number,
+                      std::uint32_t corner);
   std::uint32_t find(std::uint64_t number, std::uint32_t corner);
   std::uint32_t find_anywhere(std::uint64_t number) const;
   void finish(CellTopology& cell, const Numbers& number, std::uint8_t marks);

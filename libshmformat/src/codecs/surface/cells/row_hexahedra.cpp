@@ -31,18 +31,18 @@ bool is_of_other_cell(const OpenFaces& open, const OpenFaces::Face& face) {
 }  // namespace
 
 template <class Coder>
-bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology& cell,
-                               bool order_matters) {
+bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, const StoredCell& stored,
+                               CellTopology& cell, bool order_matters) {
   work_ = Work{};
   Fit gate;
   Kind kind = kStart;
-  if (!code_gate(symbols, cell, gate, kind)) return false;
+  if (!code_gate(symbols, stored, gate, kind)) return false;
   if constexpr (!Coder::kDecodes) {
     const auto& from_bits = kOrientedBits[gate.orientation];
     for (std::uint32_t b = 0; b < 8; ++b) {
       const std::uint32_t from = kCornerBits[from_bits[b]];
-      work_.target[b] = cell.slots[from];
-      work_.number[b] = cell.numbers[from];
+      work_.target[b] = stored.slots[from];
+      work_.number[b] = stored.numbers[from];
     }
   }
   std::uint8_t orientation = gate.orientation;
@@ -59,19 +59,14 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
   if (kind != kStart && !code_orientation(corner_order, symbols, order_matters, orientation))
     return false;
 
-  // Return the cell in the order of the frame. When encoding, stored_corner refers to the corners
-  // as the caller has stored them, although a reader may receive them in another order.
-  std::array<std::uint8_t, 8> last_use{};
-  if constexpr (!Coder::kDecodes) std::copy_n(cell.last_use.begin(), 8, last_use.begin());
-  const auto& stored = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
+  // Return the cell in the order of the frame. The caller of the encoder relies on the corners that
+  // it stored, in whatever order a reader will receive them.
+  const auto& stored_bits = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
   for (std::uint32_t i = 0; i < 8; ++i) {
     const std::uint32_t b = kCornerBits[i];
     cell.slots[i] = work_.corner[b];
-    cell.stored_corner[i] = kCornerBits[stored[b]];
-    if constexpr (!Coder::kDecodes) {
-      cell.numbers[i] = work_.number[b];
-      cell.last_use[i] = last_use[cell.stored_corner[i]];
-    }
+    cell.stored_corner[i] = kCornerBits[stored_bits[b]];
+    if constexpr (!Coder::kDecodes) cell.last_use[i] = stored.last_use[cell.stored_corner[i]];
   }
   attach(cell);
   Record& record = records_[cell.cell_slot];

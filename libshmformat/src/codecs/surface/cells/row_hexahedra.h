@@ -76,7 +76,8 @@ class RowHexahedra {
   /// Codes the corners of one hexahedron and attaches it to the surface. If `order_matters` is set,
   /// codes the order of the corners; otherwise codes only the handedness. Returns false only when
   /// decoding damaged data.
-  bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
+  bool code(Coder& symbols, Coder& corner_order, const StoredCell& stored, CellTopology& cell,
+            bool order_matters);
   /// Codes the last uses of a cell. Call it after the rest of the cell has been coded. The caller
   /// finalizes the vertices.
   void code_last_use(Coder& symbols, CellTopology& cell);
@@ -149,10 +150,10 @@ class RowHexahedra {
     std::uint32_t others = 0;  ///< number of other vertices that would close such a quadrilateral
   };
 
-  // Functions that code the gate (row_hexahedra_surface.cpp)
-  bool code_gate(Coder& symbols, const CellTopology& cell, Fit& gate, Kind& kind);
-  bool code_candidate(Coder& symbols, const CellTopology& cell, Fit& gate);
-  Kind choose_elsewhere(const CellTopology& cell, Fit& gate, std::uint32_t& index);
+  // Gate (row_hexahedra_surface.cpp)
+  bool code_gate(Coder& symbols, const StoredCell& stored, Fit& gate, Kind& kind);
+  bool code_candidate(Coder& symbols, const StoredCell& stored, Fit& gate);
+  Kind choose_elsewhere(const StoredCell& stored, Fit& gate, std::uint32_t& index);
   bool code_listed(Coder& symbols, Kind kind, Choice<32>& model, std::uint32_t index,
                    std::uint32_t& face);
   bool code_side(Coder& symbols, Question question, std::uint32_t cell, std::uint32_t& face);
@@ -163,8 +164,8 @@ class RowHexahedra {
   bool code_recent(Coder& symbols, std::uint32_t& face);
   std::uint32_t cell_of(std::uint64_t sequence) const;
   std::uint32_t live_face(std::uint32_t cell, std::uint32_t side) const;
-  Fit fit(const CellTopology& cell, std::uint32_t face) const;
-  void find_shared(const CellTopology& cell, std::vector<Fit>& out) const;
+  Fit fit(const StoredCell& stored, std::uint32_t face) const;
+  void find_shared(const StoredCell& stored, std::vector<Fit>& out) const;
 
   // Functions that code faces and corners
   void take_gate(std::uint32_t face);

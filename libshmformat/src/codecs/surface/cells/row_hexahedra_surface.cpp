@@ -51,12 +51,12 @@ void RowHexahedra<Coder>::list_candidates() {
 }
 
 template <class Coder>
-auto RowHexahedra<Coder>::fit(const CellTopology& cell, std::uint32_t face) const -> Fit {
+auto RowHexahedra<Coder>::fit(const StoredCell& stored, std::uint32_t face) const -> Fit {
   const auto& entry = surface_->face(face);
   const std::uint32_t axis = kFaceAxis[entry.side];
   std::array<std::uint32_t, 4> g{};
   for (std::uint32_t i = 0; i < 4; ++i) g[i] = kFaceBits[entry.side][i] ^ axis;
-  const auto slot = [&](std::uint32_t stored_bits) { return cell.slots[kCornerBits[stored_bits]]; };
+  const auto slot = [&](std::uint32_t bits) { return stored.slots[kCornerBits[bits]]; };
   for (std::uint32_t s0 = 0; s0 < 8; ++s0) {
     if (slot(s0) != entry.quad[0]) continue;
     for (std::uint32_t x = 1; x < 8; x <<= 1) {
@@ -78,17 +78,17 @@ auto RowHexahedra<Coder>::fit(const CellTopology& cell, std::uint32_t face) cons
 }
 
 template <class Coder>
-void RowHexahedra<Coder>::find_shared(const CellTopology& cell, std::vector<Fit>& out) const {
+void RowHexahedra<Coder>::find_shared(const StoredCell& stored, std::vector<Fit>& out) const {
   out.clear();
   for (std::uint32_t k = 0; k < 6; ++k) {
     const auto& c = kFaceCorners[k];
     bool old = true;
-    for (std::uint32_t i : c) old = old && cell.slots[i] != kNone;
+    for (std::uint32_t i : c) old = old && stored.slots[i] != kNone;
     if (!old) continue;
-    const std::uint32_t face =
-        surface_->find_face(cell.slots[c[0]], cell.slots[c[1]], cell.slots[c[2]], cell.slots[c[3]]);
+    const auto& v = stored.slots;
+    const std::uint32_t face = surface_->find_face(v[c[0]], v[c[1]], v[c[2]], v[c[3]]);
     if (face == kNone) continue;
-    const Fit found = fit(cell, face);
+    const Fit found = fit(stored, face);
     if (found.face != kNone) out.push_back(found);
   }
 }
@@ -140,16 +140,16 @@ void RowHexahedra<Coder>::list_faces(Kind kind, std::vector<std::uint32_t>& out)
 }
 
 template <class Coder>
-bool RowHexahedra<Coder>::code_gate(Coder& symbols, const CellTopology& cell, Fit& gate,
+bool RowHexahedra<Coder>::code_gate(Coder& symbols, const StoredCell& stored, Fit& gate,
                                     Kind& kind) {
   list_candidates();
-  if (code_candidate(symbols, cell, gate)) {
+  if (code_candidate(symbols, stored, gate)) {
     kind = kCandidate;
     return true;
   }
   std::uint32_t index = 0;  // index in the list of its kind
   kind = kStart;
-  if constexpr (!Coder::kDecodes) kind = choose_elsewhere(cell, gate, index);
+  if constexpr (!Coder::kDecodes) kind = choose_elsewhere(stored, gate, index);
   if constexpr (Coder::kMixes) about_kind(symbols);
   const std::uint32_t coded = code_tree(symbols, kind_[kinds_], static_cast<std::uint32_t>(kind));
   if (coded >= kKinds || coded == kCandidate) return false;
@@ -169,13 +169,13 @@ bool RowHexahedra<Coder>::code_gate(Coder& symbols, const CellTopology& cell, Fi
 /// Codes whether the gate is a candidate, and if so, which candidate. Encoding: sets `gate` in this
 /// case.
 template <class Coder>
-bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const CellTopology& cell, Fit& gate) {
+bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const StoredCell& stored, Fit& gate) {
   if (candidate_count_ == 0) return false;
   const std::uint32_t none = candidate_count_;
   std::uint32_t hit = none;
   if constexpr (!Coder::kDecodes)
     for (std::uint32_t i = 0; i < candidate_count_ && hit == none; ++i) {
-      gate = fit(cell, candidates_[i].face);
+      gate = fit(stored, candidates_[i].face);
       if (gate.face != kNone) hit = i;
     }
   const Candidate& first = candidates_[0];
@@ -201,10 +201,10 @@ bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const CellTopology& cel
 /// shared face. Among the remaining shared faces, faces at a distance used before are preferred,
 /// then the youngest face.
 template <class Coder>
-auto RowHexahedra<Coder>::choose_elsewhere(const CellTopology& cell, Fit& gate,
+auto RowHexahedra<Coder>::choose_elsewhere(const StoredCell& stored, Fit& gate,
                                            std::uint32_t& index) -> Kind {
   gate = {};
-  find_shared(cell, fits_);
+  find_shared(stored, fits_);
   if (fits_.empty()) return kStart;
   for (Kind kind : {kPrevious, kChain, kAtEdge}) {
     list_faces(kind, faces_);

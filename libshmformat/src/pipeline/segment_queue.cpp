@@ -1,0 +1,152 @@
+#include "pipeline/segment_queue.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/threads.h"
+
+namespace shm {
+namespace {
+
+// Cells and bytes of a piece. A piece is large enough that passing it to another thread costs
+// little, and small compared with a group.
+constexpr std::size_t kPieceCells = 1024;
+constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+
+// Limits on the bytes of the waiting pieces and of the waiting groups, per thread.
+constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
+
+// Bytes of pieces of the first segment that are coded before threads start: some hundred cells.
+constexpr std::size_t kAlonePieceBytes = std::size_t{32} << 10;
+
+using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
+
+class SegmentTask final : public Tasks::Task {
+ public:
+  SegmentTask(const Schema& schema, std::uint32_t group_cells, const CodecTrial& trial,
+              const SegmentStart& start)
+      : schema_(&schema), group_cells_(group_cells), trial_(trial), start_(start) {}
+
+  Result<void> take(SegmentPiece& piece, const Tasks::Emit& emit) override {
+    if (!encoder_)  // created here, because tasks that wait need no encoder yet
+      encoder_ = std::make_unique<ChoosingEncoder>(*schema_, group_cells_, trial_, start_);
+    auto result = encoder_->take(piece, done_);
+    emit_done(emit);
+    return result;
+  }
+  Result<void> end(const Tasks::Emit& emit) override {
+    auto result = encoder_->end(done_);
+    emit_done(emit);
+    encoder_.reset();
+    return result;
+  }
+
+ private:
+  void emit_done(const Tasks::Emit& emit) {
+    for (EncodedGroup& group : done_) {
+      const std::size_t bytes = group.bytes();
+      emit(std::move(group), bytes);
+    }
+    done_.clear();
+  }
+
+  const Schema* schema_;
+  std::uint32_t group_cells_;
+  CodecTrial trial_;
+  SegmentStart start_;
+  std::unique_ptr<ChoosingEncoder> encoder_;
+  std::vector<EncodedGroup> done_;
+};
+
+}  // namespace
+
+SegmentQueue::SegmentQueue(const Schema& schema, const WriteOptions& options, Receiver receive)
+    : schema_(&schema), options_(&options), receive_(std::move(receive)) {
+  if (options.threads == 1) return;
+  const unsigned threads = thread_count(options.threads);
+  if (threads > 1)
+    tasks_ = std::make_unique<Tasks>(threads, Tasks::Limits{.in = threads * kWaitingBytes,
+                                                            .out = threads * kWaitingBytes,
+                                                            .alone = kAlonePieceBytes});
+}
+
+/// Returns the codecs to try on the current segment.
+CodecTrial SegmentQueue::trial() const {
+  const auto& codecs = options_->segment_connectivity;
+  const ConnectivityCodec codec =
+      codecs.empty() ? options_->connectivity
+                     : codecs[std::min<std::size_t>(start_.segment, codecs.size() - 1)];
+  CodecTrial trial = trial_for(*schema_, codec, options_->level);
+  trial.with_order = schema_->order != Order::keep || options_->coding_order != nullptr;
+  return trial;
+}
+
+bool SegmentQueue::piece_is_full() const {
+  return piece_.cells.size() >= kPieceCells || 4 * piece_.nodes.size() >= kPieceBytes ||
+         piece_.vertex_values.size() + piece_.cell_data.size() >= kPieceBytes;
+}
+
+Result<void> SegmentQueue::pass_piece_on() {
+  if (piece_.empty()) return {};
+  const bool begins = !std::exchange(segment_begun_, true);
+  if (tasks_) {
+    if (begins)
+      tasks_->begin(
+          std::make_unique<SegmentTask>(*schema_, options_->group_cells, trial(), start_));
+    while (!tasks_->has_room())
+      if (auto status = take_finished(Tasks::Wait::for_output_or_room); !status) return status;
+    const std::size_t bytes = piece_.bytes();
+    tasks_->push(std::move(piece_), bytes);
+    piece_ = tasks_->spare();
+    piece_.clear();
+    return take_finished(Tasks::Wait::no);
+  }
+  if (begins)
+    encoder_ = std::make_unique<ChoosingEncoder>(*schema_, options_->group_cells, trial(), start_);
+  const auto status = encoder_->take(piece_, done_);
+  piece_.clear();
+  return status ? pass_on_done() : status;
+}
+
+Result<void> SegmentQueue::end_segment() {
+  if (auto status = pass_piece_on(); !status) return status;
+  if (!std::exchange(segment_begun_, false)) return {};
+  if (tasks_) {
+    tasks_->end();
+    return {};
+  }
+  if (auto status = encoder_->end(done_); !status) return status;
+  return pass_on_done();
+}
+
+Result<void> SegmentQueue::catch_up() {
+  if (auto status = pass_piece_on(); !status) return status;
+  return tasks_ ? take_finished(Tasks::Wait::for_output) : Result<void>();
+}
+
+/// Passes on the groups that threads have finished. With for_output, waits for all groups of the
+/// pieces passed on so far.
+Result<void> SegmentQueue::take_finished(Tasks::Wait wait) {
+  while (true) {
+    auto group = tasks_->next(wait);
+    if (!group) return group.error();
+    if (!*group) return {};
+    if (auto status = receive_(**group); !status) return status;
+    if (wait == Tasks::Wait::for_output_or_room) wait = Tasks::Wait::no;
+  }
+}
+
+Result<void> SegmentQueue::pass_on_done() {
+  for (EncodedGroup& group : done_)
+    if (auto status = receive_(group); !status) return status;
+  done_.clear();
+  return {};
+}
+
+void SegmentQueue::let_go() {
+  piece_ = SegmentPiece();
+  encoder_.reset();
+  tasks_.reset();
+}
+
+}  // namespace shm
