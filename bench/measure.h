@@ -41,7 +41,7 @@ inline double quickest(double seconds, const std::function<void()>& run) {
   return best;
 }
 
-/// Returns the bytes of a line of /proc/self/status, such as "VmRSS"; 0 if there is none.
+/// Returns the bytes of a line of /proc/self/status, such as "VmRSS"; 0 if none exists.
 inline std::uint64_t status_bytes(const std::string& name) {
   std::ifstream status("/proc/self/status");
   std::uint64_t kilobytes = 0;

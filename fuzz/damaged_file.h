@@ -71,7 +71,7 @@ inline void mutate_packed(Bytes& payload, std::size_t head, Random& random, std:
 }
 
 /// Damages the contents of the last zstd frame in `bytes`. The frame must end at the end of
-/// `bytes`. Returns false if there is no such frame.
+/// `bytes`. Returns false if no such frame exists.
 inline bool mutate_frame(Bytes& bytes) {
   constexpr std::byte kMagic[] = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                   std::byte{0xfd}};

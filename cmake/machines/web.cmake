@@ -1,5 +1,6 @@
 # Browsers and Node.js: WebAssembly with the features that all engines have had since 2021. Sizes
-# have 32 bits. There is a single thread, and there are no exceptions and no files.
+# have 32 bits. Programs run in one thread, without exceptions and
+# without files.
 set(SHM_PROCESSOR wasm32)
 set(SHM_SYSTEM Generic)
 set(SHM_TRIPLET wasm32-wasi)

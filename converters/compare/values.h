@@ -65,7 +65,7 @@ class ValueRange {
  public:
   explicit ValueRange(std::uint32_t components);
   void add(const std::byte* values, std::uint64_t count, ScalarType type);
-  double overall() const;       // range over all components; 0 if there are no values
+  double overall() const;       // range over all components; 0 if no values exist
   double largest_side() const;  // largest of the ranges of the components
 
  private:

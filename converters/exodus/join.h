@@ -34,7 +34,7 @@ struct SetDimension {
   std::string_view prefix;
   // Name of the variable that contains the members, without the number of the set.
   std::string_view members;
-  // Name of the dimension that counts distribution factors; empty if there is none.
+  // Name of the dimension that counts distribution factors; empty if none exists.
   std::string_view factors;
   bool of_nodes = false, has_sides = false;
 };

@@ -77,7 +77,7 @@ struct Skeleton {
   std::vector<Variable> variables;
   bool operator==(const Skeleton&) const = default;
 
-  // The find functions return the index of an item, or -1 if there is no such item.
+  // The find functions return the index of an item, or -1 if no such item exists.
   int find_variable(std::string_view name) const;
   int find_dimension(std::string_view name) const;
   // Returns the length of a dimension, or 0 if the dimension does not exist.
@@ -116,7 +116,7 @@ Skeleton read_skeleton(int ncid, const Place& place);
 // Creates the file `path` with the structure of a skeleton, ready for values. Returns its ncid.
 int create_file(const Skeleton& skeleton, const Place& place);
 
-// Decodes text in which %XX stands for a character that would end a field or a line. Returns
+// Decodes text in which %XX represents a character that would end a field or a line. Returns
 // nothing if a %XX is invalid.
 std::optional<std::string> unescaped(std::string_view text);
 

@@ -53,7 +53,7 @@ void append_escaped(std::string& out, std::string_view text, std::string_view al
   }
 }
 
-// Escapes the name of a dimension or variable. A '#' in the result stands for a number.
+// Escapes the name of a dimension or variable. A '#' in the result represents a number.
 std::string escaped_name(std::string_view name) {
   std::string out;
   append_escaped(out, name, "#");

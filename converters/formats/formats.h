@@ -23,7 +23,7 @@ namespace shm::converters {
 std::span<const Format> formats();
 
 // format_named() returns the format with a name; format_of_name() returns the format to which the
-// extension of `path` belongs. Both return null if there is no such format. Names such as
+// extension of `path` belongs. Both return null if no such format exists. Names such as
 // "out.e.4.0" and "out.e-s002" are treated like "out.e".
 const Format* format_named(std::string_view name);
 const Format* format_of_name(std::string_view path);
@@ -37,7 +37,7 @@ const Format* format_of_file(const std::string& path);
 bool looks_like_shm(std::span<const std::byte> head);
 
 // Returns the files of a decomposed mesh. If the only input is NAME.COUNT and no file has that
-// name, it stands for the files NAME.COUNT.0, NAME.COUNT.1 and so on. Other inputs are returned
+// name, it means the files NAME.COUNT.0, NAME.COUNT.1 and so on. Other inputs are returned
 // unchanged.
 std::vector<std::string> files_of_parts(const std::vector<std::string>& inputs);
 // Opens the parts of a decomposed mesh as one mesh. The parts are joined by the numbers that their
@@ -50,7 +50,7 @@ std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, S
 // exist, truncated if it is empty, unsupported if its format is unknown.
 const Format& input_format(const std::string& path);
 // Returns the format in which write_mesh() writes a file: `format` if it is not empty, otherwise
-// the format of the file name's extension. Throws Failure (misuse) if there is no such format.
+// the format of the file name's extension. Throws Failure (misuse) if no such format exists.
 const Format& output_format(const std::string& path, const std::string& format);
 
 // format_of() returns the format that a mesh came from; source_format() returns the object that

@@ -49,7 +49,7 @@ struct GmshPlan {
   // Groups of blocks whose cells have different numbers of nodes. The key is the block and the
   // number of nodes.
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> sized_groups;
-  // Indices of the arrays that contain these values; empty if there is no such array.
+  // Indices of the arrays that contain these values; empty if no such array exists.
   std::optional<std::size_t> node_tags, node_entity, node_parameters, element_tags;
   std::int64_t first_node_tag = 1, first_element_tag = 1;
   std::array<std::optional<std::size_t>, 64> tag_arrays;  // MSH 1 and 2

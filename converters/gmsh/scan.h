@@ -29,7 +29,7 @@ struct GmshEncoding {
   bool swapped = false;  // true: binary numbers have the opposite byte order of this machine
 };
 
-// Reads numbers directly from the file. Throws Failure if there is no valid number.
+// Reads numbers directly from the file. Throws Failure if no valid number exists.
 class GmshScan {
  public:
   explicit GmshScan(TextInput& input) : input_(&input) {}

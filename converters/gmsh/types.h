@@ -33,7 +33,7 @@ constexpr std::size_t gmsh_parameters(std::int32_t dimension, bool parametric, b
 // element.
 bool gmsh_type_has_parent(std::int64_t type);
 
-// Returns the MSH type of cells with this shape and number of nodes, or 0 if there is no such type.
+// Returns the MSH type of cells with this shape and number of nodes, or 0 if no such type exists.
 std::int32_t gmsh_type_for(CellShape shape, std::uint64_t nodes);
 
 }  // namespace shm::converters

@@ -42,8 +42,8 @@ struct GmshWriting {
   bool v41() const { return plan.version >= 41; }
   bool v4() const { return plan.version >= 40; }
   [[noreturn]] void fail(ErrorCode code, const std::string& detail) const;
-  // Return the tag of the vertex or cell to which an extra refers. Throw Failure if there is no
-  // such vertex or cell.
+  // Return the tag of the vertex or cell to which an extra refers. Throw Failure if no
+  // such vertex or cell exists.
   std::int64_t node_tag(std::int64_t place);
   std::int64_t element_tag(std::int64_t place);
 

@@ -60,7 +60,7 @@ struct Capabilities {
   bool block_numbers = false;
   bool blocks_by_type = false;  // true: the number of a block is the number of a cell type
   bool positive_numbers = false, unique_numbers = false;
-  // Largest numbers that blocks and sets may have. If there is no limit, the function pointer
+  // Largest numbers that blocks and sets may have. If no limit exists, the function pointer
   // most_numbers is null.
   struct MostNumbers {
     std::int64_t block, set;
@@ -68,7 +68,7 @@ struct Capabilities {
   MostNumbers (*most_numbers)(const MeshInfo& info) = nullptr;
   bool times = true;  // true: step times are stored even if no array has steps
   std::size_t title_bytes = ~std::size_t{0};  // maximum length of the title in bytes
-  // The arrays that are number maps in this format; null if there are none.
+  // The arrays that are number maps in this format; null if none exist.
   const NumberMaps* maps = nullptr;
 
   // Returns true if the format can represent the cells of the block. A null pointer means that the

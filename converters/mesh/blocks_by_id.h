@@ -32,7 +32,7 @@ class BlocksById final : public ForwardingMesh {
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override;
   // Returns the index of the array of block numbers, which is named "BlockId" or "block_id".
-  // Returns the number of arrays if there is no such array.
+  // Returns the number of arrays if no such array exists.
   static std::size_t array_of_ids(const MeshInfo& info);
   // Returns false if the array has too many different numbers to be block numbers.
   bool useful() const { return useful_; }

@@ -18,7 +18,7 @@ class ExtraIndex {
   void add(const std::vector<Extra>& extras) {
     for (const Extra& extra : extras) by_key_.emplace(extra.key, &extra);
   }
-  // Returns the extra with this key, or null if there is none.
+  // Returns the extra with this key, or null if none exists.
   const Extra* find(std::string_view key) const {
     const auto found = by_key_.find(key);
     return found == by_key_.end() ? nullptr : found->second;

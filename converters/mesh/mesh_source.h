@@ -106,7 +106,7 @@ void require_within(const MeshLimits& limits, std::uint64_t vertices, std::uint6
 
 // Conversions between extras and text or integers.
 
-// Returns the extra with this key, or null if there is none. Searches linearly (see ExtraIndex).
+// Returns the extra with this key, or null if none exists. Searches linearly (see ExtraIndex).
 const Extra* find_extra(const MeshInfo& info, std::string_view key);
 
 // Return the text or the integers of an extra. The result is empty if the extra has another type.

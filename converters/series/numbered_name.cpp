@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kDigits = "0123456789";
 constexpr std::size_t kMostWidth = 20;  // largest width; no step number has more digits
 
-// Returns the length of the %d or %0Nd at the beginning of `text`, or 0 if there is none.
+// Returns the length of the %d or %0Nd at the beginning of `text`, or 0 if none exists.
 std::size_t length_of_number(std::string_view text) {
   const std::size_t end = text.find_first_not_of(kDigits, 1);
   return end != std::string_view::npos && text[end] == 'd' ? end + 1 : 0;

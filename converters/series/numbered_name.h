@@ -14,7 +14,7 @@ namespace shm::converters {
 class NumberedName {
  public:
   // Parses a name. Returns nothing if the last part of `path` has no %d. In a name with %d, %%
-  // stands for a percent sign. Throws Failure (misuse) if there is any other % or a second %d.
+  // represents a percent sign. Throws Failure (misuse) if there is any other % or a second %d.
   static std::optional<NumberedName> of(const std::string& path);
   // A name consists of `before`, the number, which is padded with zeros to `width` digits, and
   // `behind`.

@@ -50,7 +50,7 @@ struct CellSide {
 CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, std::uint64_t side,
                       bool flat);
 // Returns the number of nodes of side number `side` of cells with `nodes_per_cell` nodes. Returns 0
-// if there is no such side.
+// if no such side exists.
 std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
                           bool flat);
 

@@ -24,7 +24,7 @@ constexpr std::string_view kStandardStream = "-";
   throw Failure(Error{ErrorCode::output, std::move(detail), {}, kNoOffset, path});
 }
 
-// Returns the status of the file that a path leads to, or nothing if there is none. "-" means the
+// Returns the status of the file that a path leads to, or nothing if none exists. "-" means the
 // descriptor `standard`.
 std::optional<struct stat> status_of(const std::string& path, int standard) {
   struct stat status {};

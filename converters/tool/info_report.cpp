@@ -33,7 +33,7 @@ std::map<std::string, std::size_t> arrays_by_stream(const Schema& schema) {
 }
 
 // Returns the kind of element for which the report shows bits per element of a stream, and the
-// number of these elements. The kind is "" if there is none.
+// number of these elements. The kind is "" if none exists.
 std::pair<std::string, std::uint64_t> element_of(const std::string& stream,
                                                  const std::map<std::string, std::size_t>& arrays,
                                                  const MeshInfo& info, const Totals& totals) {

@@ -9,7 +9,7 @@ namespace {
 bool holds_every_step(const Format& format) { return format.capabilities.every_step; }
 
 // Describes the data that a file of format `target` cannot store and a file of format `named` could
-// store. Returns an empty string if there is no such data.
+// store. Returns an empty string if no such data exists.
 std::string what_is_lost(const Format& target, const Format& named, const MeshInfo& mesh,
                          std::optional<StepRange> steps, const LossList& losses) {
   const std::size_t all = mesh.step_times.size();

@@ -20,7 +20,7 @@ namespace {
   throw Failure(Error{ErrorCode::output, detail, {}, kNoOffset, path});
 }
 
-// Describes the first difference between the two meshes. Returns an empty string if there is none.
+// Describes the first difference between the two meshes. Returns an empty string if none exists.
 std::string first_difference(MeshSource& source, MeshSource& written, bool is_shm, Spool& spool,
                              const Progress& progress, const CellSequence* cell_order) {
   if (is_shm) {

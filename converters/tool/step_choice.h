@@ -20,7 +20,7 @@ struct StepChoice {
   std::optional<double> time;  // value of --time, which excludes --step
 
   // Returns the range of chosen steps, or nothing if all steps are chosen. Throws Failure (misuse)
-  // if there are no such steps.
+  // if no such steps exist.
   std::optional<StepRange> in(const std::vector<double>& times) const;
 };
 

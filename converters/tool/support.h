@@ -52,7 +52,7 @@ MeshLimits mesh_limits(const CommonOptions& options);
 std::string spool_directory(const CommonOptions& options);
 
 std::uint64_t file_bytes(
-    const std::string& path);  // size of the file in bytes; 0 if there is no file
+    const std::string& path);  // size of the file in bytes; 0 if no file exists
 
 // Makes text safe for a terminal. Names come from files, and control characters in them could move
 // the cursor or end a line. Control characters are shown as \xNN.

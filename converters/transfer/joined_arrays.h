@@ -17,7 +17,7 @@ class JoinedArrays final : public ForwardingMesh {
  public:
   // `join`: true to join arrays of one component into vectors. `distinct`: true to give different
   // numbers to blocks with different names or dimensions. `maps`: number maps that keep their
-  // roles; null if there are none.
+  // roles; null if none exist.
   JoinedArrays(MeshSource& source, bool join, bool distinct, const NumberMaps* maps = nullptr);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;

@@ -14,7 +14,7 @@
 //   ucd/comments               text: the lines before the counts; each line begins with '#'
 //   ucd/point_units, ucd/cell_units   text: a line for each array, which contains the text after
 //   the
-//                              array's label, from the comma on; an empty line if there is none
+//                              array's label, from the comma on; an empty line if none exists
 //   ucd/model_values           int64 [1]: number of values of the model data
 //   ucd/model                  text: everything after the data of nodes and cells
 #pragma once

@@ -139,7 +139,7 @@ void UcdWriter::counts(std::uint64_t node_values, std::uint64_t cell_values) {
 }
 
 // Returns the numbers of `count` nodes or cells: the values of `array`, or consecutive numbers from
-// 1 if there is no array.
+// 1 if no array exists.
 std::vector<std::int64_t> UcdWriter::numbers(std::optional<std::size_t> array, std::uint64_t first,
                                              std::uint64_t count) {
   std::vector<std::int64_t> out(count);

@@ -28,10 +28,10 @@ class CellPlan {
 
   int block_type(std::uint32_t block) const { return block_types_[block]; }
   bool has_polyhedra() const { return has_polyhedra_; }
-  const Extra* extra(const std::string& key) const;  // returns null if there is no such extra
+  const Extra* extra(const std::string& key) const;  // returns null if no such extra exists
 
-  // Returns the values of an extra of type int32 or int64. Returns an empty list if there is no
-  // such extra.
+  // Returns the values of an extra of type int32 or int64. Returns an empty list if no
+  // such extra exists.
   std::vector<std::int64_t> integers(const std::string& key) const;
 
   // Calls body(batch) for batches of cells, until all cells have been passed in file order.

@@ -40,7 +40,7 @@ class TreeBuilder {
   bool feed(std::string_view bytes, bool last);
   Document take() { return std::move(document_); }
   // Returns the offset in the file of the first byte after the start tag of the appended data, or 0
-  // if there is no such tag.
+  // if no such tag exists.
   std::uint64_t appended_tag_end() const { return appended_tag_end_; }
 
  private:

@@ -33,7 +33,7 @@ struct Node {
   void remove_attribute(std::string_view key);
   Node* child(std::string_view element);
   // Returns the child of kind `values`, which replaces the numbers of an array. Returns null if
-  // there is no such child.
+  // no such child exists.
   Node* values();
 };
 
@@ -49,7 +49,7 @@ Node array_element(std::string type, std::string name, std::uint64_t components,
 struct Document {
   std::vector<Node> nodes;  // the root element, and the nodes before and after the root element
 
-  // Offset in the file of the byte after the '_' of appended data; 0 if there are no appended data.
+  // Offset in the file of the byte after the '_' of appended data; 0 if no appended data exist.
   std::uint64_t appended_begin = 0;
   Node& root();  // returns the root element, which always exists
 };

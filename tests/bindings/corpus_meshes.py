@@ -36,7 +36,7 @@ class Refused(Exception):
 
 @dataclass
 class Seen:
-    """A mesh with cells in VTK's form. `steps` has an entry for each time step, or one entry if there are no time steps. An
+    """A mesh with cells in VTK's form. `steps` has an entry for each time step, or one entry if no time steps exist. An
     entry contains the arrays by location ("point", "cell") and name."""
     points: np.ndarray
     offsets: np.ndarray

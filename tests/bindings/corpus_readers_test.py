@@ -9,7 +9,7 @@ Each file is compressed once. The Python package reads all arrays at all steps. 
   header),
 - VTK's view of the .vtu files that `shm decompress` writes.
 Points are compared in the precision of the reader. corpus_exceptions.tsv lists files that a reader does not read, and
-justified differences. A line in it that is not needed is a failure. Exit code 77 (skipped) if there is no corpus.
+justified differences. A line in it that is not needed is a failure. Exit code 77 (skipped) if no corpus exists.
 `pytest corpus_readers_test.py` takes the paths from SHMFORMAT_LIBRARY and SHM_TOOL; the default is build/release.
 """
 import multiprocessing

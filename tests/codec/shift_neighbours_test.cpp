@@ -149,7 +149,7 @@ class CheckedNeighbours {
   }
 
   /// Checks a cell, which is identified by its last corner. Along each axis, its neighbour is one
-  /// cell back, or, if there is no such cell, one cell forward.
+  /// cell back, or, if no such cell exists, one cell forward.
   void whole(const Neighbourhood& item, const Place& low) {
     const Place self = moved(low, (1u << axes_) - 1, {1, 1, 1});
     std::array<int, 3> direction{-1, -1, -1};

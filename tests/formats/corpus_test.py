@@ -13,7 +13,7 @@ For each file:
   finds source and result equal.
 Prints a table of the features that each file exercises. A file of an unknown format is a failure. SHM_SHARE
 limits the run to a sample (folder_test.py).
-Exit code 0 if all checks succeed, 1 if one fails, 77 (skipped) if there is no corpus.
+Exit code 0 if all checks succeed, 1 if one fails, 77 (skipped) if no corpus exists.
 """
 import concurrent.futures
 import json

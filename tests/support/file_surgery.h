@@ -38,7 +38,7 @@ struct FileParts {
   /// Offset of the index in the trailer; last_offset() if not set.
   std::optional<std::uint64_t> index_offset{};
 
-  /// Returns the offset of the last chunk; 0 if there are no chunks.
+  /// Returns the offset of the last chunk; 0 if no chunks exist.
   std::uint64_t last_offset() const {
     if (chunks.empty()) return 0;
     std::uint64_t offset = container::kFileStartBytes + members.size();

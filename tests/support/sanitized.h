@@ -18,8 +18,8 @@ inline constexpr bool kSanitized = false;
 inline constexpr bool kSanitized = false;
 #endif
 
-/// True in a build with ThreadSanitizer. ThreadSanitizer checks how threads interact, not what they
-/// compute, so that few cases are enough.
+/// True in a build with ThreadSanitizer. ThreadSanitizer checks the interaction of threads, not
+/// their results, so that few cases are enough.
 #if defined(__SANITIZE_THREAD__)
 inline constexpr bool kWatchesThreads = true;
 #else

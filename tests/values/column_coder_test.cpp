@@ -18,6 +18,8 @@
 #include <utility>
 #include <vector>
 
+#include "values/appended_value.h"
+
 namespace shm {
 namespace {
 
@@ -198,27 +200,8 @@ template <class Value>
 Bytes values_of(const Elements& elements, ScalarType type, std::uint32_t components,
                 Value&& value) {
   Bytes bytes;
-  const auto put = [&](auto v) {
-    const std::size_t at = bytes.size();
-    bytes.resize(at + sizeof v);
-    std::memcpy(bytes.data() + at, &v, sizeof v);
-  };
   for (const Point& p : elements.points)
-    for (std::uint32_t c = 0; c < components; ++c) {
-      const double v = value(p, c);
-      switch (type) {
-        case ScalarType::int8: put(static_cast<std::int8_t>(v)); break;
-        case ScalarType::uint8: put(static_cast<std::uint8_t>(std::fabs(v))); break;
-        case ScalarType::int16: put(static_cast<std::int16_t>(v)); break;
-        case ScalarType::uint16: put(static_cast<std::uint16_t>(std::fabs(v))); break;
-        case ScalarType::int32: put(static_cast<std::int32_t>(v)); break;
-        case ScalarType::uint32: put(static_cast<std::uint32_t>(std::fabs(v))); break;
-        case ScalarType::int64: put(static_cast<std::int64_t>(v)); break;
-        case ScalarType::uint64: put(static_cast<std::uint64_t>(std::fabs(v))); break;
-        case ScalarType::float32: put(static_cast<float>(v)); break;
-        case ScalarType::float64: put(v); break;
-      }
-    }
+    for (std::uint32_t c = 0; c < components; ++c) append_value(bytes, type, value(p, c));
   return bytes;
 }
 

@@ -22,6 +22,7 @@
 #include "base/binary.h"
 #include "base/packing.h"
 #include "support/sanitized.h"
+#include "values/appended_value.h"
 
 namespace shm {
 namespace {
@@ -143,27 +144,9 @@ std::vector<Numbers> all_numbers() {
 template <class Value>
 Bytes values_of(const ArrayInfo& info, const Numbers& numbers, Value&& value) {
   Bytes bytes;
-  const auto put = [&](auto v) {
-    const std::size_t at = bytes.size();
-    bytes.resize(at + sizeof v);
-    std::memcpy(bytes.data() + at, &v, sizeof v);
-  };
   for (std::uint64_t number : numbers)
-    for (std::uint32_t c = 0; c < info.components; ++c) {
-      const auto v = value(number, c);
-      switch (info.type) {
-        case ScalarType::int8: put(static_cast<std::int8_t>(v)); break;
-        case ScalarType::uint8: put(static_cast<std::uint8_t>(std::fabs(v))); break;
-        case ScalarType::int16: put(static_cast<std::int16_t>(v)); break;
-        case ScalarType::uint16: put(static_cast<std::uint16_t>(std::fabs(v))); break;
-        case ScalarType::int32: put(static_cast<std::int32_t>(v)); break;
-        case ScalarType::uint32: put(static_cast<std::uint32_t>(std::fabs(v))); break;
-        case ScalarType::int64: put(static_cast<std::int64_t>(v)); break;
-        case ScalarType::uint64: put(static_cast<std::uint64_t>(std::fabs(v))); break;
-        case ScalarType::float32: put(static_cast<float>(v)); break;
-        case ScalarType::float64: put(static_cast<double>(v)); break;
-      }
-    }
+    for (std::uint32_t c = 0; c < info.components; ++c)
+      append_value(bytes, info.type, value(number, c));
   return bytes;
 }
 Bytes noise(std::size_t size) {

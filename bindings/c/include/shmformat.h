@@ -232,7 +232,7 @@ SHMF_API void shmf_close(shmf_file* file);
 SHMF_API uint32_t shmf_member_count(const shmf_file* archive);
 /* Returns 1 for an archive, even if it is empty, otherwise 0. */
 SHMF_API int32_t shmf_is_archive(const shmf_file* file);
-/* Returns the name of a member, or NULL if there is no such member. */
+/* Returns the name of a member, or NULL if no such member exists. */
 SHMF_API const char* shmf_member_name(const shmf_file* archive, uint32_t member);
 SHMF_API shmf_status shmf_open_member(const shmf_file* archive, uint32_t member,
                                       const shmf_open_options* options, shmf_file** file,
@@ -618,7 +618,7 @@ SHMF_API shmf_status shmf_writer_mesh(shmf_writer* writer, const shmf_target* ar
    piece, each vertex before the first cell that uses it. `numbers` identify the vertices in later
    calls. In the order keep, readers see the same numbers, which must be 0 to n - 1. `values`
    contains, for each vertex, its values of all arrays that are not per step, packed, in the order
-   of the arrays; NULL if there are no such arrays. */
+   of the arrays; NULL if no such arrays exist. */
 SHMF_API shmf_status shmf_writer_vertices(shmf_writer* writer, uint64_t count,
                                           const uint64_t* numbers, const void* xyz,
                                           const void* values, shmf_error* error);

@@ -40,7 +40,7 @@ globalThis.shmWorkerUrl = () => {
   return worker;
 };
 
-/** Returns the file embedded in this page as {name, source}; null if there is none. */
+/** Returns the file embedded in this page as {name, source}; null if none exists. */
 export function fileInside() {
   const element = document.getElementById("file");
   if (element.textContent.trim() === "") return null;

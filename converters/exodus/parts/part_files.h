@@ -25,7 +25,7 @@ struct CellRange {
 // Returns the name that decomp and nem_spread give to a part, e.g. "out.e.16.03" for part 3 of 16
 // parts of "out.e".
 std::string part_name(const std::string& whole, std::size_t parts, std::size_t part);
-// Returns the number of parts if `name` stands for a decomposed mesh, i.e. has the form NAME.COUNT:
+// Returns the number of parts if `name` means a decomposed mesh, i.e. has the form NAME.COUNT:
 // 4 for rotor.e.4 if its parts are rotor.e.4.0 to rotor.e.4.3. Returns 0 if a file of that name
 // exists, or if the first part does not exist.
 std::size_t count_of_parts(const std::string& name);

@@ -106,7 +106,7 @@ std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
 }
 
 // Returns the indices of the arrays that the user named. point/NAME and cell/NAME name one array,
-// NAME alone names both. The name v also stands for v_x, v_y and v_z.
+// NAME alone names both. The name v also selects v_x, v_y and v_z.
 std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
                                      const std::vector<ArrayInfo>& arrays) {
   std::set<std::uint32_t> found;

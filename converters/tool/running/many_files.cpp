@@ -57,7 +57,7 @@ int run_on_one(FileCommand& command) {
   return command.run();
 }
 
-// Returns the identity of a file, independent of its name; nothing if there is no file.
+// Returns the identity of a file, independent of its name; nothing if no file exists.
 std::optional<std::pair<dev_t, ino_t>> identity(const std::string& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return std::nullopt;

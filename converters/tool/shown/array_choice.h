@@ -25,7 +25,7 @@ struct ArrayChoice {
 };
 
 // Parses `words`, the value of `option`. Without @STEP the last step is chosen. `steps`: number of
-// steps of the mesh. Throws Failure (misuse) if there is no such array or step, or if the name
+// steps of the mesh. Throws Failure (misuse) if no such array or step exists, or if the name
 // means both a point array and a cell array.
 ArrayChoice array_named(const std::string& words, const std::string& option, const Schema& schema,
                         std::uint64_t steps);

@@ -17,7 +17,7 @@ namespace shm::converters {
 inline constexpr std::uint64_t kMostInPage = std::uint64_t{256} << 20;
 
 // Returns the page without a file: the page at `path`, or the one installed or built with this
-// program. Throws Failure: misuse if there is no such page, corrupt if the page has no placeholder
+// program. Throws Failure: misuse if no such page exists, corrupt if the page has no placeholder
 // for a file.
 std::string empty_page(const std::string& path);
 

@@ -33,7 +33,7 @@ struct ShownBoundary {
 struct ShownRequest {
   std::string array;              // value of --array; empty: no array is shown
   std::optional<HalfSpace> kept;  // include only cells whose centre is in this half space
-  bool points_instead = false;    // show vertices, as points_of_mesh() does, if there are no faces
+  bool points_instead = false;    // show vertices, as points_of_mesh() does, if no faces exist
   unsigned threads = 0;           // number of threads; 0: one per core
   std::string next;  // name of the command's next phase, which is about a tenth of the work
 };
@@ -44,7 +44,7 @@ ShownBoundary shown_boundary(const CommonOptions& options, ToolInput& in, Spool&
                              ProgressLine& line, const ShownRequest& request);
 
 // Returns a number for each vertex, or for each face, from the chosen array: the length if the
-// value is a vector, NaN if there is no value. Requires that an array was chosen. Frees the values
+// value is a vector, NaN if no value exists. Requires that an array was chosen. Frees the values
 // stored in `shown`.
 std::vector<double> values_of(ShownBoundary& shown);
 
@@ -55,7 +55,7 @@ void put_in_mesh_order(BoundarySurface& boundary, bool values_of_points,
                        std::vector<double>& values);
 
 // Returns the JSON object "array" of a report: name, location, step, least, greatest. Returns null
-// if there is no array.
+// if no array exists.
 Json array_json(const ShownBoundary& shown, const std::optional<ShownRange>& range);
 
 }  // namespace shm::converters

@@ -30,7 +30,7 @@ bool is_numbered_anew(const MeshInfo& info) {
 }
 
 // Returns the field data that contains the time of the file as a single number. Returns null if
-// there is no such field data.
+// no such field data exists.
 const Extra* time_of(const MeshInfo& info) {
   const std::vector<FieldArray> arrays = field_arrays(info);
   for (const std::string_view name : {kLegacyTime, kXmlTime})

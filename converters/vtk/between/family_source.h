@@ -16,7 +16,7 @@ namespace shm::converters::vtk {
 class FamilySource : public SourceFormat {
  public:
   // Returns the time that the field data of the mesh states as a single number of any type. Returns
-  // nothing if there is no such field data.
+  // nothing if no such field data exists.
   std::optional<double> time(const MeshInfo& info, Keys& used) const override;
   // Returns the extras for a mesh that is reduced to some of its steps. The mesh must come from a
   // series of files with one step each; otherwise returns nothing. If there is only one step, its

@@ -31,7 +31,7 @@ class Contents {
   // Returns the nodes of the arrays of points of all pieces and time steps.
   std::vector<Node*> all_points();
   // Returns the node of the first array of points, which contains the coordinates. Returns null if
-  // there is no such array.
+  // no such array exists.
   Node* points();
   // Returns the times in the attribute TimeValues. Returns an empty list if the attribute is
   // missing or does not consist of numbers.

@@ -68,7 +68,7 @@ struct LatticePoints {
 std::optional<Lattice> lattice_of(const Entry& entry);
 
 // Returns the points that a skeleton of rectilinear or image data determines. `extra` returns the
-// extra with a key, or null if there is no such extra. If dimensions and axes are inconsistent,
+// extra with a key, or null if no such extra exists. If dimensions and axes are inconsistent,
 // returns nothing and describes the problem in `problem`.
 using FindExtra = std::function<const Extra*(const std::string& key)>;
 std::optional<LatticePoints> lattice_points_of(const Skeleton& skeleton, const FindExtra& extra,

@@ -197,7 +197,7 @@ void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
     for (Node& each : points.children)
       if (each.is_array()) forget_ranges(each);
   if (own_ && range.cells == 0) return;
-  Node& cells = child_of(piece, "Cells");  // VTK requires this element even if there are no cells
+  Node& cells = child_of(piece, "Cells");  // VTK requires this element even if no cells exist
   const auto need = [&](std::string_view name, const char* type) {
     Node* found = array_named(cells, name);
     if (found == nullptr)

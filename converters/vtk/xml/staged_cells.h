@@ -39,7 +39,7 @@ class StagedCells {
 
   PagedArray nodes_, node_ends_, types_;
   PagedArray streams_, stream_ends_;  // face streams of the polyhedra, and for each cell the end of
-                                      // its stream; empty if there are no polyhedra
+                                      // its stream; empty if no polyhedra exist
   bool polyhedra_;
 };
 

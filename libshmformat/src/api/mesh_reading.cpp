@@ -253,7 +253,7 @@ class MeshCollector {
 
   Mesh mesh_;
   ComingNumbers vertices_, cells_;
-  // Final positions of vertices; if set, vertices_ is no longer used.
+  // Final position of each vertex. When it is set, vertices_ has no further use.
   std::optional<VertexPlaces> places_;
   // False if a point array has steps: point data is then sorted at the end.
   bool may_have_places_ = true;

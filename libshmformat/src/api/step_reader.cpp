@@ -172,7 +172,7 @@ Result<StepValues*> StepReader::Impl::next() {
 }
 
 /// Moves to the next segment that has elements of the array, beginning with the current segment.
-/// Returns false if there is no such segment.
+/// Returns false if no such segment exists.
 bool StepReader::Impl::find_segment() {
   const auto parts = index_.parts(index_.steps(request_.array)[wanted_],
                                   file_->first_group(segment_), file_->first_group(end_segment_));

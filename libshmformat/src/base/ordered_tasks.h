@@ -96,7 +96,7 @@ class OrderedTasks {
     }
     wake_workers_.notify_all();
   }
-  /// Returns a used input whose memory can be filled again, or a new input if there is none.
+  /// Returns a used input whose memory can be filled again, or a new input if none exists.
   In spare() {
     const std::lock_guard lock(mutex_);
     if (spares_.empty()) return In();

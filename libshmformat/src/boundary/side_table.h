@@ -34,7 +34,7 @@ class SideTable {
   using Rest = std::array<std::uint32_t, 3>;
 
   /// Returns the side whose cycle is `first` followed by `rest` (with kNone at the end for a
-  /// triangle), or null if there is no such side. The pointer is valid until the next call of
+  /// triangle), or null if no such side exists. The pointer is valid until the next call of
   /// add().
   Side* find(std::uint32_t first, const Rest& rest) {
     if (first >= hung_.size()) return nullptr;
@@ -42,7 +42,7 @@ class SideTable {
       if (are_same(sides_[i].rest, rest)) return &sides_[i];
     return hung_[first].more == kNone ? nullptr : find_hashed(first, rest, {});
   }
-  /// Returns the side with this cycle, which may have any length, or null if there is no such side.
+  /// Returns the side with this cycle, which may have any length, or null if no such side exists.
   Side* find_long(std::span<const std::uint32_t> cycle);
 
   /// Adds a side. Must hold: find() returned null for this side.

@@ -85,7 +85,7 @@ class SurfaceBuilder {
   void fill(std::uint32_t array, std::uint64_t step, std::span<const std::uint64_t> numbers,
             std::span<const std::byte> values);
   /// Returns the index in arrays() of a stepped array that has elements but no values yet. Returns
-  /// arrays().size() if there is no such array.
+  /// arrays().size() if no such array exists.
   std::size_t unfilled() const;
   const std::vector<BoundaryArray>& arrays() const { return arrays_; }
   BoundarySurface& surface() { return surface_; }

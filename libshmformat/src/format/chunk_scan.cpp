@@ -41,7 +41,7 @@ class Scanner {
   /// Adds the chunk at `position`. Returns the position at which the search continues.
   Result<std::uint64_t> take(std::uint64_t position, const ChunkHeader& header);
   /// Returns the first position, from `position` on, of a valid header. Returns the end of the file
-  /// if there is none.
+  /// if none exists.
   Result<std::uint64_t> next_mark(std::uint64_t position);
   Result<std::span<const std::byte>> window_at(std::uint64_t position);
 

@@ -21,7 +21,7 @@ namespace shm::container {
 Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
                                           std::uint64_t bytes, const std::string& section);
 
-/// Returns the header of the chunk at `offset`. Returns nullopt if there is no valid header, or if
+/// Returns the header of the chunk at `offset`. Returns nullopt if no valid header exists, or if
 /// the chunk extends beyond `end`.
 Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t offset,
                                              std::uint64_t end, const std::string& section);
@@ -49,8 +49,8 @@ Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> en
 
 /// Returns how many bytes of `source` belong to the .shm file. If `source` ends with a trailer, all
 /// bytes belong to the file. Otherwise the file ends with the trailer after the first index, which
-/// is found by reading the chunk headers in order. Fails with ErrorCode::truncated if there is no
-/// such trailer.
+/// is found by reading the chunk headers in order. Fails with ErrorCode::truncated if no
+/// such trailer exists.
 Result<std::uint64_t> bytes_of_file(RandomSource& source);
 
 }  // namespace shm::container

@@ -145,7 +145,7 @@ std::string name_of_machine() {
 bool is_gone(int process) {
   const Handle handle(::OpenProcess(SYNCHRONIZE, FALSE, static_cast<DWORD>(process)));
   if (!handle)
-    return ::GetLastError() == ERROR_INVALID_PARAMETER;  // true if there is no such process
+    return ::GetLastError() == ERROR_INVALID_PARAMETER;  // true if no such process exists
   return ::WaitForSingleObject(handle.get(), 0) == WAIT_OBJECT_0;
 }
 

@@ -95,10 +95,10 @@ class ActiveSurface {
   void join(FaceEdge a, FaceEdge b, std::uint32_t fan);
 
   /// Returns the newest active face with the vertices a, b, c, d in this cyclic order, in either
-  /// direction, or kNone if there is no such face.
+  /// direction, or kNone if no such face exists.
   std::uint32_t find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
   /// Returns the corner at `b` of the newest active face in which `a` and `c` are next to `b`, or
-  /// kNone if there is no such face.
+  /// kNone if no such face exists.
   FaceCorner find_path(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }

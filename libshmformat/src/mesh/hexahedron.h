@@ -177,7 +177,7 @@ inline constexpr auto kRotatedFace = [] {
 }();
 
 /// Returns the rotation that moves the corners `at0`, `at1` and `at3` to positions 0, 1 and 3.
-/// Returns kRotationCount if there is no such rotation.
+/// Returns kRotationCount if no such rotation exists.
 constexpr std::uint32_t rotation_of(std::uint32_t at0, std::uint32_t at1, std::uint32_t at3) {
   for (std::uint32_t r = 0; r < kRotationCount; ++r)
     if (kRotations[r][0] == at0 && kRotations[r][1] == at1 && kRotations[r][3] == at3) return r;

@@ -70,13 +70,13 @@ class OpenFaces {
   void skip_cell() { ++next_number_; }
   std::uint64_t next_number() const { return next_number_; }
   /// Returns, for each side of the last cell added, the number of the cell that had the same face,
-  /// or kNever if there is none. Only the first kMost sides are listed.
+  /// or kNever if none exists. Only the first kMost sides are listed.
   const std::array<std::uint64_t, kMost>& behind() const { return behind_; }
   /// Removes all faces of a vertex that is finalized.
   void forget(std::uint32_t vertex);
 
   /// Returns the newest open face with this cycle of vertices in either direction, or kNone if
-  /// there is no such face.
+  /// no such face exists.
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   const Face& face(std::uint32_t i) const { return faces_[i]; }
   /// Calls visit(face, place) for the faces at a vertex, the newest face first.
@@ -90,7 +90,7 @@ class OpenFaces {
   Vertex vertex(std::uint32_t slot) const {
     return slot < vertices_.size() ? vertices_[slot] : Vertex();
   }
-  /// Returns the stored cell with this number, or null if there is no such cell.
+  /// Returns the stored cell with this number, or null if no such cell exists.
   const Cell* cell(std::uint64_t number) const {
     const std::uint32_t place = by_number_.find(number);
     return place == kNone ? nullptr : &cells_[place];

@@ -115,8 +115,8 @@ class DecodingQueue {
   bool is_busy() const;
 
   using Wait = Tasks::Wait;
-  /// Returns the next output. Returns nullopt in three cases: `wait` is no and no output is
-  /// available yet; another group may be added; or there are no more outputs.
+  /// Returns the next output. Returns nullopt if no output is available yet and `wait` forbids
+  /// waiting, if another group may be added first, or after the last output.
   Result<std::optional<Output>> next(Wait wait);
   /// Reuses the memory of a block that the caller no longer needs. Does nothing if there are
   /// threads.
@@ -161,8 +161,8 @@ class MeshDecoder {
   bool wants_group() const { return queue_.wants_group(); }
   /// Returns true if blocks are available, or will be available without further groups.
   bool is_busy() const { return queue_.is_busy(); }
-  /// Returns the next block, which has at most some thousand cells. Returns nullopt if `wait` is
-  /// not set and no block is available yet, or if there are no more blocks.
+  /// Returns the next block, which has at most some thousand cells. Returns nullopt if
+  /// `wait` is not set and no block is available yet, or after the last block.
   Result<std::optional<MeshBlock>> next_block(bool wait);
   /// Reuses the memory of a block that the caller no longer needs.
   void reuse(MeshBlock&& block) { queue_.reuse(std::move(block)); }

@@ -1,6 +1,6 @@
 // SpiralReorderer: the delay buffer, which receives cells in input order and returns them in coding
 // order. It chooses a waiting cell that shares a face with the previous hexahedron, so that the
-// gate of the next cell is more often a face of the previous hexahedron. If there is no such cell,
+// gate of the next cell is more often a face of the previous hexahedron. If no such cell exists,
 // it chooses the cell that has waited longest.
 //
 // A cell that shares no face with the cells chosen before it may wait long. The number of waiting

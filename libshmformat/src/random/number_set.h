@@ -28,7 +28,7 @@ class NumberSet {
   }
   /// Returns how many numbers have been added.
   std::uint64_t size() const { return size_; }
-  /// Returns a number that has been added twice, or nullopt if there is no such number.
+  /// Returns a number that has been added twice, or nullopt if no such number exists.
   std::optional<std::uint64_t> twice() {
     std::sort(far_.begin(), far_.end());
     const auto again = std::adjacent_find(far_.begin(), far_.end());

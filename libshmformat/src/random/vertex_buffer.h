@@ -36,7 +36,7 @@ class VertexBuffer {
   /// Adds vertex `v` of a block. Returns false if the buffer already contains a vertex with the
   /// same number.
   bool add(const MeshBlock& block, std::size_t v, bool in_box);
-  /// Returns the vertex with this number, or null if there is no such vertex. The pointer is valid
+  /// Returns the vertex with this number, or null if no such vertex exists. The pointer is valid
   /// until the next call of add().
   Vertex* find(std::uint64_t number);
   void remove(std::uint64_t number);

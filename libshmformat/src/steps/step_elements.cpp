@@ -15,8 +15,8 @@ constexpr std::uint64_t kFew = 4;
 /// Number of bytes that may always be used to store the elements of arrays on few elements.
 constexpr std::size_t kLeastKept = std::size_t{1} << 20;
 /// Largest number of covers that are built in one pass, since each cover needs memory by slot. The
-/// first pass builds one cover, each later pass twice as many as the previous pass: a caller that
-/// needs many covers usually needs all.
+/// first pass builds one cover, and each later pass twice as many as the previous one, because a
+/// caller that needs many covers usually needs all of them.
 constexpr std::size_t kMostCoversAtOnce = 16;
 
 /// Block number, in GroupElements, of the vertices that are not imported.

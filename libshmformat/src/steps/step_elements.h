@@ -54,7 +54,7 @@ class StepElements {
   /// Sets the number of elements that an array has in all groups. This number decides whether the
   /// elements are stored. Must be called before any other function for the array.
   void expect(std::uint32_t array, std::uint64_t elements);
-  /// Returns the nth group that has elements of the array, or null if there is no such group up to
+  /// Returns the nth group that has elements of the array, or null if no such group exists up to
   /// group `last`. The result is valid until the next call.
   Result<const OfGroup*> nth_group(std::uint32_t array, std::size_t nth, std::size_t last);
   /// Returns the number of elements of the array in the group.

@@ -466,7 +466,7 @@ std::uint32_t PaperHexahedra<Coder>::add_vertex(CellTopology& cell, std::uint32_
 }
 
 /// Encoder: returns the first corner that is coded before `position` and has the same vertex, or 8
-/// if there is none. Only in a START may corners have the same vertex.
+/// if none exists. Only in a START may corners have the same vertex.
 template <class Coder>
 std::uint32_t PaperHexahedra<Coder>::earlier_corner(const StoredCell& stored,
                                                     std::uint32_t position) {

@@ -91,7 +91,7 @@ class PaperHexahedra {
                  std::uint32_t side_face, int model, std::uint32_t& above_from,
                  std::uint32_t& above_along);
   bool code_corners_left(Coder& symbols, const Corners& target, CellTopology& cell);
-  /// `repeats`: the earlier corner with the same vertex; 8 if there is none.
+  /// `repeats`: the earlier corner with the same vertex; 8 if none exists.
   bool code_corner(Coder& symbols, const Corners& target, CellTopology& cell,
                    std::uint32_t position, std::uint32_t repeats = 8);
   bool code_reference(Coder& symbols, ReferenceModel& model, std::uint32_t& slot);

@@ -91,7 +91,7 @@ class PatternEncoder {
     std::uint32_t last = 0;
 
     /// Returns the position in the table of the pattern that has this key and for which `matches`
-    /// returns true. If there is no such pattern, returns the free position for it.
+    /// returns true. If no such pattern exists, returns the free position for it.
     template <class Is>
     std::size_t find(std::uint64_t key, Is&& matches) const {
       std::size_t position = static_cast<std::size_t>(key >> 32) & (table.size() - 1);

@@ -347,7 +347,7 @@ bool NeighbourFinder::is_behind(std::uint32_t place, std::uint32_t other) const 
   return false;
 }
 
-/// Returns a cell that is across a face of both cells, or kNone if there is none.
+/// Returns a cell that is across a face of both cells, or kNone if none exists.
 std::uint32_t NeighbourFinder::common(std::uint32_t a, std::uint32_t b) const {
   for (std::uint32_t side = 0; side < 6; ++side) {
     const std::uint32_t other = behind_of(a, side);

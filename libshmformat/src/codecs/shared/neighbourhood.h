@@ -124,7 +124,7 @@ class NeighbourFinder {
   /// The cells across the sides of a cell, used in meshes with several cell shapes.
   struct Sides {
     static constexpr std::uint32_t kMost = 6;
-    std::array<std::uint32_t, kMost> behind{};  // places of these cells in the ring
+    std::array<std::uint32_t, kMost> behind{};  // positions of these cells in the ring
   };
   using Cycle = std::span<const std::uint32_t>;  // slots of the vertices around a side
 
@@ -183,8 +183,8 @@ class NeighbourFinder {
   std::uint32_t far(std::uint32_t place, std::uint32_t slot, Cycle side) const;
   std::uint32_t onward(std::uint32_t place, Cycle side,
                        std::array<std::uint32_t, 4>& far_side) const;
-  /// Returns the place of the cell across side `side` of the cell at `place`. Returns kNone if
-  /// there is no such cell or the finder no longer remembers it.
+  /// Returns the position of the cell across side `side` of the cell at `place`. Returns kNone if
+  /// no such cell exists or the finder no longer remembers it.
   std::uint32_t behind_of(std::uint32_t place, std::uint32_t side) const;
   bool is_behind(std::uint32_t place, std::uint32_t other) const;
   std::uint32_t common(std::uint32_t a, std::uint32_t b) const;

@@ -27,7 +27,8 @@ bool has(std::span<const std::uint32_t> slots, std::uint32_t slot) {
 
 }  // namespace
 
-/// Returns the place of the cell with this sequence number; kNone if the cell is not remembered.
+/// Returns the position in the ring of the cell with this sequence number; kNone if the cell is not
+/// remembered.
 std::uint32_t NeighbourFinder::place_of(std::uint64_t number) const {
   if (number >= sequence_ || sequence_ - number >= ring_.size()) return kNone;
   const auto age = static_cast<std::size_t>(sequence_ - number);
@@ -36,7 +37,7 @@ std::uint32_t NeighbourFinder::place_of(std::uint64_t number) const {
 }
 
 /// In the cell at `place`, returns the vertex outside of `side` that an edge connects to the corner
-/// `slot` of `side`. Returns kNone if there is no such vertex, or if its slot now belongs to
+/// `slot` of `side`. Returns kNone if no such vertex exists, or if its slot now belongs to
 /// another vertex.
 std::uint32_t NeighbourFinder::far(std::uint32_t place, std::uint32_t slot, Cycle side) const {
   const Cell& cell = ring_[place];
@@ -54,7 +55,7 @@ std::uint32_t NeighbourFinder::far(std::uint32_t place, std::uint32_t slot, Cycl
 }
 
 /// Finds the side opposite to `side` in the cell at `place` and stores the slots around it in
-/// `far_side`. Returns the place of the cell across that opposite side, or kNone.
+/// `far_side`. Returns the position of the cell across that opposite side, or kNone.
 std::uint32_t NeighbourFinder::onward(std::uint32_t place, Cycle side,
                                       std::array<std::uint32_t, 4>& far_side) const {
   const Cell& cell = ring_[place];

@@ -154,7 +154,7 @@ class GroupValues {
   bool of_cells(std::size_t column) const { return columns_[column].of_cells; }
   /// Returns the schema index of the array in a column. `column` is at least 1.
   std::uint32_t array(std::size_t column) const { return columns_[column].array; }
-  /// Returns the values of the first element; null if there is none.
+  /// Returns the values of the first element; null if none exists.
   const std::byte* values(std::size_t column) const {
     const Column& own = columns_[column];
     if (count(column) == 0) return nullptr;

@@ -288,7 +288,7 @@ Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   return shapes;
 }
 
-/// The best domain of multiples of a power of ten or of two. `length` is 64 if there is none.
+/// The best domain of multiples of a power of ten or of two. `length` is 64 if none exists.
 struct LinearCandidate {
   ValueDomain domain;
   int length = 64;

@@ -22,8 +22,8 @@ class LiveNumbers {
     if ((word.live >> (number & 63) & 1) == 0) return State::dead;
     return (word.imported >> (number & 63) & 1) != 0 ? State::imported : State::own;
   }
-  /// Returns true if the number is live. `hint`: a place in the table where the number may be,
-  /// usually the place of a nearby number. Any value is valid; the function updates it.
+  /// Returns true if the number is live. `hint`: an index in the table at which the number may be,
+  /// usually the index of a nearby number. Any value is valid; the function updates it.
   bool is_live(std::uint64_t number, std::size_t& hint) const {
     const Word& word = words_[hint & mask_];
     if (word.live != 0 && word.number == number >> 6) return (word.live >> (number & 63) & 1) != 0;
@@ -94,7 +94,8 @@ class LiveNumbers {
   std::size_t home(std::uint64_t number) const {
     return static_cast<std::size_t>(scatter_(number)) & mask_;
   }
-  /// Returns the place of a word. If the word is absent, returns the free place where it belongs.
+  /// Returns the index of a word in the table. If the table does not contain the word, returns the
+  /// index at which it belongs.
   std::size_t place_of(std::uint64_t number) const {
     std::size_t i = home(number);
     while (words_[i].live != 0 && words_[i].number != number) i = (i + 1) & mask_;

@@ -70,7 +70,7 @@ class ShiftGroupDecoder final : public GroupDecoder {
   std::size_t most_cell_bytes_ = 0;
   LiveNumbers live_;
   std::array<std::size_t, kMostShiftNodes>
-      hints_{};  // for each node: the last place of its number in the table of live_
+      hints_{};  // for each node: the last index of its number in the table of live_
 
   // The following members are used if vertices are numbered in coding order.
   std::uint64_t next_own_, next_import_ = kFirstImport;

@@ -41,7 +41,7 @@ class ShiftNeighbours {
   /// Begins a group of `elements` elements. `bits`: size of the ring; 0: the elements have no
   /// neighbourhoods. Returns false if the ring would be too large.
   bool begin_group(std::uint32_t bits, std::uint64_t elements);
-  /// Returns the size of the current rings in bits; 0 if there are no rings yet.
+  /// Returns the size of the current rings in bits; 0 if no rings exist yet.
   std::uint32_t ring_bits() const { return ring_bits_; }
   /// Returns an upper bound (exclusive) of all slots that can occur in a neighbourhood. A column
   /// may have no elements in some of these slots.

@@ -48,7 +48,7 @@ std::size_t ShiftTable::add(const Shift& shift) {
 ShiftEncoder::ShiftEncoder(const Schema& schema, bool may_import)
     : table_(schema), may_import_(may_import) {}
 
-/// Returns the place of a shift in the table. If the table does not contain the shift, returns the
+/// Returns the index of a shift in the table. If the table does not contain the shift, returns the
 /// size of the table.
 std::size_t ShiftEncoder::find(const Shift& shift, std::uint32_t nodes) const {
   const std::uint64_t key = key_of(shift, nodes);

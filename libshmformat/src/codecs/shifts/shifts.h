@@ -1,7 +1,7 @@
 // Shifts: codes cells as differences. A shift is the difference between a cell and the previous
 // cell of its block. It contains the amounts to add to the vertex numbers, and states which
 // vertices are new, imported, or used for the last time. Shifts repeat if numbers run in rows and
-// layers. A cell is then coded as one byte, the place of its shift in a table. zstd compresses
+// layers. A cell is then coded as one byte, the index of its shift in a table. zstd compresses
 // these bytes.
 //
 // The encoder accepts cells with their vertex numbers, and returns a bitstream for each group.
@@ -63,7 +63,7 @@ inline constexpr std::uint64_t kFirstImport = std::uint64_t{1} << 63;
 /// The table of shifts, used by the encoder and the decoder. Must hold: takes_shifts(schema).
 class ShiftTable {
  public:
-  // A symbol below kPlaces is the place of a shift in the table. kNew announces a new shift.
+  // A symbol below kPlaces is the index of a shift in the table. kNew announces a new shift.
   static constexpr std::uint32_t kPlaces = 255;
   static constexpr std::uint8_t kNew = 255;
 
@@ -79,7 +79,7 @@ class ShiftTable {
   }
   const Shift& at(std::size_t place) const { return shifts_[place]; }
   std::size_t size() const { return shifts_.size(); }
-  /// Adds `shift`, which replaces the oldest shift if the table is full. Returns the place of
+  /// Adds `shift`, which replaces the oldest shift if the table is full. Returns the index of
   /// `shift`.
   std::size_t add(const Shift& shift);
   std::size_t blocks() const { return nodes_.size(); }
@@ -112,8 +112,8 @@ class ShiftEncoder {
 
   ShiftTable table_;
   bool may_import_;
-  std::vector<std::uint64_t> keys_;  // hash of each shift, by place in the table
-  // For each place in the table: the place of the shift that came after it last time
+  std::vector<std::uint64_t> keys_;  // hash of each shift, by index in the table
+  // For each index in the table: the index of the shift that came after it last time
   std::vector<std::uint8_t> followed_;
   std::size_t last_place_ = 0;
   Shift shift_;

@@ -115,7 +115,7 @@ class CellCorners {
     std::uint64_t expected = 0;  ///< id of the vertex if numbers continue as in the last cell
     std::uint32_t lead = kNone;  ///< slot of the likely vertex before faces are examined
     AdaptiveBit* lead_model = nullptr;
-    /// Encoding: an earlier position with the same vertex; kNone if there is none
+    /// Encoding: an earlier position with the same vertex; kNone if none exists
     std::uint32_t repeats = kNone;
   };
 

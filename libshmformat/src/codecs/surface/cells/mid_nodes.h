@@ -1,7 +1,7 @@
 // Mid nodes: the nodes of second-order cells that are not corners. A node in the middle of an edge
 // belongs to the two vertices at its ends, a node in the middle of a face to that face, and a node
 // in the middle of a cell to that cell only. So each node is expected to be the vertex that an
-// earlier cell had in the same place, or a new vertex if there is none. One decision codes whether
+// earlier cell had in the same place, or a new vertex if none exists. One decision codes whether
 // the expectation is right.
 //
 // The coder needs cells whose corners are known, and codes symbols of the bitstream "connectivity".
@@ -36,7 +36,7 @@ class MiddleTable {
   /// Returns one of the two diagonals of the face: the diagonal with the oldest vertex of the face.
   Place face(const std::array<std::uint32_t, 4>& corners) const;
 
-  /// Returns the live vertex at `place`; kNone if there is none.
+  /// Returns the live vertex at `place`; kNone if none exists.
   std::uint32_t find(const Place& place) const;
   /// Stores `slot` as the vertex at `place`, and removes it from any other place.
   void put(const Place& place, std::uint32_t slot);

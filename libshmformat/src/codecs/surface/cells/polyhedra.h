@@ -61,7 +61,7 @@ class Polyhedra {
   struct Candidate {
     std::uint32_t slot = kNone;
     /// Result of beginning() for an open face that contains the current face's nodes so far and
-    /// continues with this vertex; 0 if there is no such face
+    /// continues with this vertex; 0 if no such face exists
     std::uint8_t open = 0;
     /// For a later node of a face: how often the cell has the edge to this vertex, at most 2. For
     /// the first node of a later face: number of edges at this vertex that only one face of the

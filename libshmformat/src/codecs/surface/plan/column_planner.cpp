@@ -61,7 +61,7 @@ class Elements {
   std::size_t before_;
 };
 
-/// Returns, for each element, the next element with the same kind and corner; if there is none,
+/// Returns, for each element, the next element with the same kind and corner; if none exists,
 /// returns the element itself.
 std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
   constexpr std::size_t kPlaces = 64;
@@ -77,7 +77,7 @@ std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
 }
 
 /// Finds, for each element, the distance to an earlier element with the same bits, in the group or
-/// in `history`; 0 if there is none within `farthest`. Prefers the distance of the last element
+/// in `history`; 0 if none exists within `farthest`. Prefers the distance of the last element
 /// with the same kind and corner (`stands`). Otherwise selects the distance that remains valid for
 /// the longest run of such elements. `bits`, `history`: by component. `history` contains the
 /// elements just before the first element of the group.

@@ -291,7 +291,7 @@ bool ComponentCoder<Coder>::code_recalled(Coder& coder, const Space& space,
   return true;
 }
 
-/// Codes the bits of the value with this index. Returns false if there is no such value.
+/// Codes the bits of the value with this index. Returns false if no such value exists.
 template <class Coder>
 template <class Space>
 bool ComponentCoder<Coder>::code_bits(Coder& coder, const Space& space, std::int64_t index,

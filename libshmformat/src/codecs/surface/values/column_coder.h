@@ -124,7 +124,7 @@ struct ElementInputs {
 /// The inputs of several elements.
 struct InputsOfElements {
   std::vector<ElementInputs> elements;
-  /// Features minus the features of the reference, by element; empty if there are no references
+  /// Features minus the features of the reference, by element; empty if no references exist
   std::vector<std::array<double, kFeatures>> differences;
 };
 

@@ -88,7 +88,7 @@ struct ResidualContext {
   /// Residual of the previous component: 0: none, 1: its size is 0, 2: its size is larger
   std::uint32_t before = 0;
 };
-/// The sizes of the earlier residuals, each plus one; 0 if there is no such residual.
+/// The sizes of the earlier residuals, each plus one; 0 if no such residual exists.
 struct SizesAround {
   std::array<std::uint32_t, 3> near{};  ///< sizes at the near elements
   std::uint32_t last = 0;               ///< size at the element coded last, without the plus one
