@@ -16,7 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENT = ROOT / "docs" / "architecture.md"
-COMMANDS = {"compress": ("in", 48), "decompress": ("out", 41)}  # mark of the list in the document, and the largest allowed number of units
+COMMANDS = {"compress": ("in", 48), "decompress": ("out", 40)}  # mark of the list in the document, and the largest allowed number of units
 
 
 def documented(mark):

@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "pipeline/delay_buffer.h"
-#include "pipeline/segment_cutter.h"
-#include "pipeline/segment_queue.h"
+#include "pipeline/segments.h"
 #include "pipeline/stream_numbers.h"
 #include "pipeline/vertex_table.h"
 #include "shm/options.h"
