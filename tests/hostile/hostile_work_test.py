@@ -6,12 +6,11 @@
 PROGRAM is hostile_work_tests. Work is the number of instructions, which callgrind counts: it does not depend on
 the load of the machine.
 """
-import re
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
-from counted_runs import counted_runs
+from counted_runs import counted_runs, instructions_of
 
 # The largest allowed ratios to the ordinary file: twice the ratios of g++ 12 at -O3, and at least 0.2. A loop over all steps,
 # chunks, blocks, arrays or extras for each of them exceeds them.
@@ -21,10 +20,6 @@ MOST = {"by item": {"ordinary": 1, "one cell in rows": 3, "one cell in shifts": 
         "by index": {"ordinary": 1, "one cell in rows": 3.6, "one cell in shifts": 2.6, "one cell in tiny groups": 1.4,
                      "one cell in tiny segments": 1.1, "tiny segments": 1.9, "empty chunks": .2, "extras": .2, "blocks": .5,
                      "arrays": 32}}
-
-
-def instructions_of(profile):
-    return int(re.search(r"^totals: (\d+)", Path(profile).read_text(encoding="utf-8"), re.MULTILINE)[1])
 
 
 def main():

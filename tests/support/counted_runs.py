@@ -1,14 +1,16 @@
 """Counts the instructions of a program's function counted_run() by callgrind: the same in every run, however busy the machine is."""
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
 COUNTED, PREFIX = "counted_run", "counted,"
 
 
-def counted_runs(program):
-    """Yields for each call of counted_run() the rest of the line "counted,..." that the program prints after it, and the
+def counted_runs(program, *arguments):
+    """Runs the program with these arguments. Yields for each call of counted_run() the rest of the line "counted,..." that the program prints after it, and the
     path of its callgrind profile. Without valgrind, ends the test with exit code 77: skipped."""
     if not shutil.which("valgrind"):
         print("no valgrind")
@@ -18,10 +20,15 @@ def counted_runs(program):
         run = subprocess.run(
             ["valgrind", "--quiet", "--tool=callgrind", f"--callgrind-out-file={profile}",
              "--compress-strings=no", "--compress-pos=no",
-             f"--toggle-collect={COUNTED}", f"--dump-after={COUNTED}", program],
+             f"--toggle-collect={COUNTED}", f"--dump-after={COUNTED}", program, *arguments],
             stdout=subprocess.PIPE, text=True, check=False)
         if run.returncode:
             sys.exit(f"{run.stdout}\n{program}: exit code {run.returncode}")
         lines = [line[len(PREFIX):] for line in run.stdout.splitlines() if line.startswith(PREFIX)]
         for place, line in enumerate(lines, 1):
             yield line, f"{profile}.{place}"
+
+
+def instructions_of(profile):
+    """Returns the number of instructions of a callgrind profile."""
+    return int(re.search(r"^totals: (\d+)", Path(profile).read_text(encoding="utf-8"), re.MULTILINE)[1])
