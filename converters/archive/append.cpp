@@ -18,9 +18,7 @@ namespace {
 
 constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
 
-[[noreturn]] void refuse(ErrorCode code, const std::string& detail) {
-  throw Failure(Error{code, detail, {}, kNoOffset, {}});
-}
+[[noreturn]] void refuse(ErrorCode code, const std::string& detail) { throw Failure(code, detail); }
 
 class Appending {
  public:

@@ -45,19 +45,12 @@ std::map<std::string, std::string> member_names(const std::vector<std::string>& 
     const std::string name = std::filesystem::path(input).filename().string();
     const auto [entry, is_new] = taken.emplace(name, input);
     if (!is_new)
-      throw Failure(Error{ErrorCode::misuse,
-                          "two files would be called '" + name +
-                              "' in the archive: " + entry->second + " and " + input,
-                          {},
-                          kNoOffset,
-                          {}});
+      throw Failure(ErrorCode::misuse, "two files would be called '" + name +
+                                           "' in the archive: " + entry->second + " and " + input);
     if (!is_member_name(name) || is_archive(input))
-      throw Failure(Error{ErrorCode::misuse,
-                          "'" + input + "' cannot be in an archive: it is an archive itself, or " +
-                              "its name is not a valid file name on all systems",
-                          {},
-                          kNoOffset,
-                          {}});
+      throw Failure(ErrorCode::misuse,
+                    "'" + input + "' cannot be in an archive: it is an archive itself, or " +
+                        "its name is not a valid file name on all systems");
     names[input] = name;
   }
   return names;
@@ -103,11 +96,8 @@ bool was_packed(const ArchiveMember& member) { return member.name.ends_with(".sh
 namespace {
 
 Result<ArchiveReader> no_archive() {
-  return Error{ErrorCode::unsupported,
-               "is not an archive of several files made by shm join",
-               {},
-               kNoOffset,
-               {}};
+  return Error{.code = ErrorCode::unsupported,
+               .detail = "is not an archive of several files made by shm join"};
 }
 
 }  // namespace
@@ -119,8 +109,7 @@ ArchiveFile::ArchiveFile(const std::string& path)
 
 const ArchiveMember& ArchiveFile::find(const std::string& name) const {
   if (const ArchiveMember* member = list_.find(name)) return *member;
-  throw Failure(
-      Error{ErrorCode::misuse, "there is no '" + name + "' in the archive", {}, kNoOffset, path_});
+  throw Failure(ErrorCode::misuse, "there is no '" + name + "' in the archive", path_);
 }
 
 std::string ArchiveFile::place(const ArchiveMember& member) const {

@@ -57,11 +57,8 @@ ForeignSteps::ForeignSteps(MeshSource& mesh, MeshSource& source, std::optional<d
     Keys used;
     if (!time) time = source_format(source.info()).time(source.info(), used);
     if (!time)
-      throw Failure(Error{ErrorCode::misuse,
-                          "SOURCE has no time steps and no time in its field data; use --time T",
-                          {},
-                          kNoOffset,
-                          {}});
+      throw Failure(ErrorCode::misuse,
+                    "SOURCE has no time steps and no time in its field data; use --time T");
     info_.step_times = {*time};
   }
   fields_ = pair_fields(info_, source.info(), false, false);
@@ -118,11 +115,9 @@ void ForeignSteps::read_array(std::size_t array, std::uint64_t step, std::uint64
     for (std::uint64_t i = 0; i < count;) {
       const auto element = from.element_of(entities[i]);
       if (!element)
-        throw Failure(Error{ErrorCode::unsupported,
-                            "SOURCE has no value of cell " + std::to_string(entities[i]),
-                            "array '" + info.name + "'",
-                            kNoOffset,
-                            {}});
+        throw Failure(Error{.code = ErrorCode::unsupported,
+                            .detail = "SOURCE has no value of cell " + std::to_string(entities[i]),
+                            .section = "array '" + info.name + "'"});
       std::uint64_t run = 1;  // number of elements that are consecutive in the other file too
       while (i + run < count && entities[i + run] == entities[i] + run &&
              from.element_of(entities[i + run]) == *element + run)

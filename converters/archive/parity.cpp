@@ -48,11 +48,10 @@ std::uint64_t get(const std::byte* in, std::size_t bytes) {
 
 #ifndef SHM_HAS_ISAL
 [[noreturn]] void fail_without_codes() {
-  throw Failure(Error{ErrorCode::misuse,
-                      "this shm was built without ISA-L, which is needed to write and use parity",
-                      "parity",
-                      kNoOffset,
-                      {}});
+  throw Failure(
+      Error{.code = ErrorCode::misuse,
+            .detail = "this shm was built without ISA-L, which is needed to write and use parity",
+            .section = "parity"});
 }
 #endif
 

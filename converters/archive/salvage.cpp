@@ -96,10 +96,11 @@ std::vector<double> Salvage::step_times() {
   steps = std::max(steps, std::min(damage_.steps.value_or(0), most));
   if (times.size() >= steps) return times;
   if (steps > most)
-    throw Failure(Error{ErrorCode::over_limit,
-                        counted(steps, "step") + ", of which " + std::to_string(with_values) +
-                            " have values, and no times",
-                        "step times", kNoOffset, name_});
+    throw Failure(Error{.code = ErrorCode::over_limit,
+                        .detail = counted(steps, "step") + ", of which " +
+                                  std::to_string(with_values) + " have values, and no times",
+                        .section = "step times",
+                        .file = name_});
   const bool lost = std::any_of(damage_.damages.begin(), damage_.damages.end(), [](auto& damage) {
     return damage.section == "step times" || damage.section == "chunk";
   });
@@ -223,7 +224,7 @@ SalvageReport Salvage::run(ByteSink& sink, const Progress& progress) {
   for (const std::string& set : piece.without_factors())
     report_missing("distribution factors of " + set, {{"what", "factors"}, {"set", set}});
   if (piece.info().vertices == 0 && (!damage_.vertices || *damage_.vertices > 0))
-    throw Failure(Error{ErrorCode::corrupt, "nothing of the mesh is left", {}, kNoOffset, name_});
+    throw Failure(ErrorCode::corrupt, "nothing of the mesh is left", name_);
   tell_cells(piece);
   tell_static_arrays();
   tell_others();

@@ -14,6 +14,9 @@ namespace shm::converters {
 class Failure : public std::exception {
  public:
   explicit Failure(Error error) : error_(std::move(error)), text_(error_.message()) {}
+  // An error that names no section and no offset. `file` is empty if the file is unknown.
+  Failure(ErrorCode code, std::string detail, std::string file = {})
+      : Failure(Error{.code = code, .detail = std::move(detail), .file = std::move(file)}) {}
   const Error& error() const { return error_; }
   const char* what() const noexcept override { return text_.c_str(); }
 
@@ -24,7 +27,7 @@ class Failure : public std::exception {
 
 // Throws Failure (misuse), because the user asked for something that is not possible.
 [[noreturn]] inline void wrong_use(const std::string& sentence) {
-  throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
+  throw Failure(ErrorCode::misuse, sentence);
 }
 
 // Returns the value of a library result, or throws its error as Failure. `file` is used if the

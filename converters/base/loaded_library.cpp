@@ -15,11 +15,8 @@ namespace {
   const char* const words = ::dlerror();
   std::string_view why = words != nullptr ? words : "unknown";
   if (why.starts_with(name + ": ")) why.remove_prefix(name.size() + 2);
-  throw Failure(Error{ErrorCode::unsupported,
-                      "needs " + name + ", which does not load: " + std::string(why),
-                      {},
-                      kNoOffset,
-                      {}});
+  throw Failure(ErrorCode::unsupported,
+                "needs " + name + ", which does not load: " + std::string(why));
 }
 
 }  // namespace

@@ -58,8 +58,7 @@ OutputFile::OutputFile(std::string path, const std::string& folder, FileSink::Te
     : path_(std::move(path)) {
   std::error_code none;
   const auto status = std::filesystem::status(path_, none);
-  if (std::filesystem::is_directory(status))
-    throw Failure(Error{ErrorCode::output, "is a folder", {}, kNoOffset, path_});
+  if (std::filesystem::is_directory(status)) throw Failure(ErrorCode::output, "is a folder", path_);
   is_stream_ = path_ == "-" ||
                (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status));
   const RemovedOnSignals::Pause pause;
@@ -119,8 +118,7 @@ NumberOutput::~NumberOutput() {
 }
 
 void NumberOutput::fail(const char* what) const {
-  throw Failure(Error{
-      ErrorCode::output, std::string(what) + ": " + std::strerror(errno), {}, kNoOffset, path_});
+  throw Failure(ErrorCode::output, std::string(what) + ": " + std::strerror(errno), path_);
 }
 
 void NumberOutput::flush() {

@@ -13,8 +13,10 @@ namespace shm::converters {
 namespace {
 
 [[noreturn]] void fail(const std::string& directory, const char* what) {
-  throw Failure(Error{ErrorCode::output, std::string(what) + ": " + std::strerror(errno),
-                      "temporary spool file", kNoOffset, directory});
+  throw Failure(Error{.code = ErrorCode::output,
+                      .detail = std::string(what) + ": " + std::strerror(errno),
+                      .section = "temporary spool file",
+                      .file = directory});
 }
 
 }  // namespace
@@ -152,7 +154,8 @@ void PagedArray::write_paged(std::uint64_t byte, std::uint64_t left, const std::
 
 NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spool& spool) {
   const auto fail = [&](const std::string& detail) {
-    throw Failure(Error{ErrorCode::corrupt, detail, std::string(what) + " numbers", kNoOffset, {}});
+    throw Failure(Error{
+        .code = ErrorCode::corrupt, .detail = detail, .section = std::string(what) + " numbers"});
   };
   if (order.size() != size)
     fail("there are " + std::to_string(order.size()) + " numbers, but " + std::to_string(size) +

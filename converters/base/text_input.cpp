@@ -25,11 +25,10 @@ TextInput::TextInput(const std::string& path) : path_(path), buffer_(kBufferByte
   struct stat status {};
   if (file_ == nullptr && errno == ENOMEM) throw std::bad_alloc();
   if (file_ == nullptr || ::fstat(::fileno(file_), &status) != 0)
-    throw Failure(Error{
-        ErrorCode::io, std::string("cannot open: ") + std::strerror(errno), {}, kNoOffset, path});
+    throw Failure(ErrorCode::io, std::string("cannot open: ") + std::strerror(errno), path);
   if (!S_ISREG(status.st_mode)) {
     std::fclose(file_);
-    throw Failure(Error{ErrorCode::io, "is not a regular file", {}, kNoOffset, path});
+    throw Failure(ErrorCode::io, "is not a regular file", path);
   }
   size_ = static_cast<std::uint64_t>(status.st_size);
 }

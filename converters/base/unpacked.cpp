@@ -86,13 +86,12 @@ std::ptrdiff_t UnpackedSource::give(archive*, void* self, const void** bytes) {
 Error UnpackedSource::error() const {
   if (!refusal_) return refusal_.error();
   if (at_end_)
-    return {ErrorCode::truncated, "the compressed data ends early", {}, kNoOffset, name_};
+    return Error{
+        .code = ErrorCode::truncated, .detail = "the compressed data ends early", .file = name_};
   const char* const words = libarchive().archive_error_string(reader_.get());
-  return {ErrorCode::corrupt,
-          std::string("does not unpack: ") + (words != nullptr ? words : "unknown"),
-          {},
-          kNoOffset,
-          name_};
+  return Error{.code = ErrorCode::corrupt,
+               .detail = std::string("does not unpack: ") + (words != nullptr ? words : "unknown"),
+               .file = name_};
 }
 
 Result<std::size_t> UnpackedSource::read(std::span<std::byte> into) {

@@ -22,9 +22,7 @@ constexpr std::uint32_t kNone = MeshMatch::kNone;
 
 CellTable table_of(MeshSource& mesh, const Progress& progress) {
   std::optional<CellTable> table = CellTable::read(mesh, progress);
-  if (!table)
-    throw Failure(Error{
-        ErrorCode::over_limit, "has too many vertices or cells to be matched", {}, kNoOffset, {}});
+  if (!table) throw Failure(ErrorCode::over_limit, "has too many vertices or cells to be matched");
   return std::move(*table);
 }
 

@@ -213,7 +213,8 @@ void StagedMesh::gather(PagedArray& values, std::uint64_t base, std::size_t stri
 }
 
 void StagedMesh::fail(const std::string& section, const std::string& detail) const {
-  throw Failure(Error{ErrorCode::corrupt, detail, section, kNoOffset, name_});
+  throw Failure(
+      Error{.code = ErrorCode::corrupt, .detail = detail, .section = section, .file = name_});
 }
 
 ReadLimits read_limits(const Spool& spool) {

@@ -327,9 +327,10 @@ void PieceMesh::read_points(std::uint64_t first, std::uint64_t count, std::byte*
 
 std::uint64_t PieceMesh::vertex_of(std::uint64_t number) const {
   if (const auto rank = rank_of(vertex_numbers(), number)) return *rank;
-  throw Failure(Error{ErrorCode::corrupt,
-                      "uses vertex " + std::to_string(number) + ", which no segment has", "mesh",
-                      kNoOffset, name_});
+  throw Failure(Error{.code = ErrorCode::corrupt,
+                      .detail = "uses vertex " + std::to_string(number) + ", which no segment has",
+                      .section = "mesh",
+                      .file = name_});
 }
 
 bool PieceMesh::next_cells(CellBatch& out, std::size_t max_cells) {

@@ -126,11 +126,8 @@ class Header {
     throw Failure(Error{code, detail, section, section.empty() ? kNoOffset : at_, path_});
   }
   [[noreturn]] void throw_output() const {
-    throw Failure(Error{ErrorCode::output,
-                        std::string("cannot be written: ") + std::strerror(errno),
-                        {},
-                        kNoOffset,
-                        path_});
+    throw Failure(ErrorCode::output, std::string("cannot be written: ") + std::strerror(errno),
+                  path_);
   }
   void take(void* out, std::size_t bytes) {
     if (bytes > size_ - at_ || std::fread(out, 1, bytes, file_.get()) != bytes)

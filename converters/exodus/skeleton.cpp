@@ -179,7 +179,7 @@ void refuse_groups_and_types(int ncid, const Place& place) {
 }  // namespace
 
 void Place::fail(ErrorCode why, const std::string& section, const std::string& detail) const {
-  throw Failure(Error{why, detail, section, kNoOffset, file});
+  throw Failure(Error{.code = why, .detail = detail, .section = section, .file = file});
 }
 
 void Place::check(int status, const std::string& section) const {

@@ -42,11 +42,7 @@ std::vector<std::byte> head_of(const std::string& path) {
   if (file != nullptr) std::fclose(file);
   if (failed && error == ENOMEM) throw std::bad_alloc();
   if (failed)
-    throw Failure(Error{ErrorCode::io,
-                        std::string("cannot be read: ") + std::strerror(error),
-                        {},
-                        kNoOffset,
-                        path});
+    throw Failure(ErrorCode::io, std::string("cannot be read: ") + std::strerror(error), path);
   head.resize(count);
   return head;
 }
@@ -181,41 +177,35 @@ std::vector<std::string> files_of_parts(const std::vector<std::string>& inputs) 
 std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, Spool& spool) {
   for (const std::string& file : files)
     if (format_of_file(file) != format_named(kExodusFormat.name))
-      throw Failure(Error{ErrorCode::unsupported,
-                          "is not an Exodus file; only Exodus files contain the numbers of their "
-                          "vertices and cells in the whole mesh",
-                          {},
-                          kNoOffset,
-                          file});
+      throw Failure(ErrorCode::unsupported,
+                    "is not an Exodus file; only Exodus files contain the numbers of their "
+                    "vertices and cells in the whole mesh",
+                    file);
   return std::make_unique<MergedMesh>(files, spool);
 }
 
 const Format& input_format(const std::string& path) {
   if (const Format* format = format_of_file(path)) return *format;
   const std::vector<std::byte> head = head_of(path);
-  if (head.empty()) throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
+  if (head.empty()) throw Failure(ErrorCode::truncated, "is empty", path);
   const std::string other(unread_format(head));
-  throw Failure(Error{
+  throw Failure(
       ErrorCode::unsupported,
       other.empty()
           ? "is not a mesh in a supported format: " + list_of(&Format::title)
           : "is " + other + ", which cannot be read; supported formats: " + list_of(&Format::title),
-      {},
-      kNoOffset,
-      path});
+      path);
 }
 
 const Format& output_format(const std::string& path, const std::string& format) {
   const Format* found = format.empty() ? format_of_name(path) : format_named(format);
   if (found != nullptr) return *found;
   const std::string known = list_of(&Format::name);
-  throw Failure(Error{ErrorCode::misuse,
-                      format.empty()
-                          ? "its name does not determine the format; use --format (" + known + ")"
-                          : "unknown format '" + format + "'; known: " + known,
-                      {},
-                      kNoOffset,
-                      path});
+  throw Failure(ErrorCode::misuse,
+                format.empty()
+                    ? "its name does not determine the format; use --format (" + known + ")"
+                    : "unknown format '" + format + "'; known: " + known,
+                path);
 }
 
 }  // namespace shm::converters

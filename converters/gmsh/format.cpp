@@ -189,12 +189,11 @@ class GmshSource final : public SourceFormat {
     return SectionsOfSteps(info, steps).extras();
   }
   AppendedExtras lengthened_extras(const MeshInfo&, std::uint64_t) const override {
-    throw Failure(Error{ErrorCode::unsupported,
-                        "lists every view at every step; steps of SOURCE, which has another "
-                        "format, cannot be added",
-                        "Gmsh's sections",
-                        kNoOffset,
-                        {}});
+    throw Failure(Error{.code = ErrorCode::unsupported,
+                        .detail =
+                            "lists every view at every step; steps of SOURCE, which has another "
+                            "format, cannot be added",
+                        .section = "Gmsh's sections"});
   }
 
   bool follows_from_blocks(const Extra& extra) const override { return extra.key == kBlocks; }

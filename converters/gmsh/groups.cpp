@@ -179,12 +179,10 @@ std::vector<GmshGroup> gmsh_groups(const MeshInfo& info) {
     const auto found = naming.groups_of(std::span(rows).subspan(b * width, width));
     members += found.size();
     if (members > kMostGroupBlocks)
-      throw Failure(Error{ErrorCode::over_limit,
-                          "there are more than " + std::to_string(kMostGroupBlocks) +
-                              " pairs of a block and a physical group to which it belongs",
-                          "physical groups",
-                          kNoOffset,
-                          {}});
+      throw Failure(Error{.code = ErrorCode::over_limit,
+                          .detail = "there are more than " + std::to_string(kMostGroupBlocks) +
+                                    " pairs of a block and a physical group to which it belongs",
+                          .section = "physical groups"});
     for (const auto& key : found) {
       GmshGroup& group = groups[key];
       group.dimension = key.first;

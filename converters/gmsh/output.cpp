@@ -22,8 +22,7 @@ GmshOutput::~GmshOutput() {
 }
 
 void GmshOutput::fail(const char* what) const {
-  throw Failure(Error{
-      ErrorCode::output, std::string(what) + ": " + std::strerror(errno), {}, kNoOffset, path_});
+  throw Failure(ErrorCode::output, std::string(what) + ": " + std::strerror(errno), path_);
 }
 
 void GmshOutput::flush() {
@@ -56,13 +55,11 @@ void GmshOutput::put(T value) {
 void GmshOutput::integer32(std::int64_t value) {
   const auto narrow = static_cast<std::int32_t>(value);
   if (narrow != value)
-    throw Failure(Error{ErrorCode::unsupported,
-                        "the number " + std::to_string(value) +
-                            " does not fit into 32 bits, the size "
-                            "of such numbers in this version of the format",
-                        {},
-                        kNoOffset,
-                        path_});
+    throw Failure(ErrorCode::unsupported,
+                  "the number " + std::to_string(value) +
+                      " does not fit into 32 bits, the size "
+                      "of such numbers in this version of the format",
+                  path_);
   put(narrow);
 }
 

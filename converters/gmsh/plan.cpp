@@ -15,8 +15,7 @@ GmshExtras::GmshExtras(const MeshInfo& info, std::string path) : path_(std::move
 }
 
 void GmshExtras::fail(const std::string& key, const char* what) const {
-  throw Failure(
-      Error{ErrorCode::corrupt, "the mesh's extra \"" + key + "\" " + what, {}, kNoOffset, path_});
+  throw Failure(ErrorCode::corrupt, "the mesh's extra \"" + key + "\" " + what, path_);
 }
 
 const Extra* GmshExtras::find(const std::string& key) const {

@@ -96,11 +96,12 @@ class PlanAnew {
     GmshElementGroup group;
     group.type = gmsh_type_for(block.shape, nodes);
     if (group.type == 0)
-      throw Failure(Error{ErrorCode::unsupported,
-                          "Gmsh has no element for a cell of shape " +
-                              std::string(shape_name(block.shape)) + " with " +
-                              std::to_string(nodes) + " nodes",
-                          "block " + std::to_string(block.id), kNoOffset, path_});
+      throw Failure(Error{.code = ErrorCode::unsupported,
+                          .detail = "Gmsh has no element for a cell of shape " +
+                                    std::string(shape_name(block.shape)) + " with " +
+                                    std::to_string(nodes) + " nodes",
+                          .section = "block " + std::to_string(block.id),
+                          .file = path_});
     group.dimension = gmsh_type(group.type).dimension;
     group.entity = entity_for(group.dimension, b);
     return group;

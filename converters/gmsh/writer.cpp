@@ -150,7 +150,7 @@ GmshWriting::GmshWriting(MeshSource& source, const std::string& file)
 }
 
 void GmshWriting::fail(ErrorCode code, const std::string& detail) const {
-  throw Failure(Error{code, detail, section, kNoOffset, path});
+  throw Failure(Error{.code = code, .detail = detail, .section = section, .file = path});
 }
 
 std::int64_t GmshWriting::node_tag(std::int64_t place) {

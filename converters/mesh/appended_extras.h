@@ -19,7 +19,8 @@ struct AppendedExtras {
 
 // Throws Failure (unsupported), because the extra `key` does not allow appending the steps.
 [[noreturn]] inline void does_not_fit(const std::string& key, const std::string& why) {
-  throw Failure(Error{ErrorCode::unsupported, why, "extra '" + key + "'", kNoOffset, {}});
+  throw Failure(
+      Error{.code = ErrorCode::unsupported, .detail = why, .section = "extra '" + key + "'"});
 }
 
 }  // namespace shm::converters

@@ -32,11 +32,9 @@ void renumber_values(Extra& extra, const std::function<std::uint64_t(std::uint64
     for (const auto& [number, i] : references) {
       const std::uint64_t fresh = to(number);
       if (fresh > static_cast<std::uint64_t>(std::numeric_limits<Integer>::max()))
-        throw Failure(Error{ErrorCode::unsupported,
-                            "new number does not fit its 32-bit list",
-                            extra.key,
-                            kNoOffset,
-                            {}});
+        throw Failure(Error{.code = ErrorCode::unsupported,
+                            .detail = "new number does not fit its 32-bit list",
+                            .section = extra.key});
       const auto value = static_cast<Integer>(fresh);
       std::memcpy(extra.data.data() + i * sizeof value, &value, sizeof value);
     }

@@ -29,11 +29,8 @@ void require_within(const MeshLimits& limits, std::uint64_t vertices, std::uint6
                     std::uint64_t bytes, const std::string& name) {
   const auto require = [&](std::uint64_t count, std::uint64_t limit, const std::string& what) {
     if (count > limit)
-      throw Failure(Error{ErrorCode::over_limit,
-                          "has more " + what + " than the limit of " + std::to_string(limit),
-                          {},
-                          kNoOffset,
-                          name});
+      throw Failure(ErrorCode::over_limit,
+                    "has more " + what + " than the limit of " + std::to_string(limit), name);
   };
   require(vertices, limits.most, "vertices");
   require(cells, limits.most, "cells");

@@ -32,12 +32,10 @@ void find_last_uses(MeshSource& mesh, NumberTable& table, const Progress& progre
 
 void require_vertex(std::uint64_t cell, std::uint64_t vertex, std::uint64_t vertices) {
   if (vertex < vertices) return;
-  throw Failure(Error{ErrorCode::corrupt,
-                      "uses vertex " + std::to_string(vertex) + " of " + std::to_string(vertices) +
-                          " (counted from 0)",
-                      "cell " + std::to_string(cell),
-                      kNoOffset,
-                      {}});
+  throw Failure(Error{.code = ErrorCode::corrupt,
+                      .detail = "uses vertex " + std::to_string(vertex) + " of " +
+                                std::to_string(vertices) + " (counted from 0)",
+                      .section = "cell " + std::to_string(cell)});
 }
 
 void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,

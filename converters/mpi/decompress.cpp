@@ -114,11 +114,12 @@ void Part::check_blocks() const {
   for (std::size_t b = 0; b < whole_.block_cells.size(); ++b) {
     const BlockInfo& block = whole_.schema.blocks[b];
     if (block.nodes_per_cell == 0 && block.shape != CellShape::polygon && whole_.block_cells[b] > 0)
-      throw Failure(
-          Error{ErrorCode::unsupported,
-                "its cells have different numbers of vertices, which parts do not support; "
-                "shm decompress writes one file",
-                "block " + std::to_string(block.id), kNoOffset, options_.input});
+      throw Failure(Error{
+          .code = ErrorCode::unsupported,
+          .detail = "its cells have different numbers of vertices, which parts do not support; "
+                    "shm decompress writes one file",
+          .section = "block " + std::to_string(block.id),
+          .file = options_.input});
   }
 }
 
@@ -140,8 +141,10 @@ void Part::stage() {
   piece_ = std::make_unique<PieceMesh>(*extractor_, how, std::move(of_piece.extras), sets,
                                        options_.input, spool_);
   if (piece_->info().cells() != range_.end - range_.first)
-    throw Failure(Error{ErrorCode::corrupt, "names cells that do not exist", "index", kNoOffset,
-                        options_.input});
+    throw Failure(Error{.code = ErrorCode::corrupt,
+                        .detail = "names cells that do not exist",
+                        .section = "index",
+                        .file = options_.input});
 }
 
 void Part::decode() {
@@ -174,11 +177,12 @@ void Part::count_vertices() {
   ranks_.together([&] {
     for (const std::uint64_t number : piece_->vertex_numbers()) {
       if (number >= whole_.vertices)
-        throw Failure(Error{ErrorCode::corrupt,
-                            "vertex " + std::to_string(number) +
-                                " is outside the mesh, which has " +
-                                std::to_string(whole_.vertices),
-                            "mesh", kNoOffset, options_.input});
+        throw Failure(Error{.code = ErrorCode::corrupt,
+                            .detail = "vertex " + std::to_string(number) +
+                                      " is outside the mesh, which has " +
+                                      std::to_string(whole_.vertices),
+                            .section = "mesh",
+                            .file = options_.input});
       mine.push_back({number});
     }
     had.resize(owners.count());

@@ -34,7 +34,7 @@ std::vector<std::byte> packed(const Error& error) {
 }
 
 Error unpacked(const std::vector<std::byte>& bytes) {
-  Error error{ErrorCode::io, {}, {}, kNoOffset, {}};
+  Error error{.code = ErrorCode::io};
   const std::byte* next = bytes.data();
   const auto get = [&](void* to, std::size_t size) {
     std::memcpy(to, next, size);

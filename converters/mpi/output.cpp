@@ -18,11 +18,8 @@ void check(int code, const std::string& path) {
   char text[MPI_MAX_ERROR_STRING] = {};
   int length = 0;
   MPI_Error_string(code, text, &length);
-  throw Failure(Error{ErrorCode::output,
-                      "cannot be written: " + std::string(text, static_cast<std::size_t>(length)),
-                      {},
-                      kNoOffset,
-                      path});
+  throw Failure(ErrorCode::output,
+                "cannot be written: " + std::string(text, static_cast<std::size_t>(length)), path);
 }
 
 }  // namespace
@@ -68,7 +65,7 @@ void SharedOutput::write(std::uint64_t offset, std::span<const std::byte> bytes)
     int written = 0;
     MPI_Get_count(&status, MPI_BYTE, &written);
     if (written <= 0 || written > count)
-      throw Failure(Error{ErrorCode::output, "cannot be written", {}, kNoOffset, path_});
+      throw Failure(ErrorCode::output, "cannot be written", path_);
     offset += static_cast<std::uint64_t>(written);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }

@@ -80,8 +80,7 @@ std::uint32_t VertexTable::find_or_add(std::uint64_t number) {
   std::uint32_t& slot = slots_[slot_of(number)];
   if (slot == kAbsent) {
     if (numbers_.size() == kAbsent)
-      throw Failure(Error{
-          ErrorCode::over_limit, "2^32 vertices on one rank: use more ranks", {}, kNoOffset, {}});
+      throw Failure(ErrorCode::over_limit, "2^32 vertices on one rank: use more ranks");
     slot = static_cast<std::uint32_t>(numbers_.size());
     numbers_.push_back(number);
   }

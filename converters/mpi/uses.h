@@ -62,8 +62,7 @@ void for_cells(MeshSource& mesh, const CellRange& range, Visit&& visit) {
   mesh.seek_cells(range.first);
   for (std::uint64_t cell = range.first; cell < range.end; cell += batch.size()) {
     if (!mesh.next_cells(batch, std::min(kBatchCells, range.end - cell)))
-      throw Failure(
-          Error{ErrorCode::corrupt, "has fewer cells than its header counts", {}, kNoOffset, {}});
+      throw Failure(ErrorCode::corrupt, "has fewer cells than its header counts");
     visit(batch, cell);
   }
 }

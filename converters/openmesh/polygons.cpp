@@ -217,12 +217,9 @@ class CornerJoiner {
 
 Result<Polygons> polygons_of(const Surface& surface, const PolygonOptions& options) {
   if (surface.corners.size() > kMostCorners || surface.faces() > kMostCorners)
-    return Error{ErrorCode::over_limit,
-                 "the surface has " + std::to_string(surface.corners.size()) +
-                     " corners; the maximum is " + std::to_string(kMostCorners),
-                 {},
-                 kNoOffset,
-                 {}};
+    return Error{.code = ErrorCode::over_limit,
+                 .detail = "the surface has " + std::to_string(surface.corners.size()) +
+                           " corners; the maximum is " + std::to_string(kMostCorners)};
   Polygons polygons;
   PolygonMaker maker(surface, options.triangles, polygons);
   for (std::size_t f = 0; f < surface.faces(); ++f) maker.add(f);

@@ -129,11 +129,9 @@ class SurfaceMesh {
       const auto added = mesh_.add_face(ring);
       const std::uint32_t face = polygons_.faces[f];
       if (!added.is_valid())
-        return Error{ErrorCode::unsupported,
-                     "OpenMesh does not accept face " + std::to_string(face) + " of the surface",
-                     {},
-                     kNoOffset,
-                     {}};
+        return Error{
+            .code = ErrorCode::unsupported,
+            .detail = "OpenMesh does not accept face " + std::to_string(face) + " of the surface"};
       mesh_.property(face_of_, added) = face;
       mesh_.property(block_, added) = static_cast<int>(surface_.blocks[face]);
       if (progress && f % kFacesAtOnce == 0) progress("joining faces", f, faces);
@@ -186,7 +184,7 @@ class SurfaceMesh {
     const bool done = OpenMesh::IO::write_mesh(mesh_, stream, extension, how, kDigits);
     if (auto written = buffer.finish(); !written) return written;
     if (!done)
-      return Error{ErrorCode::output, "OpenMesh did not write the surface", {}, kNoOffset, {}};
+      return Error{.code = ErrorCode::output, .detail = "OpenMesh did not write the surface"};
     return {};
   }
 
@@ -274,7 +272,7 @@ bool can_write_surfaces() { return true; }
 Result<WrittenSurface> write_surface(const Surface& surface, const SurfaceFileOptions& options,
                                      ByteSink& out, const Progress& progress) {
   if (options.colours != nullptr && options.format != SurfaceFormat::ply)
-    return Error{ErrorCode::misuse, "colours need a .ply file", {}, kNoOffset, {}};
+    return Error{.code = ErrorCode::misuse, .detail = "colours need a .ply file"};
   static const SilentOpenMesh silent;
   const bool triangles = options.format == SurfaceFormat::stl || options.decimate;
   const auto polygons = polygons_of(surface, {triangles});
@@ -297,7 +295,7 @@ bool can_write_surfaces() { return false; }
 Result<WrittenSurface> write_surface(const Surface& /*surface*/,
                                      const SurfaceFileOptions& /*options*/, ByteSink& /*out*/,
                                      const Progress& /*progress*/) {
-  return Error{ErrorCode::unsupported, "this build has no OpenMesh", {}, kNoOffset, {}};
+  return Error{.code = ErrorCode::unsupported, .detail = "this build has no OpenMesh"};
 }
 
 #endif

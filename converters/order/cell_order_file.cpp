@@ -10,24 +10,19 @@ namespace shm::converters {
 
 CellSequence read_cell_order(const std::string& path, std::uint64_t cells) {
   if (cells >= CellTable::kMostCells)
-    throw Failure(Error{ErrorCode::over_limit,
-                        "a mesh of " + std::to_string(cells) + " cells has too many to be ordered",
-                        {},
-                        kNoOffset,
-                        path});
+    throw Failure(ErrorCode::over_limit,
+                  "a mesh of " + std::to_string(cells) + " cells has too many to be ordered", path);
   TextInput input(path);
   const auto fail = [&](std::uint64_t line, const std::string& what) {
     const std::string place = "line " + std::to_string(line);
-    throw Failure(Error{ErrorCode::corrupt, what, place, kNoOffset, path});
+    throw Failure(
+        Error{.code = ErrorCode::corrupt, .detail = what, .section = place, .file = path});
   };
   // Each number needs at least a digit and a line end.
   const std::uint64_t least_bytes = cells < 2 ? cells : 2 * cells - 1;
   if (input.size() < least_bytes)
-    throw Failure(Error{ErrorCode::truncated,
-                        "is too short for the numbers of " + std::to_string(cells) + " cells",
-                        {},
-                        kNoOffset,
-                        path});
+    throw Failure(ErrorCode::truncated,
+                  "is too short for the numbers of " + std::to_string(cells) + " cells", path);
   CellSequence order;
   order.reserve(cells);
   std::vector<bool> seen(cells, false);
@@ -44,10 +39,11 @@ CellSequence read_cell_order(const std::string& path, std::uint64_t cells) {
     order.push_back(static_cast<std::uint32_t>(number));
   }
   if (order.size() < cells)
-    throw Failure(Error{
-        ErrorCode::truncated,
-        "ends after " + std::to_string(order.size()) + " of " + std::to_string(cells) + " cells",
-        "line " + std::to_string(line), kNoOffset, path});
+    throw Failure(Error{.code = ErrorCode::truncated,
+                        .detail = "ends after " + std::to_string(order.size()) + " of " +
+                                  std::to_string(cells) + " cells",
+                        .section = "line " + std::to_string(line),
+                        .file = path});
   return order;
 }
 

@@ -161,12 +161,9 @@ Result<Picture> draw_picture(const Surface& surface, const PictureOptions& optio
     for (std::size_t f = 0; f < surface.faces(); ++f) {
       draw(f);
       if (painter.raster().work() > most_work)
-        return Error{ErrorCode::over_limit,
-                     "too many faces lie over each other: drawing stopped at face " +
-                         std::to_string(f) + " of " + std::to_string(surface.faces()),
-                     {},
-                     kNoOffset,
-                     {}};
+        return Error{.code = ErrorCode::over_limit,
+                     .detail = "too many faces lie over each other: drawing stopped at face " +
+                               std::to_string(f) + " of " + std::to_string(surface.faces())};
       if (progress && f % kFacesAtOnce == 0) progress("drawing", f, surface.faces());
     }
     return {};

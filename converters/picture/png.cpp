@@ -134,8 +134,8 @@ Result<std::vector<std::byte>> png_of(const Image& image) {
     if (filtered.size() < file.size()) file = std::move(filtered);
   }
   if (file.empty())
-    return Error{
-        ErrorCode::over_limit, "the picture needs more memory than there is", {}, kNoOffset, {}};
+    return Error{.code = ErrorCode::over_limit,
+                 .detail = "the picture needs more memory than there is"};
   return file;
 }
 
@@ -144,7 +144,7 @@ Result<std::vector<std::byte>> png_of(const Image& image) {
 bool can_make_png() { return false; }
 
 Result<std::vector<std::byte>> png_of(const Image&) {
-  return Error{ErrorCode::unsupported, "this build has no libpng", {}, kNoOffset, {}};
+  return Error{.code = ErrorCode::unsupported, .detail = "this build has no libpng"};
 }
 
 #endif

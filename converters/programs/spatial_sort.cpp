@@ -85,7 +85,7 @@ std::string lines_of(const std::vector<std::size_t>& order) {
 }
 
 [[noreturn]] void fail(ErrorCode code, const std::string& what, const std::string& file = {}) {
-  throw Failure(Error{code, what, {}, kNoOffset, file});
+  throw Failure(code, what, file);
 }
 
 void write_text(const std::string& text, const std::string& path) {

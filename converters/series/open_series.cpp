@@ -49,11 +49,7 @@ std::optional<std::vector<SeriesFile>> series_of(const std::string& path) {
   std::vector<SeriesFile> files;
   for (const NumberedName::File& each : name->files()) files.push_back({each.path, {}});
   if (files.empty())
-    throw Failure(Error{ErrorCode::io,
-                        "there is no file of this name, such as " + name->at(0),
-                        {},
-                        kNoOffset,
-                        path});
+    throw Failure(ErrorCode::io, "there is no file of this name, such as " + name->at(0), path);
   return files;
 }
 

@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint64_t kPieceElements = 65536;
 
 [[noreturn]] void refuse(const std::string& path, const std::string& what) {
-  throw Failure(Error{ErrorCode::unsupported, what, {}, kNoOffset, path});
+  throw Failure(ErrorCode::unsupported, what, path);
 }
 
 // Counts the arrays of each kind. The keys of the result describe the kinds.

@@ -58,11 +58,7 @@ std::vector<std::string> StepFiles::files_there() const {
   std::error_code none;
   if (const std::string folder = folder_of_collection(output_);
       is_collection_ && fs::exists(folder, none) && !fs::is_directory(folder, none))
-    throw Failure(Error{ErrorCode::output,
-                        "is not a folder, but " + output_ + " needs one",
-                        {},
-                        kNoOffset,
-                        folder});
+    throw Failure(ErrorCode::output, "is not a folder, but " + output_ + " needs one", folder);
   if (name_)
     for (const NumberedName::File& file : name_->files()) paths.push_back(file.path);
   return paths;
@@ -77,9 +73,7 @@ void StepFiles::begin() const {
   const std::string folder = folder_of_collection(output_);
   std::error_code error;
   fs::create_directory(folder, error);
-  if (error)
-    throw Failure(
-        Error{ErrorCode::output, "cannot be created: " + error.message(), {}, kNoOffset, folder});
+  if (error) throw Failure(ErrorCode::output, "cannot be created: " + error.message(), folder);
 }
 
 void StepFiles::finish(const MeshInfo& info, StepRange steps, Spool& spool) const {

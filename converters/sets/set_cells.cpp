@@ -151,11 +151,10 @@ void SetCells::leave_arrays_on_own_blocks() {
     if (array.location != Location::cell || !array.blocks.empty()) continue;
     listed += own_blocks_;
     if (listed > kMostListed)
-      throw Failure(Error{ErrorCode::over_limit,
-                          "there are too many cell arrays and blocks to convert sets to cells",
-                          "sets",
-                          kNoOffset,
-                          {}});
+      throw Failure(
+          Error{.code = ErrorCode::over_limit,
+                .detail = "there are too many cell arrays and blocks to convert sets to cells",
+                .section = "sets"});
     for (std::uint32_t b = 0; b < own_blocks_; ++b) array.blocks.push_back(b);
   }
 }

@@ -26,12 +26,10 @@ const char* words_of(Kind kind, bool spaced) {
 void check_members(std::uint64_t members, std::uint64_t cells) {
   constexpr std::uint64_t kAlwaysAllowed = 1 << 22, kMostSetsOfCell = 64;
   if (members > std::max(kAlwaysAllowed, kMostSetsOfCell * cells))
-    throw Failure(Error{
-        ErrorCode::over_limit,
-        "cells are in more than " + std::to_string(kMostSetsOfCell) + " groups on the average",
-        "groups",
-        kNoOffset,
-        {}});
+    throw Failure(Error{.code = ErrorCode::over_limit,
+                        .detail = "cells are in more than " + std::to_string(kMostSetsOfCell) +
+                                  " groups on the average",
+                        .section = "groups"});
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace {
 constexpr std::string_view kStandardStream = "-";
 
 [[noreturn]] void refuse(const std::string& path, std::string detail) {
-  throw Failure(Error{ErrorCode::output, std::move(detail), {}, kNoOffset, path});
+  throw Failure(ErrorCode::output, std::move(detail), path);
 }
 
 // Returns the status of the file that a path leads to, or nothing if none exists. "-" means the

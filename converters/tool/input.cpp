@@ -134,8 +134,7 @@ bool ToolInput::is_shm() const {
 
 void ToolInput::require_shm() const {
   if (is_series())
-    throw Failure(Error{
-        ErrorCode::unsupported, "is a series of files, not a .shm file", {}, kNoOffset, path_});
+    throw Failure(ErrorCode::unsupported, "is a series of files, not a .shm file", path_);
   if (!is_stream()) converters::require_shm(path_);
 }
 

@@ -28,15 +28,12 @@ void check_output_name(const std::string& output, const Format& target, const Me
   if (named == nullptr || named->name == target.name) return;
   const std::string lost = what_is_lost(target, *named, mesh, steps, losses);
   if (lost.empty()) return;
-  throw Failure(Error{ErrorCode::misuse,
-                      "is named like a file of format " + std::string(named->name) +
-                          ", which would hold data that --format " + std::string(target.name) +
-                          " loses: " + lost +
-                          "; leave --format out, or give OUT a name that ends in " +
-                          std::string(target.extensions[0]),
-                      {},
-                      kNoOffset,
-                      output});
+  throw Failure(ErrorCode::misuse,
+                "is named like a file of format " + std::string(named->name) +
+                    ", which would hold data that --format " + std::string(target.name) +
+                    " loses: " + lost + "; leave --format out, or give OUT a name that ends in " +
+                    std::string(target.extensions[0]),
+                output);
 }
 
 }  // namespace shm::converters

@@ -47,9 +47,7 @@ struct Unreferenced {
 template <class T>
 using Owned = std::unique_ptr<T, Unreferenced>;
 
-[[noreturn]] void no_picture() {
-  throw Failure(Error{ErrorCode::output, "the picture cannot be drawn", {}, kNoOffset, {}});
-}
+[[noreturn]] void no_picture() { throw Failure(ErrorCode::output, "the picture cannot be drawn"); }
 
 cairo_status_t add_bytes(void* to, const unsigned char* bytes, unsigned count) {
   auto& png = *static_cast<std::vector<std::byte>*>(to);

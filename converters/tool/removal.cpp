@@ -17,7 +17,7 @@ namespace shm::converters {
 namespace {
 
 [[noreturn]] void refuse_removal(const std::string& path, const std::string& detail) {
-  throw Failure(Error{ErrorCode::output, detail, {}, kNoOffset, path});
+  throw Failure(ErrorCode::output, detail, path);
 }
 
 // Describes the first difference between the two meshes. Returns an empty string if none exists.

@@ -107,19 +107,14 @@ bool is_shm(const std::string& path) {
 void require_shm(const std::string& path) {
   if (is_shm(path)) return;
   std::error_code none;
-  if (std::filesystem::is_empty(path, none))
-    throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
-  throw Failure(Error{
-      ErrorCode::unsupported, "is not a .shm file; shm compress makes one", {}, kNoOffset, path});
+  if (std::filesystem::is_empty(path, none)) throw Failure(ErrorCode::truncated, "is empty", path);
+  throw Failure(ErrorCode::unsupported, "is not a .shm file; shm compress makes one", path);
 }
 
 void require_no_archive(const std::string& path) {
   if (is_archive(path))
-    throw Failure(Error{ErrorCode::unsupported,
-                        "is an archive of several files; shm split restores them",
-                        {},
-                        kNoOffset,
-                        path});
+    throw Failure(ErrorCode::unsupported, "is an archive of several files; shm split restores them",
+                  path);
 }
 
 void report_losses(const LossList& losses, const std::string& output) {

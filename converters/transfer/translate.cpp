@@ -78,13 +78,11 @@ void check_filling(const MeshInfo& info) {
     filled += stride * info.cells();
   }
   if (filled > std::max(kAlwaysAllowed, kMostGrowth * held))
-    throw Failure(Error{ErrorCode::over_limit,
-                        "cell arrays on few of many blocks would become more than " +
-                            std::to_string(kMostGrowth) +
-                            " times as large if they covered all blocks",
-                        "arrays",
-                        kNoOffset,
-                        {}});
+    throw Failure(Error{.code = ErrorCode::over_limit,
+                        .detail = "cell arrays on few of many blocks would become more than " +
+                                  std::to_string(kMostGrowth) +
+                                  " times as large if they covered all blocks",
+                        .section = "arrays"});
 }
 
 std::string block_label(const BlockInfo& block) {

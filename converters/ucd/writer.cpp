@@ -174,11 +174,13 @@ const CellType& UcdWriter::type_of(std::uint32_t block) const {
   const BlockInfo& info = info_.schema.blocks[block];
   for (const CellType& type : kCellTypes)
     if (type.shape == info.shape && type.nodes == info.nodes_per_cell) return type;
-  throw Failure(Error{ErrorCode::unsupported,
-                      "UCD cannot represent the cells of block " + std::to_string(info.id) + " (" +
-                          std::string(shape_name(info.shape)) + ", " +
-                          std::to_string(info.nodes_per_cell) + " nodes)",
-                      "cells", kNoOffset, path_});
+  throw Failure(Error{.code = ErrorCode::unsupported,
+                      .detail = "UCD cannot represent the cells of block " +
+                                std::to_string(info.id) + " (" +
+                                std::string(shape_name(info.shape)) + ", " +
+                                std::to_string(info.nodes_per_cell) + " nodes)",
+                      .section = "cells",
+                      .file = path_});
 }
 
 void UcdWriter::cells() {

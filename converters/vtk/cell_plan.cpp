@@ -14,7 +14,8 @@
 namespace shm::converters::vtk {
 
 void fail_extra(const std::string& key, std::string detail) {
-  throw Failure(Error{ErrorCode::corrupt, std::move(detail), "extra '" + key + "'", kNoOffset, {}});
+  throw Failure(Error{
+      .code = ErrorCode::corrupt, .detail = std::move(detail), .section = "extra '" + key + "'"});
 }
 
 const Extra* CellPlan::extra(const std::string& key) const {
@@ -120,11 +121,9 @@ void CellPlan::unpack_faces(std::span<const std::uint64_t> corners) {
   for (auto from = corners.begin(); from != corners.end();) {
     const auto end = std::find(from + 1, corners.end(), *from);
     if (end == corners.end())
-      throw Failure(Error{ErrorCode::corrupt,
-                          "a face does not end with its first vertex",
-                          "cell " + std::to_string(cell_),
-                          kNoOffset,
-                          {}});
+      throw Failure(Error{.code = ErrorCode::corrupt,
+                          .detail = "a face does not end with its first vertex",
+                          .section = "cell " + std::to_string(cell_)});
     ++numbers_[0];
     numbers_.push_back(static_cast<std::uint64_t>(end - from));
     numbers_.insert(numbers_.end(), from, end);

@@ -81,8 +81,7 @@ void convert_numbers(ScalarType from, const std::byte* in, std::size_t count, Sc
 RandomFile::RandomFile(const std::string& path) : path_(path) {
   descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0)
-    throw Failure(Error{
-        ErrorCode::io, std::string("cannot open: ") + std::strerror(errno), {}, kNoOffset, path});
+    throw Failure(ErrorCode::io, std::string("cannot open: ") + std::strerror(errno), path);
 }
 
 RandomFile::~RandomFile() { ::close(descriptor_); }

@@ -89,8 +89,10 @@ void JoinedMesh::map_arrays() {
         const Column column = column_of(structure_.skeleton, array, one);
         const auto found = known.find(column);
         if (found == known.end() || found->second.count != needed)
-          throw Failure(Error{ErrorCode::corrupt, "is missing here, but other parts have it",
-                              "variable '" + std::get<0>(column) + "'", kNoOffset, part.file});
+          throw Failure(Error{.code = ErrorCode::corrupt,
+                              .detail = "is missing here, but other parts have it",
+                              .section = "variable '" + std::get<0>(column) + "'",
+                              .file = part.file});
         pieces.back().push_back(found->second);
       }
     }
@@ -138,11 +140,8 @@ void JoinedMesh::hold_cells(const CellRange& range) {
     }
     if (part == mine.size()) return false;
     if (!mine[part].mesh->next_cells(batch, kPieceCells))
-      throw Failure(Error{ErrorCode::corrupt,
-                          "has fewer elements than its header states",
-                          {},
-                          kNoOffset,
-                          mine[part].file});
+      throw Failure(ErrorCode::corrupt, "has fewer elements than its header states",
+                    mine[part].file);
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const std::uint64_t place = mine[part].cells[cell + i], count = batch.cell(i).size();
       std::vector<std::byte>& out = to[rank_with(place)];
@@ -276,13 +275,14 @@ auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
       const std::string what = array == kCoordinates
                                    ? "coordinates"
                                    : "array '" + info().schema.arrays[array].name + "'";
-      throw Failure(Error{ErrorCode::corrupt,
-                          "node " + std::to_string(element.number + parts_.first_node()) +
-                              " of the mesh has values that differ from another part" +
-                              (array != kCoordinates && info().schema.arrays[array].per_step
-                                   ? ", at step " + std::to_string(step)
-                                   : std::string()),
-                          what, kNoOffset, parts_.names()[element.part]});
+      throw Failure(Error{.code = ErrorCode::corrupt,
+                          .detail = "node " + std::to_string(element.number + parts_.first_node()) +
+                                    " of the mesh has values that differ from another part" +
+                                    (array != kCoordinates && info().schema.arrays[array].per_step
+                                         ? ", at step " + std::to_string(step)
+                                         : std::string()),
+                          .section = what,
+                          .file = parts_.names()[element.part]});
     }
   });
   return out;

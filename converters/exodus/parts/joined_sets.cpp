@@ -17,7 +17,8 @@ using namespace exodus;
 
 [[noreturn]] void fail(const std::string& file, ErrorCode code, const std::string& variable,
                        const std::string& detail) {
-  throw Failure(Error{code, detail, "variable '" + variable + "'", kNoOffset, file});
+  throw Failure(Error{
+      .code = code, .detail = detail, .section = "variable '" + variable + "'", .file = file});
 }
 
 }  // namespace

@@ -143,14 +143,17 @@ void Joiner::check_joinable(const PartFile& part) const {
   for (std::size_t v = 0; v < skeleton.variables.size(); ++v) {
     const Variable& variable = skeleton.variables[v];
     if (layout.uses[v] == Use::extra && joining_of(skeleton, variable) == Joining::elements)
-      throw Failure(Error{ErrorCode::unsupported,
-                          "has values for nodes or elements that cannot be joined",
-                          "variable '" + variable.name + "'", kNoOffset, part.file});
+      throw Failure(Error{.code = ErrorCode::unsupported,
+                          .detail = "has values for nodes or elements that cannot be joined",
+                          .section = "variable '" + variable.name + "'",
+                          .file = part.file});
   }
   for (const ArrayLayout& array : layout.arrays)
     if (array.info.role == "exodus:connectivity")
-      throw Failure(Error{ErrorCode::unsupported, "elements of this type in parts cannot be joined",
-                          "variable '" + array.info.name + "'", kNoOffset, part.file});
+      throw Failure(Error{.code = ErrorCode::unsupported,
+                          .detail = "elements of this type in parts cannot be joined",
+                          .section = "variable '" + array.info.name + "'",
+                          .file = part.file});
 }
 
 // Packs the data of a part that is joined on rank 0: the names and values of variables, and the
@@ -243,10 +246,11 @@ void Joiner::compare() const {
       const auto all = values_.find(variable.name);
       if (all != values_.end() &&
           all->second != whole_variable(skeleton, *part.mesh, static_cast<int>(v)))
-        throw Failure(
-            Error{ErrorCode::corrupt,
-                  "has values that differ from " + parts_.names()[suppliers_.at(variable.name)],
-                  "variable '" + variable.name + "'", kNoOffset, part.file});
+        throw Failure(Error{
+            .code = ErrorCode::corrupt,
+            .detail = "has values that differ from " + parts_.names()[suppliers_.at(variable.name)],
+            .section = "variable '" + variable.name + "'",
+            .file = part.file});
     }
   }
 }

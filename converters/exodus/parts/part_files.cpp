@@ -16,7 +16,8 @@ constexpr std::size_t kMostParts = 1 << 20;
 
 [[noreturn]] void fail(const PartFile& part, const std::string& section,
                        const std::string& detail) {
-  throw Failure(Error{ErrorCode::corrupt, detail, section, kNoOffset, part.file});
+  throw Failure(
+      Error{.code = ErrorCode::corrupt, .detail = detail, .section = section, .file = part.file});
 }
 
 // Reads the numbers that the nodes or elements of a part have in the whole mesh. Throws Failure
@@ -135,8 +136,10 @@ void PartFiles::count() {
                  " in another part");
       for (std::size_t b = 0; b < blocks; ++b) {
         if (mine[b].faces >= 0 || mine[b].shape == CellShape::polyhedron)
-          throw Failure(Error{ErrorCode::unsupported, "polyhedra of parts cannot be joined",
-                              "element block " + std::to_string(b + 1), kNoOffset, part.file});
+          throw Failure(Error{.code = ErrorCode::unsupported,
+                              .detail = "polyhedra of parts cannot be joined",
+                              .section = "element block " + std::to_string(b + 1),
+                              .file = part.file});
         if (mine[b].cells > std::numeric_limits<std::uint64_t>::max() / kMostParts / 2)
           fail(part, "dimension 'num_el_in_blk" + std::to_string(b + 1) + "'",
                "there cannot be that many elements");
@@ -200,9 +203,10 @@ void PartFiles::find_vertices() {
     const auto missing = std::find(had.begin(), had.end(), false);
     if (missing == had.end()) return;
     const auto number = static_cast<std::uint64_t>(missing - had.begin()) + owners.first();
-    throw Failure(Error{ErrorCode::corrupt,
-                        "node " + std::to_string(number + range.base) + " is in no part",
-                        "variable 'node_num_map'", kNoOffset, names_.front()});
+    throw Failure(Error{.code = ErrorCode::corrupt,
+                        .detail = "node " + std::to_string(number + range.base) + " is in no part",
+                        .section = "variable 'node_num_map'",
+                        .file = names_.front()});
   });
 }
 
@@ -246,10 +250,11 @@ void PartFiles::find_cells() {
   owners.send(mine, [&](const CellPlace& item) {
     CellPlace& place = known[item.number - owners.first()];
     if (place.block != kNobody && !error)
-      error = Error{ErrorCode::corrupt,
-                    "element " + std::to_string(item.number + range.base) + " is also in " +
-                        names_[std::min(item.part, place.part)],
-                    "variable 'elem_num_map'", kNoOffset, names_[std::max(item.part, place.part)]};
+      error = Error{.code = ErrorCode::corrupt,
+                    .detail = "element " + std::to_string(item.number + range.base) +
+                              " is also in " + names_[std::min(item.part, place.part)],
+                    .section = "variable 'elem_num_map'",
+                    .file = names_[std::max(item.part, place.part)]};
     place = item;
   });
   // No number is missing: there are as many numbers as elements, and no number occurs twice.

@@ -12,11 +12,11 @@ Error current_error() {
   } catch (const Failure& failure) {
     return failure.error();
   } catch (const std::bad_alloc&) {
-    return {ErrorCode::over_limit, "needs more memory than there is", {}, kNoOffset, {}};
+    return Error{.code = ErrorCode::over_limit, .detail = "needs more memory than there is"};
   } catch (const std::length_error&) {
-    return {ErrorCode::over_limit, "needs more memory than there is", {}, kNoOffset, {}};
+    return Error{.code = ErrorCode::over_limit, .detail = "needs more memory than there is"};
   } catch (const std::exception& error) {
-    return {ErrorCode::corrupt, error.what(), {}, kNoOffset, {}};
+    return Error{.code = ErrorCode::corrupt, .detail = error.what()};
   }
 }
 

@@ -38,8 +38,10 @@ std::optional<double> parity_to_renew(const std::string& path, const Progress& p
   if (!parity) return std::nullopt;
   parity->check(progress);
   if (!parity->damaged_blocks().empty())
-    throw Failure(Error{ErrorCode::corrupt, "is damaged; its parity may heal it: shm repair",
-                        "parity", kNoOffset, path});
+    throw Failure(Error{.code = ErrorCode::corrupt,
+                        .detail = "is damaged; its parity may heal it: shm repair",
+                        .section = "parity",
+                        .file = path});
   return parity->share();
 }
 

@@ -98,11 +98,8 @@ ExitCode ConvertCommand::write_one(MeshSource& mesh, const Format& target, Spool
 // Removes the input if the output contains all of its data.
 void ConvertCommand::remove_input(const LossList& losses, ProgressLine& line) {
   if (!losses.empty())
-    throw Failure(Error{ErrorCode::output,
-                        "is not removed: " + output + " lacks the data listed above",
-                        {},
-                        kNoOffset,
-                        input});
+    throw Failure(ErrorCode::output, "is not removed: " + output + " lacks the data listed above",
+                  input);
   remove_source(input, output, *this, line.callback());
 }
 

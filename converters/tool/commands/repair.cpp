@@ -152,8 +152,10 @@ void RepairRun::heal() {
   repair_.healed = protected_->damaged_blocks().size() - repair_.lost.size();
   // The parity may belong to an earlier file of the same name.
   if (repair_.lost.empty() && !is_whole_file(protected_->healed()))
-    throw Failure(Error{ErrorCode::corrupt, "its parity does not protect a whole .shm file",
-                        "parity", kNoOffset, options_.input});
+    throw Failure(Error{.code = ErrorCode::corrupt,
+                        .detail = "its parity does not protect a whole .shm file",
+                        .section = "parity",
+                        .file = options_.input});
   if (!protected_->is_of_something_else()) source_ = &protected_->healed();
 }
 
@@ -162,8 +164,10 @@ void RepairRun::fail_unhealed(std::string detail) const {
     detail = counted(repair_.lost.size(), "block") + " of " + std::to_string(repair_.blocks) +
              " cannot be healed, more than the parity can restore: bytes " +
              ranges_text(repair_.lost) + "; " + detail;
-  throw Failure(Error{ErrorCode::corrupt, std::move(detail), repair_.has_parity ? "parity" : "",
-                      kNoOffset, options_.input});
+  throw Failure(Error{.code = ErrorCode::corrupt,
+                      .detail = std::move(detail),
+                      .section = repair_.has_parity ? "parity" : "",
+                      .file = options_.input});
 }
 
 // Finds the damage that parity could not heal. The list of lost blocks does not suffice, because a

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Error refusal(ErrorCode code, std::string detail, const std::string& path) {
-  return Error{code, std::move(detail), {}, kNoOffset, path};
+  return Error{.code = code, .detail = std::move(detail), .file = path};
 }
 
 class Listing {

@@ -80,16 +80,13 @@ void check_tasks(FileCommand& command, FileList& list) {
         std::filesystem::create_directories(std::filesystem::path(task.output).parent_path());
       const auto there = identity(task.output);
       if (there && inputs.contains(*there))
-        throw Failure(Error{ErrorCode::output,
-                            "is one of the inputs, and is not overwritten",
-                            {},
-                            kNoOffset,
-                            task.output});
+        throw Failure(ErrorCode::output, "is one of the inputs, and is not overwritten",
+                      task.output);
       check_places({{task.input}, task.output, false}, command.force);
     } catch (const Failure& failure) {
       task.refusal = failure.error();
     } catch (const std::filesystem::filesystem_error& error) {
-      task.refusal = Error{ErrorCode::output, error.what(), {}, kNoOffset, task.output};
+      task.refusal = Error{.code = ErrorCode::output, .detail = error.what(), .file = task.output};
     }
   }
 }

@@ -34,8 +34,7 @@ using ScratchFile = std::unique_ptr<std::FILE, CloseFile>;
 ScratchFile scratch() {
   ScratchFile file(std::tmpfile());
   if (!file && errno == ENOMEM) throw std::bad_alloc();
-  if (!file)
-    throw Failure(Error{ErrorCode::output, "cannot create a temporary file", {}, kNoOffset, {}});
+  if (!file) throw Failure(ErrorCode::output, "cannot create a temporary file");
   return file;
 }
 
@@ -122,11 +121,9 @@ class Processes {
     shares_[one.slot] = 0;
     one.process = ::fork();
     if (one.process < 0)
-      throw Failure(Error{ErrorCode::over_limit,
-                          std::string("cannot start a process: ") + std::strerror(errno),
-                          {},
-                          kNoOffset,
-                          one.task->input});
+      throw Failure(ErrorCode::over_limit,
+                    std::string("cannot start a process: ") + std::strerror(errno),
+                    one.task->input);
     if (one.process > 0) {
       ++running_;
       return;

@@ -159,8 +159,7 @@ int run_tool(Commands (*commands)(), int argc, char** argv) noexcept {
     all = commands();
     const int code = parse_and_run(all, argc, argv, chosen);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-      throw Failure(
-          Error{ErrorCode::output, "cannot be written", {}, kNoOffset, "standard output"});
+      throw Failure(ErrorCode::output, "cannot be written", "standard output");
     return code;
   });
 }

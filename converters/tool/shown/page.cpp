@@ -72,7 +72,10 @@ std::string empty_page(const std::string& path) {
   }
   const std::size_t place = page.find(kPlace);
   if (place == std::string::npos || page.find(kPlace, place + 1) != std::string::npos)
-    throw Failure(Error{ErrorCode::corrupt, "it has no place for a file", "page", kNoOffset, path});
+    throw Failure(Error{.code = ErrorCode::corrupt,
+                        .detail = "it has no place for a file",
+                        .section = "page",
+                        .file = path});
   return page;
 }
 
@@ -89,12 +92,9 @@ Result<void> FileInPage::put(std::string_view text) {
 
 Result<void> FileInPage::write(std::span<const std::byte> bytes) {
   if (bytes.size() > kMostInPage - bytes_)
-    return Error{ErrorCode::over_limit,
-                 "a page holds files of " + std::to_string(kMostInPage) +
-                     " bytes at most, and this one has more",
-                 {},
-                 kNoOffset,
-                 {}};
+    return Error{.code = ErrorCode::over_limit,
+                 .detail = "a page holds files of " + std::to_string(kMostInPage) +
+                           " bytes at most, and this one has more"};
   bytes_ += bytes.size();
   std::string text = std::move(head_);
   head_.clear();

@@ -47,7 +47,7 @@ bool lzma_block(const std::vector<std::byte>& block, std::byte* out, std::size_t
 }
 
 [[noreturn]] void fail_compress() {
-  throw Failure(Error{ErrorCode::output, "an array cannot be compressed", {}, kNoOffset, {}});
+  throw Failure(ErrorCode::output, "an array cannot be compressed");
 }
 
 std::size_t deflate_block(const std::byte* values, std::size_t size, std::vector<std::byte>& out) {

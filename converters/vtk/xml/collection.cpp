@@ -24,7 +24,7 @@ bool looks_like_collection(std::span<const std::byte> head) {
 
 std::vector<CollectedFile> read_collection(const std::string& path) {
   const auto fail = [&](ErrorCode code, const std::string& what) {
-    throw Failure(Error{code, what, "collection", kNoOffset, path});
+    throw Failure(Error{.code = code, .detail = what, .section = "collection", .file = path});
   };
   vtu::Document document = vtu::read_document(path);
   vtu::Node* collection = document.root().child("Collection");

@@ -36,7 +36,8 @@ ArrayLoader::ArrayLoader(std::string path, Document& document, MeshInfo& info)
 }
 
 void ArrayLoader::fail(ErrorCode code, const Node& node, std::string detail) const {
-  throw Failure(Error{code, std::move(detail), title_of(node), kNoOffset, path_});
+  throw Failure(
+      Error{.code = code, .detail = std::move(detail), .section = title_of(node), .file = path_});
 }
 
 void ArrayLoader::read_head(Node& root) {

@@ -19,16 +19,15 @@ std::string_view view(const std::byte* bytes, std::size_t count) {
 }  // namespace
 
 void PayloadWriter::fail(std::string detail) const {
-  throw Failure(Error{ErrorCode::corrupt, std::move(detail), head_.array, kNoOffset, {}});
+  throw Failure(
+      Error{.code = ErrorCode::corrupt, .detail = std::move(detail), .section = head_.array});
 }
 
 std::uint64_t PayloadWriter::word(std::uint64_t value) const {
   if (form_.header_bytes == 4 && value > 0xffffffffU)
-    throw Failure(Error{ErrorCode::unsupported,
-                        "the array is too large for headers of 32 bits",
-                        head_.array,
-                        kNoOffset,
-                        {}});
+    throw Failure(Error{.code = ErrorCode::unsupported,
+                        .detail = "the array is too large for headers of 32 bits",
+                        .section = head_.array});
   return value;
 }
 

@@ -329,11 +329,10 @@ void Writer::integers(ScalarType type, std::span<const std::int64_t> numbers) {
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       value = static_cast<decltype(value)>(numbers[i]);
       if (static_cast<std::int64_t>(value) != numbers[i])
-        throw Failure(Error{ErrorCode::unsupported,
-                            std::to_string(numbers[i]) + " does not fit into the type of the array",
-                            "Cells",
-                            kNoOffset,
-                            {}});
+        throw Failure(
+            Error{.code = ErrorCode::unsupported,
+                  .detail = std::to_string(numbers[i]) + " does not fit into the type of the array",
+                  .section = "Cells"});
       std::memcpy(raw_.data() + i * sizeof value, &value, sizeof value);
     }
   });
