@@ -164,7 +164,11 @@ inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes) {
     auto item = reader->next();
     if (!item) return item.error();
     if (*item == nullptr) return back;
-    if (auto* block = std::get_if<MeshBlock>(*item)) join(back.mesh, *block);
+    if (auto* block = std::get_if<MeshBlock>(*item)) {
+      EXPECT_EQ(block->first_vertex, back.mesh.vertex_count());
+      EXPECT_EQ(block->first_cell, back.mesh.cell_count());
+      join(back.mesh, *block);
+    }
     if (auto* extra = std::get_if<Extra>(*item)) back.extras.push_back(*extra);
     if (auto* times = std::get_if<StepTimes>(*item)) back.times = times->times;
     if (auto* piece = std::get_if<StepPiece>(*item)) back.steps.push_back(*piece);
