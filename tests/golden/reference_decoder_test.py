@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-"""Checks that the decoder in spec/, which was written only from the text of the format, agrees with the library.
+"""Checks that the reference decoder in spec/, which was written from the text of the specification only,
+agrees with the library.
 
 reference_decoder_test.py SHM SHM_TEXT SHM_MAKE_MESH [--all [TIMES]] [--only NAME]
 
 SHM: path of the tool; SHM_TEXT: path of the program that prints the content of a file as decoded by the library
 (shm_text.cpp); SHM_MAKE_MESH: path of the mesh generator. For each golden file, the decoder must print the text that
 is stored next to it, byte for byte. Small files of the corpus (the folder in SHM_CORPUS), compressed with several
-orders, levels and codecs, must result in the same text with both decoders. Damaged bytes must lead to an error.
---all, by hand: every file of the corpus, of any size, with TIMES different settings each (default 1), which takes
-about an hour for each setting; --only: files with NAME in their path.
+orders, levels and codecs, must result in the same text with both decoders. Damaged bytes must lead to an
+error. --all, which is only used by hand, tests every file of the corpus, of any size, with TIMES different
+settings (default 1); this takes about an hour per setting. --only restricts the test to files with NAME in
+their path.
 """
 import argparse
 import contextlib
@@ -47,7 +49,7 @@ SETTINGS = [options.split() for options in (
     "--order stream --codec patterns --segment-cells 29",
     "--order keep --rel 1e-3", "--order stream --bits 12 --level best")]
 # Time in seconds for all small files together.
-SECONDS = 25
+SECONDS = 25 if SHARE == 1 else 12
 # Largest size in bytes of a small file.
 LARGEST = 60000
 ARGUMENTS = None
@@ -68,7 +70,8 @@ def content(path):
 
 
 def without_trailing(path):
-    """Returns the bytes of a file up to the end of the mesh. The golden text states only the number of bytes after it."""
+    """Returns the bytes of a file up to the end of the mesh. The golden text states only the number of bytes
+    that follow the mesh."""
     trailing = int(content(path[:-4] + ".txt").rsplit(b"trailing bytes ", 1)[1])
     data = content(path)
     return data[: len(data) - trailing]
@@ -126,7 +129,8 @@ class Changed(unittest.TestCase):
         self.assertEqual(b"".join(text_of(content(path) + b"abc")), twin)
 
     def test_bitstreams_that_say_anything_are_errors_or_meshes(self):
-        """Decodes hostile streams with correct checksums. Whatever they contain, decoding raises nothing but ShmError."""
+        """Decodes hostile streams with correct checksums. Decoding must not raise any exception except
+        ShmError."""
         class Fits(int):
             __hash__ = int.__hash__
 
@@ -157,7 +161,8 @@ class Changed(unittest.TestCase):
 
 
 def stream_places(data):
-    """Returns the first and end offset of each bitstream of a group, and of the step values after their headers."""
+    """Returns the begin and end offsets of each bitstream of each group, and of the step values that follow
+    each header of a part."""
     places, at, sequence = [], 16, 0
     while True:
         chunk = reference_decoder.file.read_chunk(data, at, sequence)
@@ -175,7 +180,8 @@ def stream_places(data):
 
 class BothAgree(unittest.TestCase):
     def check(self, source, options, scratch):
-        """Compresses the source, and compares the decoders. Returns false if the tool refuses these options."""
+        """Compresses the source and compares the results of the two decoders. Returns false if the tool
+        refuses these options."""
         packed = os.path.join(scratch, "packed.shm")
         done = subprocess.run([ARGUMENTS.shm, "compress", "-f", source, "-o", packed, *options],
                               capture_output=True, text=True, timeout=1200)
@@ -195,7 +201,8 @@ class BothAgree(unittest.TestCase):
 
 class Generated(BothAgree):
     def test_mesh_of_two_tiles(self):
-        """The mesh has more cells than fit into a tile, and enough decisions for rare states of a mixer's tables."""
+        """The mesh has more cells than fit into a tile, and enough coding decisions that rare states of the
+        mixer's tables occur."""
         with tempfile.TemporaryDirectory() as scratch:
             mesh = os.path.join(scratch, "mesh.vtk")
             subprocess.run([ARGUMENTS.shm_make_mesh, "ogrid", "5000", mesh, "--fields", "basic"], check=True,
@@ -203,7 +210,8 @@ class Generated(BothAgree):
             self.assertTrue(self.check(mesh, ["--level", "best", "--codec", "mixed"], scratch))
 
     def test_many_cells_around_an_edge(self):
-        """More cells share an edge than the codec can distinguish. The mesh is a wheel of twelve cells, coded spoke by spoke."""
+        """The number of cells that share an edge is larger than the codec can distinguish. The mesh is a
+        wheel of twelve sectors, coded sector by sector."""
         spokes, layers = 12, 30
         size, turn = 2 * spokes + 1, math.pi / spokes
         ring = [(math.cos(turn * i), math.sin(turn * i)) for i in range(2 * spokes)]
@@ -215,7 +223,8 @@ class Generated(BothAgree):
         self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper"))
 
     def test_grids_full_of_holes(self):
-        """Records of hexahedra are discarded in a certain order, which becomes visible in irregular meshes."""
+        """The codec discards records of hexahedra in a certain order. In irregular meshes, this order affects
+        the result."""
         n, m = 8, 9
         points = [(x, y, z) for z in range(m) for y in range(m) for x in range(m)]
         for seed in range(6):
@@ -231,7 +240,8 @@ class Generated(BothAgree):
         self.check_cells(points, cells, 7, ("rows", "mixed", "replay", "paper"))
 
     def test_hexahedra_with_joined_corners(self):
-        """A face may contain a vertex twice, and a hexahedron may be a wedge, a pyramid or a simpler cell."""
+        """Some hexahedra are collapsed to wedges, pyramids or simpler cells. A face may contain a vertex
+        twice."""
         n, m = 5, 6
         points = [(x, y, z) for z in range(m) for y in range(m) for x in range(m)]
         for seed in range(4):
@@ -245,7 +255,8 @@ class Generated(BothAgree):
             self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper", "patterns"))
 
     def test_a_range_too_small_for_a_step(self):
-        """The quantization step is 0; division by it follows IEEE 754."""
+        """The range of the values is so small that the quantization step is rounded to 0. Division by this
+        step follows IEEE 754."""
         points = [(x, y, z) for z in range(3) for y in range(2) for x in range(2)]
         cells = [[4 * up + v for up in (z, z + 1) for v in (0, 1, 3, 2)] for z in range(2)]
         field = ("POINT_DATA 12\nSCALARS a double 1\nLOOKUP_TABLE default\n"
@@ -300,7 +311,7 @@ class Corpus(BothAgree):
                             break
                     tried += times
             else:
-                # Tests each file with different settings, until the time is up.
+                # Tests each file with several settings, until the time is used up.
                 small = [path for path in sample_of(files) if os.path.getsize(path) <= LARGEST]
                 for turn in range(len(SETTINGS)):
                     for number, source in enumerate(small):

@@ -1,9 +1,10 @@
-// Files that ask for much memory. Each is a small file with correct checksums and a large count in
-// one field. There is one file for each field that is a count.
+// Asking files: small files that ask for much memory. Each file has correct checksums and a large
+// count in one field. There is one file for each field that contains a count.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,8 +16,9 @@
 
 namespace shm {
 
-/// Recomputes lengths and the list of chunks in the index, so that the index agrees with the
-/// changed chunks. Must hold: the index is the last chunk, and of version 1.
+/// Assembles the file from `parts`. Recomputes the lengths and the list of chunks in the index, so
+/// that the index agrees with the changed chunks. Must hold: the index is the last chunk and has
+/// version 1.
 inline std::vector<std::byte> put_together_with_index(FileParts parts) {
   Chunk& last = parts.chunks.back();
   ByteReader in(last.payload);
@@ -50,7 +52,7 @@ inline std::vector<std::byte> put_together_with_index(FileParts parts) {
   return put_together(std::move(parts));
 }
 
-/// Returns a file of a small cube of hexahedra, with these additional chunks before its index.
+/// Returns a file of a small cube of hexahedra. The given chunks are inserted before its index.
 inline std::vector<std::byte> asking_mesh(
     const std::vector<std::pair<container::ChunkKind, std::vector<std::byte>>>& chunks,
     std::uint8_t version_of_extras = 1) {
@@ -81,7 +83,7 @@ inline std::vector<std::byte> asking_schema(std::span<const std::byte> packed) {
   parts.chunks[0].payload = std::move(payload.bytes);
   return put_together_with_index(std::move(parts));
 }
-/// Returns the beginning of a schema, up to its blocks.
+/// Returns the beginning of an encoded schema, up to the list of blocks.
 inline ByteWriter schema_head() {
   ByteWriter head;
   Schema schema;
@@ -90,15 +92,15 @@ inline ByteWriter schema_head() {
   return head;
 }
 
-/// Returns a file of two sheets of hexahedra whose common vertices are all live at the same time.
-/// The file has an array without a stream, so that the values of the array are zeros.
+/// Returns a file of two sheets of hexahedra. All vertices that the sheets share are live at the
+/// same time. The array of the file has no stream, so all of its values are zero.
 inline std::vector<std::byte> asking_columns(std::uint32_t side, Location location,
                                              std::uint32_t components) {
   TestMesh mesh = grid(side, side, 2);
   MemorySink sink;
   WriteOptions options;
   options.connectivity = ConnectivityCodec::rows;
-  options.group_cells = 400;  // each group is one tile, even with the array
+  options.group_cells = 400;  // so that each group is a single tile, even with the array
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   FileParts parts = take_apart(sink.bytes);
   mesh.schema.arrays.push_back(array_of("zeros", location, ScalarType::uint8, components));
@@ -117,8 +119,8 @@ inline std::vector<std::byte> asking_columns(std::uint32_t side, Location locati
   return put_together_with_index(std::move(parts));
 }
 
-/// Returns a file of a sheet of hexahedra in two layers. The common vertices of the layers are all
-/// active at the same time. The step values can be predicted over the mesh.
+/// Returns a file of a sheet of hexahedra in two layers. All vertices that the layers share are
+/// active at the same time. The step values are coded with predictions from mesh neighbours.
 inline Bytes asking_sheet(std::uint32_t side, ConnectivityCodec codec,
                           std::uint32_t components = 0) {
   Stepped stepped{grid(side, side, 2), {}, {}};
@@ -140,8 +142,8 @@ struct AskingFile {
   std::vector<std::byte> bytes;
 };
 
-/// Writes the beginning of one of many extras without a name, whose values are bytes: key, type,
-/// reference, distance.
+/// Writes the beginning of an unnamed extra of uint8 values: an empty key, the type, the kind of
+/// reference and the distance.
 inline void put_unnamed(ByteWriter& blob) {
   blob.put_text("");
   blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
@@ -172,7 +174,7 @@ inline std::vector<AskingFile> asking_files() {
     files.push_back({"small extras of version " + std::to_string(version),
                      asking_mesh({2000, {ChunkKind::extra, small}}, version)});
   }
-  {  // each value is stored as a difference of one byte, and needs eight bytes in memory
+  {  // each value needs one byte in the file, as a difference, and eight bytes in memory
     constexpr std::uint64_t kValues = std::uint64_t{60} << 20;
     ByteWriter head;
     head.put_varint(1);
@@ -185,7 +187,7 @@ inline std::vector<AskingFile> asking_files() {
     files.push_back({"differences of extras",
                      asking_mesh({4, {ChunkKind::extra, packed_zeros(head.bytes, kValues)}})});
   }
-  {  // each extra has no name, values or shape, and needs five bytes
+  {  // each extra needs five bytes in the file; its name, values and shape are empty
     ByteWriter blob, payload;
     blob.put_varint(kMostExtras);
     for (std::size_t i = 0; i < kMostExtras; ++i) {
@@ -251,15 +253,16 @@ inline std::vector<AskingFile> asking_files() {
   return files;
 }
 
-/// Returns files that take long to create: sheets with more active vertices than the limit, or
-/// nearly that number, and steps with many components.
-inline std::vector<AskingFile> asking_sheets() {
+/// Returns functions that create larger files, by name: sheets with more active vertices than the
+/// limit, or nearly that number, and steps with many components. Each function needs several
+/// seconds.
+inline std::vector<std::pair<std::string, std::function<Bytes()>>> asking_sheets() {
   using enum ConnectivityCodec;
-  return {{"sheet in paper", asking_sheet(480, paper)},
-          {"larger sheet in mixed", asking_sheet(560, mixed)},
-          {"sheet in patterns", asking_sheet(1000, patterns)},
-          {"larger sheet in patterns", asking_sheet(1100, patterns)},
-          {"stepped components of a sheet", asking_sheet(240, rows, 256)}};
+  return {{"sheet in paper", [] { return asking_sheet(480, paper); }},
+          {"larger sheet in mixed", [] { return asking_sheet(560, mixed); }},
+          {"sheet in patterns", [] { return asking_sheet(1000, patterns); }},
+          {"larger sheet in patterns", [] { return asking_sheet(1100, patterns); }},
+          {"stepped components of a sheet", [] { return asking_sheet(240, rows, 256); }}};
 }
 
 }  // namespace shm

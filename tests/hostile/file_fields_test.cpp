@@ -1,6 +1,6 @@
-// Tests wrong values in every field of a file, with correct checksums. The field walks of
-// file_fields.h, which the mutators of the fuzz targets use, cover every byte of every section.
-// Whatever value replaces a field, no reader reports a wrong checksum.
+// Tests wrong values in every field of a file, with correct checksums. FieldWalk (file_fields.h),
+// which the mutators of the fuzz targets also use, finds the fields of every section, and together
+// they cover every byte. Whatever value replaces a field, no reader reports a wrong checksum.
 #include "support/file_fields.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,8 @@ std::size_t bytes_of_all(const std::vector<Bytes>& streams) {
   for (const Bytes& stream : streams) sum += stream.size();
   return sum;
 }
-/// Returns the number of coded bytes after the fields of a payload; 0 if the chunk is an extra.
+/// Returns the number of coded bytes that follow the fields of a payload. Returns 0 for the chunk
+/// of an extra.
 std::size_t coded_bytes(const Chunk& chunk) {
   constexpr std::size_t kChecksum = 4;
   if (chunk.is(ChunkKind::group))
@@ -78,7 +79,8 @@ TEST(FileFields, LeaveNoByteOut) {
   }
 }
 
-// If a field is replaced by its own value, the file does not change, except for packed data.
+// Replacing a field by its current value does not change the file, except that packed data may be
+// packed differently.
 TEST(FileFields, PutBackAreTheSame) {
   for (const FeatureFile& file : files()) {
     const std::string text = text_of(decode_in_pieces(file.bytes));
@@ -99,7 +101,7 @@ TEST(FileFields, PutBackAreTheSame) {
   }
 }
 
-/// Reads everything, front to back and by the index; returns all messages.
+/// Reads all data of a file, first front to back and then by the index. Returns all error messages.
 std::vector<std::string> read_all(const Bytes& bytes) {
   ReadLimits limits;
   limits.max_active_vertices = limits.max_chunk_bytes = limits.max_group_bytes = 1 << 22;
@@ -122,7 +124,7 @@ std::vector<std::string> read_all(const Bytes& bytes) {
   return said;
 }
 
-/// Returns files that together have all fields, with both versions of chunks.
+/// Returns files that together contain every kind of field, in both versions of the chunks.
 std::vector<FeatureFile> some_files() {
   std::vector<FeatureFile> some;
   for (const char* name :
@@ -145,8 +147,8 @@ TEST(FileFields, LieBehindRightChecksums) {
           const auto [kind, version] =
               is_chunk ? std::pair(whole.chunks[c].header.kind, whole.chunks[c].header.version)
                        : std::pair<std::uint8_t, std::uint8_t>();
-          // Each field is changed in another way; the first field of each kind is changed in many
-          // ways.
+          // The first field of each kind is replaced by many values; each further field is replaced
+          // by another value.
           const bool is_new = met.insert({kind, version, field.name}).second;
           for (std::uint64_t n = is_new ? 64 / every(8) : 1; n > 0; --n) {
             const Bytes other = changed(section, field, way++);

@@ -1,6 +1,6 @@
-// The feature files, and functions that damage them. Reading a damaged file must either fail with
-// an error code that fits the damage, or return exactly the original contents. It must never return
-// other contents, crash, or use excessive memory.
+// Functions that damage the feature files. Reading a damaged file must either fail with an error
+// code that fits the damage, or return exactly the original contents. It must never return other
+// contents, crash, or use excessive memory.
 #pragma once
 
 #include <functional>
@@ -32,7 +32,8 @@ inline std::string text_of(const Result<Decoded>& decoded) {
   return decoded ? ItemText::of(*decoded) : decoded.error().message();
 }
 
-/// Returns the code of the error that decoding ends with; success fails the test.
+/// Decodes the bytes, and returns the code of the resulting error. The test fails if decoding
+/// succeeds.
 inline ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
   const auto decoded = decode_in_pieces(bytes, 0, limits);
   EXPECT_FALSE(decoded) << "accepted:\n" << text_of(decoded);
@@ -41,7 +42,7 @@ inline ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& lim
   return decoded.error().code;
 }
 
-/// Returns a file that consists of a file start and chunks with these payloads.
+/// Returns a file that consists of a file start and of chunks with the given payloads.
 inline Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
   FileParts parts;
   for (const auto& [kind, payload] : chunks) {
@@ -54,7 +55,7 @@ inline Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
   return put_together(parts);
 }
 
-/// Returns the number of the group that begins the second segment.
+/// Returns the index of the first group of the second segment, counted from 0 over all groups.
 inline std::size_t second_segment(const FileParts& parts) {
   std::size_t nth = 0;
   for (const Chunk& chunk : parts.chunks) {
@@ -65,8 +66,8 @@ inline std::size_t second_segment(const FileParts& parts) {
   return nth;
 }
 
-/// Returns the file "shifts", or a similar file, with the first group of the second segment
-/// changed.
+/// Returns the file "shifts", or the file `name`, after `change` has changed the first group of the
+/// second segment.
 inline Bytes shifts_with(const std::function<void(GroupParts&)>& change,
                          const char* name = "shifts") {
   FileParts parts = take_apart(file(name));

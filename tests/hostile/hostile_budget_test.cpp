@@ -1,5 +1,5 @@
-// Tests that small files that ask for much memory receive little, however they are read, and that
-// valid files receive all the memory that they need.
+// Tests memory limits: a small file that asks for much memory receives little, whichever reader is
+// used, and a valid file receives all the memory that it needs.
 #include <string>
 
 #include "hostile/asking_files.h"
@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kMostFile = 200000;
 constexpr std::size_t kMostMemory = std::size_t{300} << 20;
 
-/// Reads everything that a Reader delivers before an error.
+/// Reads all items that a Reader returns before an error or the end of the file.
 void read_all(std::span<const std::byte> bytes) {
   MemorySource source(bytes);
   auto reader = Reader::open(source);
@@ -51,7 +51,7 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
     ASSERT_LT(file.bytes.size(), kMostFile);
     EXPECT_LE(memory_of([&] { read_all(file.bytes); }), kMostMemory);
     if (file.name.starts_with("components"))
-      continue;  // the other readers decode this file in the same way
+      continue;  // The other readers decode this file in the same way as the Reader.
     EXPECT_LE(memory_of([&] {
                 MemorySource source(file.bytes);
                 (void)read_mesh(source);
@@ -67,7 +67,7 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
   }
 }
 
-/// Returns the error message for the asking file with this name.
+/// Returns the error message that reading the asking file with this name causes.
 std::string complaint(const std::string& name, const ReadLimits& limits = {}) {
   for (const AskingFile& file : asking())
     if (file.name == name) {
@@ -88,8 +88,8 @@ TEST(Budget, WhatIsRefusedIsNamed) {
   says("empty extras", "takes more than the limit of ");
 }
 
-// A caller can raise the limit. With a limit of 0, a reader may still use the memory that is
-// proportional to the size of the file.
+// A caller can raise the limit. Even with a limit of 0, a reader may use an amount of memory that
+// is proportional to the size of the file.
 TEST(Budget, IsTheCallers) {
   const auto of = [](std::size_t count, std::uint64_t most) {
     ByteWriter head;
@@ -115,8 +115,8 @@ TEST(Budget, IsTheCallers) {
   EXPECT_FALSE(of(1, kMega / 2));
 }
 
-// The extras contain ascending numbers, as sets of all cells of a large mesh do. They need few
-// bytes in the file and many in memory.
+// The extras contain ascending numbers, such as a set of all cells of a large mesh. Such extras
+// need few bytes in the file and much memory.
 TEST(Budget, HasRoomForWhatAWriterWrites) {
   constexpr std::uint64_t kValues = 3000000, kExtras = 5;
   Extra extra;
@@ -143,8 +143,8 @@ TEST(Budget, HasRoomForWhatAWriterWrites) {
   EXPECT_EQ(summary->extras.size(), kExtras);
 }
 
-// The blobs contain zeros, which zstd packs very tightly. A blob that would exceed its bound is
-// packed in another way.
+// The blobs contain zeros, which zstd compresses very strongly. If the ratio would exceed the limit
+// for a blob, the writer packs the blob in another way.
 TEST(Budget, BlobsOfZerosStayWithinTheirBound) {
   for (const Packing packing : {Packing::plain, Packing::with_dictionary, Packing::bounded})
     for (const std::size_t size : {std::size_t{100}, std::size_t{1} << 20, std::size_t{40} << 20}) {
@@ -159,7 +159,8 @@ TEST(Budget, BlobsOfZerosStayWithinTheirBound) {
     }
 }
 
-/// Returns the decoded text with a low limit for columns, so that all of them save memory.
+/// Decodes the file with a limit of `most` bytes for columns, so that columns must save memory.
+/// Returns the decoded contents as text.
 std::string sparingly(std::span<const std::byte> bytes, std::uint64_t most) {
   ReadLimits limits;
   limits.max_column_bytes = most;
@@ -171,15 +172,15 @@ TEST(Budget, SparingColumnsGiveTheSame) {
     SCOPED_TRACE(file.name);
     if (file.name == "archive") continue;
     const std::string usual = text_of(decode_in_pieces(file.bytes));
-    // With a limit of 0, each column tries to save memory. The memory that is proportional to the
-    // size of the file is sufficient.
+    // Even with a limit of 0, columns may use memory proportional to the size of the file. This
+    // memory is sufficient if each column saves memory.
     EXPECT_TRUE(sparingly(file.bytes, 0) == usual);
     EXPECT_TRUE(sparingly(file.bytes, 4000) == usual);
   }
 }
 
-/// The mesh consists of two sheets with arrays of few different values. Components are equal except
-/// for some values, which differ from the beginning or later.
+/// The mesh consists of two sheets with arrays of few different values. All components are equal,
+/// except for single values in some of the tests. These values occur either early or late.
 TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
   constexpr std::uint32_t kSide = 70, kComponents = 8;
   for (const Location location : {Location::point, Location::cell})
@@ -203,14 +204,15 @@ TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
       ASSERT_TRUE(write_mesh(mesh, sink, options));
       const std::string usual = text_of(decode_in_pieces(sink.bytes));
       ASSERT_NE(usual.find("array"), std::string::npos);
-      // The small limit is a third of the total: enough for the coordinates and some columns. The
-      // large limit is enough for all columns if they differ.
+      // The small limit, a third of the total, is enough for the coordinates and some columns. The
+      // large limit is enough for all columns even if all of them differ.
       const std::string sparing = sparingly(sink.bytes, every == 7 ? 1 << 24 : 1200000);
       EXPECT_TRUE(sparing == usual) << sparing.substr(0, 300);
     }
 }
 
-// Columns that differ and exceed the memory for the file are refused.
+// Columns with different values need more memory. The file is refused if they need more than a file
+// of its size may use.
 TEST(Budget, ColumnsTakeNoMoreThanIsAllowed) {
   const auto bytes = asking_columns(66, Location::point, 256);
   ReadLimits limits;
@@ -235,8 +237,8 @@ TEST(Budget, ColumnsTakeNoMoreThanIsAllowed) {
   EXPECT_EQ(refused.error().code, ErrorCode::over_limit) << refused.error().message();
 }
 
-// A small file may have many active vertices with every codec; a reader that knows the file size
-// bases its limit on the whole file.
+// Even a small file may have many active vertices, whichever codec it uses. If a reader knows the
+// file size, it computes the limit from the size of the whole file.
 TEST(Limits, OfActiveVertices) {
   for (const ConnectivityCodec codec : codecs_for(grid(1, 1, 1).schema)) {
     SCOPED_TRACE(std::string(codec_name(codec)));
@@ -253,7 +255,8 @@ TEST(Limits, OfActiveVertices) {
   }
 }
 
-// The columns of time steps observe their memory limit, too, front to back and by the index.
+// The limit for columns also applies to the columns of time steps, whether the file is read front
+// to back or by the index.
 TEST(Limits, OfWhatColumnsOfStepsKeep) {
   const Bytes bytes = asking_sheet(60, ConnectivityCodec::rows, 16);
   for (const bool fits : {false, true}) {

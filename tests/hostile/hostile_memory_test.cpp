@@ -1,4 +1,5 @@
-// Damaged and inconsistent files do not use excessive memory, nor do meshes with many components.
+// Tests that damaged and inconsistent files, and meshes with many components, do not need excessive
+// memory.
 #include <array>
 #include <string>
 
@@ -28,7 +29,7 @@ TEST(Hostile, BytesBehindTheEndAreNotKept) {
 
 TEST(Hostile, StatedSizesAllocateNothing) {
   constexpr std::size_t kSmall = 1 << 20;
-  // The header states a payload of four gigabytes, all of which is missing.
+  // The header declares a payload of four gigabytes, but the file ends after the header.
   FileParts parts = take_apart(file("keep"));
   ByteWriter start;
   container::put(start, parts.start);
@@ -41,12 +42,12 @@ TEST(Hostile, StatedSizesAllocateNothing) {
   EXPECT_EQ(code_of(start.bytes), ErrorCode::over_limit);
   ReadLimits limits;
   limits.max_chunk_bytes = std::uint64_t{1} << 40;
-  // A 32-bit size cannot represent this length, whatever limit the caller sets.
+  // This payload length does not fit into a 32-bit size, so it is refused with every limit.
   EXPECT_EQ(code_of(start.bytes, limits),
             sizeof(std::size_t) < 8 ? ErrorCode::over_limit : ErrorCode::truncated);
   EXPECT_LE(largest_allocation, kSmall);
 
-  // A schema claims to unpack to a gigabyte, with both packing methods.
+  // The schema declares an unpacked size of one gigabyte, with each of the two packing methods.
   for (const std::uint8_t method : {std::uint8_t{0}, std::uint8_t{1}}) {
     ByteWriter payload;
     payload.put_u16(container::kMajor);
@@ -60,7 +61,7 @@ TEST(Hostile, StatedSizesAllocateNothing) {
     EXPECT_LE(largest_allocation, kSmall);
   }
 
-  // A group claims to have 2^20 cells and a gigabyte of decoded data.
+  // The group header declares 2^20 cells and one gigabyte of decoded data.
   parts = take_apart(file("keep"));
   auto group = take_group_apart(parts.chunks[1].payload);
   ASSERT_TRUE(group);
@@ -74,7 +75,7 @@ TEST(Hostile, StatedSizesAllocateNothing) {
 }
 
 TEST(Hostile, LimitsOfTheSchemaComeBeforeItsMemory) {
-  // A million blocks and a million arrays without names pack to almost nothing.
+  // After packing, a million unnamed blocks and a million unnamed arrays need almost no bytes.
   for (const bool arrays : {false, true}) {
     Schema schema;
     if (arrays)
@@ -90,7 +91,7 @@ TEST(Hostile, LimitsOfTheSchemaComeBeforeItsMemory) {
   }
 }
 
-/// Adds point arrays with this number of components to a mesh.
+/// Adds `arrays` point arrays with `components` components each to a mesh.
 TestMesh with_components(TestMesh mesh, std::uint32_t arrays, std::uint32_t components,
                          ScalarType type) {
   for (std::uint32_t a = 0; a < arrays; ++a)
@@ -100,12 +101,12 @@ TestMesh with_components(TestMesh mesh, std::uint32_t arrays, std::uint32_t comp
 }
 struct Components {
   std::uint32_t arrays, components;
-  bool any_tables;  // true if columns of some arrays have tables
+  bool any_tables;  // true if there are arrays whose columns have tables
 };
 constexpr std::array<Components, 4> kManyComponents = {
     {{1, 4096, false}, {4096, 1, true}, {256, 16, true}, {64, 64, false}}};
 
-// A component needs a few kilobytes, and only few components have tables.
+// A component without tables needs only a few kilobytes of memory, and few components have tables.
 TEST(Hostile, ManyComponentsTakeLittleMemory) {
   constexpr std::size_t kPerComponent = 12 << 10, kTables = 32 << 20;
   for (const Components& many : kManyComponents)
@@ -127,7 +128,7 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
       Bytes& payload = parts.find(ChunkKind::group)->payload;
       const auto group = take_group_apart(payload);
       ASSERT_TRUE(group);
-      // Missing streams are read as zeros, so that the file has few bytes for each array.
+      // A missing stream is read as zeros, so the file needs only a few bytes per array.
       auto empty = *group;
       const auto first_array = static_cast<std::ptrdiff_t>(
           std::find_if(
@@ -140,7 +141,7 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
       payload = put_group_together(empty);
       EXPECT_LE(memory_of([&] { (void)decode_in_pieces(put_together(parts)); }), most);
 
-      // Mixed columns are used for arrays for which they are not allowed.
+      // The group uses the codec mixed_columns for an array for which this codec is not allowed.
       auto mixed = *group;
       mixed.header.streams.back().codec = container::Codec::mixed_columns;
       payload = put_group_together(mixed);
@@ -149,7 +150,8 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
     }
 }
 
-// Shifts keep previous values of a few components only; the other components only use zstd.
+// In groups of shifts, only a few components keep their previous values in memory; the other
+// components are coded with zstd only.
 TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
   constexpr std::size_t kPerComponent = 4 << 10, kRings = 34 << 20;
   for (const Components& many : kManyComponents) {
@@ -166,7 +168,7 @@ TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
     const std::size_t most = kRings + 4096 * kPerComponent;
     EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), most);
 
-    // Differences are used for arrays for which they are not allowed.
+    // The group uses the codec for differences for an array for which this codec is not allowed.
     FileParts parts = take_apart(sink.bytes);
     Bytes& payload = parts.find(ChunkKind::group)->payload;
     auto group = take_group_apart(payload);
@@ -179,7 +181,7 @@ TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
   }
 }
 
-// A file with one segment per cell needs no more memory than a single segment.
+// A file with one segment per cell needs no more memory than a file with a single segment.
 TEST(Hostile, ManySegmentsOfShiftsTakeLittleMemory) {
   MemorySink sink;
   WriteOptions options;
@@ -190,7 +192,7 @@ TEST(Hostile, ManySegmentsOfShiftsTakeLittleMemory) {
 }
 
 TEST(Hostile, StatedSizesOfShiftsAllocateNothing) {
-  // The streams state a gigabyte of shifts or values, all of which is missing.
+  // The streams declare one gigabyte of shifts or values, but end after the declaration.
   for (const std::size_t stream : {0u, 1u, 2u, 3u}) {
     const Bytes bytes = shifts_with([&](GroupParts& group) {
       group.header.decoded_bytes = std::uint64_t{1} << 30;
@@ -228,8 +230,8 @@ TEST(Hostile, QuantizedComponentsShareTheirSchema) {
   EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(bytes)); }), std::size_t{64} << 20);
 }
 
-// While it tries codecs, a Writer keeps several copies of each component, and tables of few
-// components: 1.3 MB of values in 4096 components do not need gigabytes.
+// While a Writer tries codecs, it keeps several copies of each component, but tables of only a few
+// components. Writing 1.3 MB of values in 4096 components therefore does not need gigabytes.
 TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
   for (std::size_t i = 0; i < kManyComponents.size(); i += every(2)) {
     const Components& many = kManyComponents[i];
@@ -244,8 +246,8 @@ TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
   }
 }
 
-// The memory of columns over shifts is bounded by the number of positions, which is bounded by the
-// number of cells.
+// The memory of columns in groups of shifts is proportional to the number of ring positions, which
+// is limited by the number of cells.
 TEST(Hostile, ColumnsOverShiftsTakeLittleMemory) {
   const Bytes bytes = written(with_components(bent_grid(2, 2, 2), 1, 28, ScalarType::float32),
                               65536, ConnectivityCodec::shifts);

@@ -1,4 +1,4 @@
-// Tests of groups whose cells are patterns, with inconsistent data and correct checksums.
+// Tests of inconsistent data with correct checksums in groups whose cells are coded as patterns.
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,7 +15,8 @@ namespace {
 
 using Numbers = std::vector<std::uint32_t>;
 
-/// Contents of the connectivity stream of a group of patterns with one block, with planes unpacked.
+/// The parsed connectivity stream of a group coded as patterns. The group has one block. Planes are
+/// unpacked.
 struct PatternWords {
   std::uint8_t history_bits = 0;
   std::vector<std::uint64_t>
@@ -65,7 +66,7 @@ Bytes bytes_of(const PatternWords& it) {
   return std::move(out.bytes);
 }
 
-/// Returns the file with the first group of the second segment changed.
+/// Returns the file after `change` has changed the first group of its second segment.
 Bytes with_words(const char* name, const std::function<void(PatternWords&)>& lie) {
   return shifts_with(
       [&](GroupParts& group) {
@@ -76,7 +77,8 @@ Bytes with_words(const char* name, const std::function<void(PatternWords&)>& lie
       name);
 }
 
-/// Returns the source or the position of a node in a pattern.
+/// Returns a reference to one of the two bytes that describe a node of a pattern: its source if
+/// `which` is 0, its position if `which` is 1.
 std::byte& op(PatternWords& words, std::size_t pattern, std::size_t node, std::size_t which) {
   return words.ops[(2 * node + which) * static_cast<std::size_t>(words.patterns) + pattern];
 }
@@ -85,8 +87,8 @@ void set_op(PatternWords& words, std::size_t node, std::uint32_t source, std::ui
   op(words, words.places[0], node, 1) = static_cast<std::byte>(place);
 }
 
-// Each vertex must be introduced once, be live when it is used, and be imported if an earlier
-// segment has it.
+// The reader must refuse a group in which a vertex is introduced twice, is used while it is not
+// live, or is not imported although an earlier segment contains it.
 void expect_patterns_refuse_lies(const char* name) {
   using namespace pattern_source;
   SCOPED_TRACE(name);
@@ -131,13 +133,13 @@ void expect_patterns_refuse_lies(const char* name) {
 TEST(Hostile, LyingPatterns) { expect_patterns_refuse_lies("patterns"); }
 TEST(Hostile, LyingPatternsOfOrderStream) { expect_patterns_refuse_lies("patterns_stream"); }
 
-/// Returns the file with the values of a stream in terms changed.
+/// Returns the file "patterns" after `lie` has changed a stream of values, which is coded as terms.
 Bytes with_values(const std::function<void(Bytes&)>& lie) {
   return shifts_with([&](GroupParts& group) { lie(group.streams[1]); }, "patterns");
 }
 
 TEST(Hostile, LyingTerms) {
-  // The stream contains a count, then the head, exponent and width of each component.
+  // The stream contains the number of values, then the head, exponent and width of each component.
   const std::vector<std::function<void(Bytes&)>> lies = {
       [](Bytes& b) { b[0] = std::byte{0}; },
       [](Bytes& b) { b[0] = b[0] ^ std::byte{1}; },  // another number of values
@@ -155,8 +157,8 @@ TEST(Hostile, LyingTerms) {
     EXPECT_EQ(code_of(with_values(lies[i])), ErrorCode::corrupt) << "lie " << i;
 }
 
-// The first files state a megabyte of patterns or numbers, all of which is missing. Another file
-// represents much data in few bytes.
+// The first files declare a megabyte of patterns or numbers that the file does not contain. The
+// last file represents much data in few bytes.
 TEST(Hostile, PatternsTakeMemoryAsTheyAreStated) {
   for (const auto& lie : std::vector<std::function<void(PatternWords&)>>{
            [](PatternWords& w) { w.distances.assign(1 << 22, 1); },

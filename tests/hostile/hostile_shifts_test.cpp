@@ -1,4 +1,4 @@
-// Tests of groups whose cells are shifts, with inconsistent data and correct checksums.
+// Tests of inconsistent data with correct checksums in groups whose cells are coded as shifts.
 #include <limits>
 #include <string>
 #include <unordered_set>
@@ -14,7 +14,7 @@
 namespace shm {
 namespace {
 
-/// Connectivity stream of a group of shifts, before it is packed with zstd.
+/// The connectivity stream of a group coded as shifts, before it is packed with zstd.
 struct ShiftWords {
   Bytes words, symbols;
 };
@@ -38,8 +38,8 @@ Bytes bytes_of(const ShiftWords& parts, std::uint8_t ring_bits = 0) {
   return std::move(out.bytes);
 }
 
-// Every vertex must be introduced once, be live when it is used, and be imported if an earlier
-// segment has it.
+// The reader must refuse a group in which a vertex is introduced twice, is used while it is not
+// live, or is not imported although an earlier segment contains it.
 void expect_shifts_refuse_lies(const char* name) {
   SCOPED_TRACE(name);
   EXPECT_EQ(text_of(decode_in_pieces(shifts_with([](GroupParts&) {}, name))),
@@ -73,7 +73,7 @@ void expect_shifts_refuse_lies(const char* name) {
       [](Shift& s) { s[kBirths] = s[kImports] = 0; },  // no vertex is introduced
       [](Shift& s) {
         s[kImports] &= s[kImports] - 1;
-      },  // a vertex that this segment introduces although an earlier segment has it
+      },  // not imported although an earlier segment contains the vertex
       [](Shift& s) { s[kImports] = 0; },      // all of them
       [](Shift& s) { s[kImports] = 0xff; },   // imported although this segment introduced it
       [](Shift& s) { s[kLastUse] = 0xff; },   // used later
@@ -108,8 +108,8 @@ void expect_shifts_refuse_lies(const char* name) {
 TEST(Hostile, LyingShifts) { expect_shifts_refuse_lies("shifts"); }
 TEST(Hostile, LyingShiftsOfOrderStream) { expect_shifts_refuse_lies("shifts_stream"); }
 
-// If vertices are numbered in the order in which they are introduced, each gets the next number and
-// no other.
+// If vertices are numbered in the order in which they are introduced, each new vertex must get
+// exactly the next number.
 TEST(Hostile, ShiftsThatLeaveNumbersOut) {
   TestMesh mesh = with_order(grid(1, 1, 1), Order::stream, false, 0);
   const Bytes valid = written(mesh, 65536, ConnectivityCodec::shifts, Level::fast);
@@ -166,7 +166,8 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
               group.header.streams[1].codec = container::Codec::shifts;
             }),
             ErrorCode::unsupported);
-  // Vertex numbers are also refused in the first segment, which has no imports, and in order keep.
+  // A stream of vertex numbers is refused in the first segment, which has no imports, and in order
+  // keep.
   for (const char* name : {"shifts_stream", "shifts"}) {
     FileParts parts = take_apart(file(name));
     for (const std::size_t nth : {0u, 2u}) {
@@ -186,7 +187,7 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
   }
 }
 
-/// Returns the file "shifts_columns" with another ring size in its nth group.
+/// Returns the file "shifts_columns" with ring size 2^ring_bits in its group with index `nth`.
 Bytes with_ring(std::size_t nth, int ring_bits) {
   FileParts parts = take_apart(file("shifts_columns"));
   Chunk* chunk = parts.find(ChunkKind::group, nth);
@@ -213,7 +214,8 @@ TEST(Hostile, RingsOfShiftsAreNoLargerThanTheirGroups) {
     }
     // Values are in columns that need neighbourhoods.
     EXPECT_EQ(code_of(with_ring(nth, 0)), ErrorCode::unsupported);
-    // A smaller ring is valid; the result differs or is inconsistent.
+    // A smaller ring is valid, but decoding with it returns other values or reports inconsistent
+    // data.
     for (int bits = 1; bits < ring; ++bits) (void)decode_in_pieces(with_ring(nth, bits));
   }
 }
@@ -248,7 +250,7 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
         is = is == codec ? static_cast<container::Codec>(98) : codec;
       });
   }
-  // A segment contains groups of shifts after groups of another codec, or the other way round.
+  // In one segment, a group of another codec follows a group of shifts, or precedes it.
   for (const auto codec : {container::Codec::predictive, container::Codec::paper}) {
     FileParts parts = take_apart(file("shifts"));
     for (const std::size_t nth : {0u, 1u}) {
@@ -288,8 +290,8 @@ TEST(Hostile, ShiftsOfAnotherSchema) {
             ErrorCode::corrupt);
 }
 
-// Such shifts are not decoded for appended steps either. A program that appends steps reads only
-// the groups; it reports the same error as a reader.
+// A program that appends steps decodes the groups again. It must refuse shifts that the schema does
+// not allow, with the same error as a reader.
 TEST(Hostile, ShiftsOfAnotherSchemaAreNotDecodedAgain) {
   const auto appends_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);
@@ -318,7 +320,7 @@ TEST(Hostile, ShiftsOfAnotherSchemaAreNotDecodedAgain) {
   EXPECT_FALSE(appends_with([](Schema& s) { s.arrays[0].components = 33; }));
 }
 
-// Without any block, there cannot be a cell, whatever the group stores.
+// If the schema declares no blocks, a group cannot contain cells, whatever its header states.
 TEST(Hostile, ShiftsWithoutAnyBlock) {
   Schema schema;
   schema.coordinate_type = ScalarType::float32;

@@ -1,5 +1,6 @@
-// Tests of damaged and inconsistent files. Each must lead to an error with a fitting code or decode
-// to exactly the original contents; never to other contents, a crash, or excessive memory.
+// Tests of damaged and inconsistent files. Reading such a file must either return an error with a
+// fitting code, or return exactly the original contents. It must never return other contents,
+// crash, or use excessive memory.
 #include <functional>
 #include <limits>
 #include <string>
@@ -30,8 +31,8 @@ TEST(Hostile, WholeFilesAreReadInPiecesOfAnySize) {
   }
 }
 
-/// Returns true if the file is truncated and changed at every position. The other files are tested
-/// only at some positions, to save time.
+/// Returns true if the test truncates and changes the file at every position. To save time, other
+/// files are tested only at some positions.
 bool is_thorough(const FeatureFile& feature) {
   return feature.name == "one_hexahedron" || feature.name == "stream_turned" ||
          feature.name == "arrays_on_some_blocks" || feature.name == "steps_and_extras" ||
@@ -39,8 +40,8 @@ bool is_thorough(const FeatureFile& feature) {
          feature.name == "patterns_special_values" || feature.name == "patterns_steps";
 }
 
-/// Returns the distance in bytes between damaged positions. It is larger for a file that unpacks to
-/// much data.
+/// Returns the distance in bytes between the positions at which the test damages a file. The
+/// distance is larger for a file that unpacks to much data.
 std::size_t stride_of(const FeatureFile& feature, std::size_t usual) {
   const std::size_t stride = is_thorough(feature) ? 1 : feature.name == "large_extras" ? 97 : usual;
   return stride * every(7);
@@ -112,7 +113,7 @@ TEST(Hostile, NoShmFileAtAll) {
   Bytes bytes = file("keep");
   bytes[0] = std::byte{0x88};
   EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);
-  // A transfer as text changes CR LF to LF.
+  // A file transfer in text mode changes CR LF to LF.
   bytes = file("keep");
   bytes.erase(bytes.begin() + 4);
   EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);
@@ -127,7 +128,7 @@ TEST(Hostile, NewerVersionsAndFeaturesAreNamed) {
     change(parts.start);
     EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
   }
-  // The start of the file has no checksum; the schema chunk repeats it.
+  // The file start has no checksum. Instead, the schema chunk contains a copy of its fields.
   FileParts parts = take_apart(file("keep"));
   parts.chunks[0].payload[4] = std::byte{1};
   EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt);
@@ -155,7 +156,7 @@ TEST(Hostile, UnknownChunksAreSkippedOrRefused) {
     parts.chunks[at].header.flags = 0;
     EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
   }
-  // A later version of a known kind of chunk is unknown, too.
+  // A known kind of chunk with a later version counts as unknown, too.
   FileParts parts = take_apart(file("groups"));
   parts.chunks[1].header.version = 2;
   EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
@@ -192,15 +193,16 @@ TEST(Hostile, ChunksMissingRepeatedOrSwapped) {
         parts.chunks.erase(parts.chunks.begin() + place);
         const ErrorCode missing = code_of(put_together(parts, numbering));
         EXPECT_TRUE(missing == ErrorCode::corrupt || missing == ErrorCode::truncated) << at;
-        // The schema may be stored twice, but the index counts every chunk; data after the index is
-        // ignored.
+        // A file may store the schema twice, but the index contains the number of chunks, so an
+        // additional copy is an error. Data after the index is ignored.
         parts = whole;
         parts.chunks.insert(parts.chunks.begin() + place, whole.chunks[at]);
         EXPECT_EQ(code_of(put_together(parts, numbering)), ErrorCode::corrupt) << at;
         if (at == 0) continue;
         parts = whole;
         std::swap(parts.chunks[at], parts.chunks[at - 1]);
-        // Only extras, times and steps may be numbered in another order.
+        // Two neighbouring chunks may be exchanged and renumbered only if both are extras, times or
+        // step values.
         const auto movable = [](const Chunk& chunk) {
           return chunk.is(ChunkKind::extra) || chunk.is(ChunkKind::step_times) ||
                  chunk.is(ChunkKind::step_values);
@@ -306,8 +308,8 @@ TEST(Hostile, LyingSchema) {
         s.arrays.assign(3, array_of("a", Location::point, ScalarType::int8, 65535));
       },
       ErrorCode::over_limit);
-  // Tries every truncation, and additional data: an invalid byte for the step references, or more
-  // than one byte.
+  // Tests the schema truncated at every position, and with additional data at its end: an invalid
+  // byte for the step references, or more than one byte.
   Schema schema = mixed_cells().schema;
   schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
   ByteWriter blob;
@@ -377,7 +379,8 @@ TEST(Hostile, LyingGroupHeader) {
     refused(name, [](Header& h) { h.streams.back().checksum ^= 1; });
     refused(name, [](Header& h) { h.streams.pop_back(); });
     refused(name, [](Header& h) { h.streams.push_back(h.streams.back()); });
-    // If connectivity does not use shifts, the codec of these values is unknown.
+    // Exchanges the kinds and codecs of the first two streams. The codec of values over shifts is
+    // unknown unless the connectivity uses shifts.
     refused(
         name,
         [](Header& h) {
@@ -399,14 +402,15 @@ TEST(Hostile, LyingGroupHeader) {
         ErrorCode::unsupported);
   }
   nth = 0;
-  refused("keep", [](Header& h) {  // there is no earlier segment to import from
+  refused("keep", [](Header& h) {  // the first segment cannot import vertices
     h.streams.back().kind = container::StreamKind::imports;
   });
   refused("unmarked", [](Header& h) { h.unused_vertices += 1; });
   refused("unmarked", [](Header& h) { h.unused_vertices -= 1; });
 }
 
-// The mesh data that steps need is derived from the groups again, without the checks of a Reader.
+// To decode step values, StepTopology derives the mesh data from the groups again, without the
+// checks of a Reader.
 TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
   for (const char* name :
        {"keep", "groups", "mixed_cells", "segments", "shifts", "shifts_stream"}) {
@@ -414,7 +418,7 @@ TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
     const auto decoded = decode_in_pieces(file(name));
     ASSERT_TRUE(decoded);
     const bool shifts = std::string(name).starts_with("shifts");
-    // Neighbourhoods over shifts exist only if the group has a ring.
+    // In groups of shifts, neighbourhoods exist only if the group has a ring.
     const ElementNeeds wants{!shifts, !shifts, true, true};
     const auto replayed = [&](const std::function<void(container::GroupHeader&)>& lie) {
       StepTopology replay(decoded->schema, std::uint64_t{1} << 30, wants);
@@ -440,8 +444,8 @@ TEST(Hostile, ImportsOfVerticesThatAreNotThere) {
   for (const char* name : {"segments", "segments_stream"})
     for (const auto kind :
          {container::StreamKind::imports, container::StreamKind::vertex_numbers}) {
-      // A missing stream is read as zeros: all vertices are imported, or the same vertex is
-      // imported again and again.
+      // A missing stream is read as zeros. All vertices are then imported, or the same vertex is
+      // imported repeatedly.
       FileParts parts = take_apart(file(name));
       Chunk* chunk = parts.find(ChunkKind::group, 2);
       auto group = take_group_apart(chunk->payload);
@@ -458,7 +462,8 @@ TEST(Hostile, ImportsOfVerticesThatAreNotThere) {
 }
 
 TEST(Hostile, EndlessUnusedVertices) {
-  // Vertices with zero coordinates need no stream: the stated number must still fit the limits.
+  // Vertices whose coordinates are all zero need no stream, but their declared number must still be
+  // within the limits.
   FileParts parts = take_apart(file("no_cells"));
   container::GroupHeader header;
   header.vertices = header.unused_vertices = std::uint64_t{1} << 40;
@@ -588,8 +593,8 @@ TEST(Hostile, LyingExtra) {
   refused(long_shape);
 }
 
-// Damage inside the bitstreams, with correct checksums: the content is arbitrary, but a caller must
-// be able to use every decoded value without checks.
+// Damages bytes inside the bitstreams and corrects the checksums. The decoded contents are
+// arbitrary, but a caller must be able to use every decoded value without checks.
 TEST(Hostile, DamagedBitstreams) {
   PlainRandom random(7);
   ReadLimits limits;
@@ -617,7 +622,7 @@ TEST(Hostile, DamagedBitstreams) {
       ASSERT_TRUE(decoder.feed(put_together(parts)));
       decoder.end_of_input();
       std::unordered_set<std::uint64_t>
-          alive;  // order stream guarantees that corners are in this set
+          alive;  // live vertices; in order stream, every corner must be one of them
       for (auto progress = decoder.advance();
            progress && *progress == Decoder::Progress::item_ready; progress = decoder.advance()) {
         const Item item = decoder.take();

@@ -1,7 +1,7 @@
 // Files designed to be expensive to read, and an ordinary file to compare them with. This program
-// only checks that they are read without an error. After each call of counted_run(), it prints a
-// line: "counted", the name of the file, "by item" or "by index", and the number of bytes read and
-// delivered. hostile_work_test.py counts the instructions of these calls.
+// only checks that the files are read without an error. After each call of counted_run(), the
+// program prints a line: "counted", the name of the file, "by item" or "by index", and the number
+// of bytes read and delivered. hostile_work_test.py counts the instructions of these calls.
 #include <cstdio>
 #include <string>
 
@@ -10,7 +10,7 @@
 #include "shm/summary.h"
 #include "support/stepped_mesh.h"
 
-// callgrind collects while this function runs and identifies it by name.
+// callgrind collects data while this function runs, and finds the function by its name.
 extern "C" [[gnu::noinline]] std::uint64_t counted_run(std::uint64_t (*read)(const shm::Bytes&),
                                                        const shm::Bytes& file) {
   volatile std::uint64_t bytes = read(file);
@@ -31,8 +31,8 @@ std::uint64_t bytes_of(const Item& item) {
   return 0;
 }
 
-/// Reads everything, item by item. Topology is never kept, as in meshes of many millions of cells.
-/// Returns the number of bytes delivered.
+/// Reads all items of a file. No topology is kept in memory, as for meshes of many millions of
+/// cells. Returns the number of bytes delivered.
 std::uint64_t read_all(const Bytes& file) {
   MemorySource source(file);
   ReadOptions options;
@@ -49,7 +49,7 @@ std::uint64_t read_all(const Bytes& file) {
   return out;
 }
 
-/// Reads every array at every step, by the index.
+/// Reads every array at every step with a StepReader. Returns the number of bytes delivered.
 std::uint64_t read_steps(const Bytes& file) {
   MemoryRandomSource source(file);
   auto reader = StepReader::open(source);
@@ -67,7 +67,8 @@ std::uint64_t read_steps(const Bytes& file) {
 
 Bytes file_of(Stepped stepped, ConnectivityCodec codec, std::uint32_t group_cells = 65536,
               std::uint64_t segment_cells = 0) {
-  // Level::fast would code the values without the mesh, so that nothing would decode it again.
+  // At Level::fast, step values do not depend on the mesh. A reader would then not decode the mesh
+  // again.
   stepped.options.level = Level::standard;
   stepped.options.connectivity = codec;
   stepped.options.group_cells = group_cells;
@@ -92,7 +93,8 @@ Stepped ordinary() {
   return stepped;
 }
 
-/// Returns a mesh with arrays of a few components on its last cell, at very many steps.
+/// Returns a mesh with very many steps. Its arrays have a few components and cover only the last
+/// cell.
 Stepped on_one_cell(TestMesh mesh, std::uint64_t steps, std::uint32_t components = 16) {
   mesh.schema.blocks.push_back({2, "spring", CellShape::hexahedron, 8});
   mesh.cells.back().block = 1;
@@ -106,8 +108,8 @@ Stepped on_one_cell(TestMesh mesh, std::uint64_t steps, std::uint32_t components
   return stepped;
 }
 
-/// Returns a file with this number of additional chunks and index entries of a kind that no reader
-/// knows.
+/// Returns a file with `count` additional chunks of an unknown kind, each with an entry in the
+/// index.
 Bytes with_unknown_chunks(const Bytes& file, std::uint64_t count) {
   FileParts parts = take_apart(file);
   Chunk unknown;
@@ -145,7 +147,7 @@ Bytes with_extras(std::uint64_t count) {
   return std::move(sink.bytes);
 }
 
-/// Reads the file item by item, and by the index.
+/// Reads the file twice: item by item, and by the index.
 void count(const char* name, const Bytes& file) {
   for (const bool by_index : {false, true}) {
     const std::uint64_t out = counted_run(by_index ? read_steps : read_all, file);

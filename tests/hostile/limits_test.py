@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests --max-cells and --max-output: larger data is refused with exit code 5, quickly, and no files are left.
+"""Tests --max-cells and --max-output: data that exceeds a limit is refused quickly, with exit code 5, and no
+files remain.
 
 Usage: limits_test.py PATH_OF_SHM
 """
@@ -59,7 +60,7 @@ class LimitsTest(FolderTest):
             with self.subTest(words=words):
                 self.refused(*words, "--max-output", "1M")
 
-    # These sources state very many cells and points in a few bytes.
+    # These sources declare very many cells and points in a few bytes.
     def test_what_a_source_states(self):
         self.write("image.vtk", IMAGE.format(1000))
         self.before = sorted(os.listdir(self.directory.name))

@@ -1,22 +1,40 @@
-// make_asking DIR [large]: writes the files that ask for much memory, each as NAME.shm, for tests
-// of whole programs.
+// make_asking DIR [SHEET...]: writes the files that ask for much memory, each as NAME.shm, for
+// tests of whole programs. Of the sheets, which take long to create, it writes those that are
+// named. Without arguments, it prints the names of the sheets.
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 
 #include "hostile/asking_files.h"
 
+namespace {
+
+// Returns the name of an asking file as part of a file name.
+std::string file_name(std::string name) {
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
+bool write(const std::filesystem::path& folder, const std::string& name, const shm::Bytes& bytes) {
+  std::ofstream out(folder / (file_name(name) + ".shm"), std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()),
+            static_cast<std::streamsize>(bytes.size()));
+  return static_cast<bool>(out.flush());
+}
+
+}  // namespace
+
 int main(int count, char** words) {
-  if (count != 2 && count != 3) return 2;
-  std::vector<shm::AskingFile> files = shm::asking_files();
-  if (count == 3)
-    for (shm::AskingFile& sheet : shm::asking_sheets()) files.push_back(std::move(sheet));
-  for (const shm::AskingFile& file : files) {
-    std::string name = file.name + ".shm";
-    std::replace(name.begin(), name.end(), ' ', '_');
-    std::ofstream out(std::filesystem::path(words[1]) / name, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(file.bytes.data()),
-              static_cast<std::streamsize>(file.bytes.size()));
-    if (!out.flush()) return 1;
+  if (count == 1) {
+    for (const auto& [name, make] : shm::asking_sheets()) std::cout << file_name(name) << '\n';
+    return 0;
   }
+  for (const shm::AskingFile& file : shm::asking_files())
+    if (!write(words[1], file.name, file.bytes)) return 1;
+  for (const auto& [name, make] : shm::asking_sheets())
+    if (std::find(words + 2, words + count, file_name(name)) != words + count &&
+        !write(words[1], name, make()))
+      return 1;
   return 0;
 }

@@ -1,8 +1,9 @@
-// Simulates a lack of memory in a program into which this library is loaded (LD_PRELOAD): after
-// SHM_ALLOCATIONS calls of operator new the next call fails and, with SHM_FOR_GOOD=1, all later
-// calls. Calls count from main() on: the program cannot handle failures while its libraries are
-// loaded. With SHM_MALLOC=1, calls of malloc, calloc and realloc, which C libraries use, count too.
-// SHM_COUNT names a file to which a program writes the number of calls when it ends.
+// Simulates a lack of memory in a program into which this library is loaded (LD_PRELOAD). After
+// SHM_ALLOCATIONS calls of operator new, the next call fails. If SHM_FOR_GOOD=1, all later calls
+// fail, too. Calls are counted from the start of main(), because the program cannot handle failures
+// while its libraries are loaded. If SHM_MALLOC=1, calls of malloc, calloc and realloc, which C
+// libraries use, are counted, too. SHM_COUNT is the name of a file to which the library writes the
+// number of calls when the program ends.
 #include <dlfcn.h>
 
 #include <atomic>
@@ -21,7 +22,8 @@ long number_in(const char* name, long otherwise) {
 std::atomic<bool> is_running{false};
 std::atomic<long> allocations{0};
 
-// Settings. run() reads them just before main(), so that all earlier allocations succeed.
+// Settings from the environment. run() reads them immediately before main(), so all allocations
+// before main() succeed.
 long allowed = -1;
 bool for_good = false, with_malloc = false;
 

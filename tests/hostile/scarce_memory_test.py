@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests shm without sufficient memory. If any allocation fails, alone or with all later allocations, the tool ends
-with exit code 5 and a message, or produces the same result as with enough memory.
+"""Tests shm without sufficient memory. If an allocation fails, or if it and all later allocations fail, the
+tool must either end with exit code 5 and a message, or produce the same result as with enough memory.
 
 Usage: scarce_memory_test.py PATH_OF_SHM PATH_OF_SCARCE_MEMORY
 """
@@ -15,10 +15,10 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from folder_test import tell
 
 SHM = SCARCE = None
-# Number of failing allocations for each command and kind.
+# Number of failures to test for each command and each kind of failure.
 FALLS = 24
-# Commands in which allocations of C libraries fail too. Commands that use netCDF and HDF5 are left
-# out, because these crash without memory.
+# Commands that are also tested with failing allocations of C libraries. Commands that use netCDF and HDF5 are
+# not in the list, because these libraries crash without memory.
 WITHOUT_NETCDF = {"compress", "decompress", "info", "verify", "against", "convert", "diff", "extract", "join", "split",
                   "damaged", "repair", "layout", "preview", "many"}
 
@@ -64,7 +64,7 @@ class ScarceMemory(unittest.TestCase):
         return subprocess.run([SHM, *words], cwd=self.folder.name, env=environment, capture_output=True, timeout=120)
 
     def count(self, *words, **scarce):
-        """Returns the number of allocations, the exit code, and the output."""
+        """Runs a command. Returns the number of allocations, the exit code, and the output."""
         done = self.run_tool(*words, SHM_COUNT=self.path("count"), **scarce)
         with open(self.path("count"), encoding="ascii") as file:
             return int(file.read()), done.returncode, done.stdout, self.outputs()
@@ -88,8 +88,7 @@ class ScarceMemory(unittest.TestCase):
             total, code, text, written = self.count(*words, **scarce)
             self.assertIn(code, (0, 3), name)
             self.assertGreater(total, start)
-            # A few of the failures occur while the commands are created, most of them while a
-            # command runs.
+            # A few failures occur before a command starts; most failures occur while it runs.
             places = {start * k // 6 for k in range(6)}
             places |= {start + (total - start) * k // FALLS for k in range(FALLS)} | {total - 1}
             for allowed in sorted(places):

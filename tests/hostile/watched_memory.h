@@ -1,5 +1,5 @@
-// Measures the allocations of a test program. Replaces operator new and delete: include it in one
-// source file of a program.
+// Measures the allocations of a test program. This header replaces operator new and delete; include
+// it in exactly one source file of a program.
 #pragma once
 
 #include <malloc.h>
@@ -18,12 +18,14 @@ inline std::size_t malloc_usable_size(void* memory) {
 
 namespace {
 
-// The largest single allocation since this was last set to 0.
+// Size in bytes of the largest allocation since this variable was last set to 0.
 std::size_t largest_allocation = 0;
-// Number of allocated bytes, and the maximum of this number since the maximum was last set.
+// Number of bytes that are currently allocated, and the largest value of this number since
+// memory_of() last reset it.
 std::atomic<std::size_t> allocated = 0, most_allocated = 0;
 
-/// Returns the largest amount of memory, in bytes, that `work` has allocated at any time.
+/// Runs `work` and returns the largest amount of memory, in bytes, that `work` had allocated at any
+/// one time.
 inline std::size_t memory_of(const std::function<void()>& work) {
   const std::size_t before = allocated;
   most_allocated = before;
@@ -33,7 +35,8 @@ inline std::size_t memory_of(const std::function<void()>& work) {
 
 }  // namespace
 
-// This function must not be inlined: otherwise the compiler would see malloc and delete, and warn.
+// If this function were inlined, the compiler would warn that memory from malloc is freed with
+// delete.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
   largest_allocation = std::max(largest_allocation, bytes);
   void* memory = std::malloc(bytes > 0 ? bytes : 1);
@@ -42,8 +45,8 @@ inline std::size_t memory_of(const std::function<void()>& work) {
   if (now > most_allocated) most_allocated = now;
   return memory;
 }
-// The operator that std::stable_sort uses. It is replaced because sanitizers require that it
-// matches the operator delete below.
+// std::stable_sort uses this operator. It is replaced because sanitizers require that it matches
+// the operator delete below.
 [[gnu::noinline]] void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
   try {
     return operator new(bytes);

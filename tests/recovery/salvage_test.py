@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Tests shm repair with files that no parity heals: every segment without damage is restored, value for value, and
-shm verify reports all damage. The test itself determines from the bytes of the file, according to the
-specification, which data can be restored.
+"""Tests shm repair with damage that the parity cannot restore, or without parity. Every undamaged segment
+must be restored, value for value, and shm verify must report all damage. The test itself determines from the
+bytes of the file, according to the specification, which data can be restored.
 
 Usage: salvage_test.py PATH_OF_SHM     (exit code 77, skipped, if VTK, NumPy or ncgen is missing)
 """
@@ -27,20 +27,21 @@ if not shutil.which("ncgen"):
     sys.exit(77)
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from folder_test import SANITIZED, forced
+from folder_test import SANITIZED, SHARE, forced
 from sample_meshes import hexahedra
 
 SHM = "shm"
-# Number of cells along a side of the mesh, number of cells of a segment, and size of a sector in bytes. The mesh has
-# more than twenty segments, each of many sectors. Its file has more than one megabyte, so that it stores the schema
-# twice.
+# N is the number of cells along each side of the mesh, SEGMENT the number of cells of a segment, SECTOR the
+# size of a sector in bytes. The mesh has more than twenty segments, each of many sectors. The file is larger
+# than one megabyte and therefore stores the schema twice.
 N, SEGMENT, SECTOR = (22, 484, 2048) if SANITIZED else (30, 1250, 4096)
 STEPS = 6
 SCHEMA, GROUP, VALUES, TIMES, EXTRA, INDEX = range(1, 7)
 
 
 class Mesh:
-    """Hexahedra with random data: coordinates, an attribute, fields on points and cells at six steps, sets."""
+    """A mesh of hexahedra with random data: coordinates, an element attribute, fields on points and cells at
+    six steps, and sets."""
 
     def __init__(self):
         rng = np.random.default_rng(54)
@@ -88,7 +89,8 @@ data: time_whole = {numbers(np.arange(STEPS) * .5)} ; eb_status = 1 ; eb_prop1 =
 
 
 class Chunk:
-    """One chunk of an undamaged file, parsed by section 2, with the headers described in sections 6 and 7."""
+    """One chunk of an undamaged file. It is parsed as section 2 of the specification states, and its headers
+    as sections 6 and 7 state."""
 
     def __init__(self, data, at):
         self.at = at
@@ -118,7 +120,9 @@ class Chunk:
                 begin += stream[3]
             assert begin == self.end
         if self.kind == VALUES:
-            self.parts = []  # for each part of step values: array, step, group, and whether the part refers to an earlier step
+            # For each part of step values: array, step, group, and whether the part refers to an
+            # earlier step.
+            self.parts = []
             place, size = (0, 0, 0), 0
             for _ in range(self.varint(data)):
                 place = tuple(before + self.signed(data) for before in place)
@@ -236,7 +240,8 @@ class Salvage(unittest.TestCase):
             self.assertTrue(file.read() == self.whole)
 
     def compare(self, touched, steps=(0, STEPS - 1), numbered=True):
-        """Checks that all data in rest.shm is correct. The file must contain at least all data outside of the touched chunks."""
+        """Checks that all data in rest.shm is correct, and that the file contains at least all data from
+        chunks that are not damaged."""
         mesh = self.mesh
         segments = {g.segment for g in self.groups} - {c.segment for c in touched if c.kind == GROUP}
         lost = {part[:3] for c in touched if c.kind == VALUES for part in c.parts}
@@ -270,7 +275,7 @@ class Salvage(unittest.TestCase):
                 self.assertTrue(there[np.isin(segment[numbers], could)].all(), (name, step))
 
     def chain(self, name, where, step, segment):
-        """Returns the chunks that are needed for a value at a step."""
+        """Returns the chunks that a reader needs to decode a value at a step."""
         array = self.names.index((where, name))
         parts = [part for c in self.chunks if c.kind == VALUES for part in c.parts if part[0] == array]
         needed = set()
@@ -283,7 +288,7 @@ class Salvage(unittest.TestCase):
     def test_sectors_at_random(self):
         sectors = (len(self.whole) - 1) // SECTOR + 1
         came = could = 0
-        for seed in range(3 if SANITIZED else 12):
+        for seed in range(12 if SHARE == 1 and not SANITIZED else 4):
             lost = sorted(random.Random(seed).sample(range(sectors), sectors // 100))
             data = bytearray(self.whole)
             for sector in lost:
@@ -316,7 +321,7 @@ class Salvage(unittest.TestCase):
             self.assertEqual(report["outcome"], "healed")
             with open(self.path("rest.shm"), "rb") as file:
                 self.assertTrue(file.read() == whole)
-        # Damages much more in one place. The intact parts are restored, and the new file has
+        # Damages a range that is too long for the parity. The intact parts are restored, and the new file has
         # parity, too.
         data = bytearray(whole)
         group = self.groups[4]
@@ -360,7 +365,8 @@ class Salvage(unittest.TestCase):
         self.compare([group])
 
     def test_where_things_are(self):
-        """Only chunks without values are damaged: exactly the original bytes are restored."""
+        """Damages only chunks without values. The repaired file must equal the original file, byte for
+        byte."""
         schema, index = self.chunks[0], self.chunks[-1]
         for ranges, sections in (([(0, 8)], ["file start"]),
                                  ([(schema.at, schema.at + 15)], ["schema"]),
@@ -376,7 +382,7 @@ class Salvage(unittest.TestCase):
             self.assertEqual(report["outcome"], "healed")
             self.assertEqual(report["new_index"], "index" in sections)
             self.same_bytes()
-        # The file is repaired in place only if nothing is lost.
+        # A file is repaired in place only if no data is lost.
         for hurt in ((index.end, index.end + 16), (index.at, index.at + 22)):
             path = self.put(self.hurt(hurt))
             self.assertEqual(self.shm("repair", path).returncode, 0)
@@ -388,7 +394,8 @@ class Salvage(unittest.TestCase):
         self.assertIn(b"-o OUT.shm", refused.stderr)
 
     def test_index_of_rounded_values(self):
-        """An index contains nothing about the values before rounding."""
+        """The index contains no data about the values before rounding, so it can be rebuilt from the rounded
+        values."""
         made = self.shm("compress", self.path("m.e"), "-o", self.path("rounded.shm"), "--array",
                         "attrib1:abs=1e-3")
         self.assertEqual(made.returncode, 0, made.stderr)
@@ -460,7 +467,8 @@ class Salvage(unittest.TestCase):
         self.assertEqual(info["cells"], len(self.mesh.cells) - SEGMENT)
 
     def test_roles_that_are_left_out_are_named(self):
-        """Tags of nodes exist only in Gmsh files. They remain as an array, but lose their role."""
+        """A node tag has a role that only Gmsh files store. If the Gmsh data is damaged, the tags remain as
+        an array, but lose their role."""
         nodes = "\n".join(f"{90 - 3 * i} {i & 1} {i >> 1 & 1} {i >> 2}" for i in range(8))
         with open(self.path("tags.msh"), "w", encoding="ascii") as file:
             file.write(f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{nodes}\n$EndNodes\n"

@@ -1,8 +1,12 @@
-// Constants for tests with very many similar cases. Sanitizers make a build about ten times slower.
-// In such a build, these tests run only every n-th case; the release build runs all cases.
+// Constants for tests that run very many similar cases. Builds with sanitizers are about ten times
+// slower, so in these builds the tests run only every n-th case. The release build runs all cases.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
 
 namespace shm {
 
@@ -18,29 +22,42 @@ inline constexpr bool kSanitized = false;
 inline constexpr bool kSanitized = false;
 #endif
 
-/// True in a build with ThreadSanitizer. ThreadSanitizer checks the interaction of threads, not
-/// their results, so that few cases are enough.
+/// True in a build with ThreadSanitizer, which checks how threads interact. A few cases are
+/// sufficient for that.
 #if defined(__SANITIZE_THREAD__)
 inline constexpr bool kWatchesThreads = true;
 #else
 inline constexpr bool kWatchesThreads = false;
 #endif
 
-/// True if tests run only a few of many similar cases. This applies to builds with sanitizers, and
-/// to the preset `quick`, which is as slow because it does not optimize.
+/// True if tests run only a few of many similar cases. This is so in builds with sanitizers and in
+/// the preset `quick`, which is equally slow because it does not optimize.
 #if defined(SHM_FEW_CASES)
 inline constexpr bool kFewCases = true;
 #else
 inline constexpr bool kFewCases = kSanitized;
 #endif
 
-/// Returns the distance from one selected case to the next: `n` if tests run few cases,
+/// Returns the step with which a test selects its cases: `n` if tests run only a few cases,
 /// otherwise 1.
 constexpr std::size_t every(std::size_t n) { return kFewCases ? n : 1; }
 
-/// Selects the first of many similar cases, and every n-th case after it, in the order of calls. If
-/// n has no divisor in common with the lengths of the nested loops, every value of each loop is
-/// selected.
+/// Returns true if a test over the corpus uses this file. If the environment variable SHM_SHARE is
+/// N, a hash of the name and of SHM_SEED selects every N-th file on average; if tests run only a
+/// few cases, every 3N-th file. folder_test.py does the same for Python tests.
+inline bool is_sampled(std::string_view name) {
+  const char* share = std::getenv("SHM_SHARE");
+  const char* seed = std::getenv("SHM_SEED");
+  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
+  for (const std::string_view text : {std::string_view(seed == nullptr ? "" : seed), name})
+    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  const std::uint64_t every_nth = share == nullptr ? 1 : std::strtoull(share, nullptr, 10);
+  return (hash >> 32) % (std::max<std::uint64_t>(every_nth, 1) * every(3)) == 0;
+}
+
+/// Selects the first of many similar cases, and then every n-th case. Cases are counted in the
+/// order of the calls. If n has no common divisor with the lengths of nested loops, every value of
+/// each loop occurs in some selected case.
 class SomeCases {
  public:
   explicit SomeCases(std::size_t n) : distance_(every(n)) {}
