@@ -1,9 +1,9 @@
 ! The C interface of libshmformat for Fortran 2003. bindings/c/include/shmformat.h is the manual.
 ! Compile this file with your program, and link it with -lshmformat_c.
 !
-! Names, argument orders and constants are the same as in C. Indices of blocks, arrays, vertices and cells
-! count from 0. The default value of struct_size in each type is its size. Strings end with c_null_char.
-! Pass arrays with c_loc().
+! Names, constants and the order of arguments are the same as in C. Indices of blocks, arrays,
+! vertices and cells begin at 0. In each type, struct_size is initialized to the size of the type.
+! Strings must end with c_null_char. Pass arrays with c_loc().
 module shmformat
   use, intrinsic :: iso_c_binding
   implicit none
@@ -177,7 +177,7 @@ module shmformat
 
 contains
 
-  ! Converts a text in a shmf_error to a Fortran string.
+  ! Converts a C string in a shmf_error to a Fortran string.
   pure function shmf_text(chars) result(text)
     character(kind=c_char), intent(in) :: chars(:)
     character(len=size(chars)) :: text

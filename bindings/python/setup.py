@@ -20,7 +20,7 @@ from wheel.bdist_wheel import bdist_wheel
 HERE = Path(__file__).resolve().parent
 NAMED = os.environ.get("SHMFORMAT_LIBRARY")
 LIBRARY = Path(NAMED or HERE.parents[1] / "build" / "release" / "bindings" / "c" / "libshmformat_c.so.1")
-# A source distribution contains the header in the package.
+# In a source distribution, the C header is in the package folder.
 HEADER = next(path for path in (HERE / "shmformat" / "shmformat.h", HERE.parent / "c" / "include" / "shmformat.h")
               if path.exists())
 

@@ -41,15 +41,15 @@ _FILES = "Meshes in .shm files"
 
 
 def load() -> None:
-    """Loads this file as a plugin into this process."""
+    """Loads this file as a ParaView plugin into the current process."""
     from paraview.simple import LoadPlugin
     LoadPlugin(str(HERE), remote=False)
 
 
 @smproxy.reader(name="ShmReader", label="SHM Reader", extensions="shm", file_description=_FILES, support_reload=False)
 class ShmReader(shmformat.vtk.Reader):
-    """Reads a .shm file as a collection of blocks and sets, or as one grid. By default, blocks are switched on and sets
-    are switched off."""
+    """Reads a .shm file as a collection of blocks and sets, or as a single grid. By default, all blocks are switched
+    on, and all sets are switched off."""
 
     def __init__(self) -> None:
         super().__init__(blocks=True)
@@ -102,7 +102,7 @@ class ShmReader(shmformat.vtk.Reader):
 @smdomain.datatype(dataTypes=["vtkUnstructuredGrid", "vtkPartitionedDataSetCollection", "vtkPartitionedDataSet",
                               "vtkMultiBlockDataSet"], composite_data_supported=True)
 class ShmWriter(VTKPythonAlgorithmBase):
-    """Writes the input at its current time step as one mesh. Fails if ParaView runs in several processes."""
+    """Writes the input at its current time step, as one mesh. Fails if ParaView runs in several processes."""
 
     def __init__(self) -> None:
         super().__init__(nInputPorts=1, nOutputPorts=0, inputType="vtkDataObject")

@@ -1,5 +1,6 @@
-/* Prints the numbers of vertices and cells of a .shm file, and the smallest and largest value of
-   its first array of floats, at the last time step at which the array has values.
+/* Prints the number of vertices and the number of cells of a .shm file, and the smallest and
+   largest value of its first floating-point array. If the array has time steps, the values are
+   those of its last step.
      cc first_array.c $(pkg-config --cflags --libs shmformat-c) -o first_array
      ./first_array run.shm */
 #include <inttypes.h>
@@ -10,7 +11,7 @@
 
 static int failed(shmf_file* file, const shmf_error* why) {
   fprintf(stderr, "%s\n", why->message);
-  shmf_close(file); /* NULL if opening failed */
+  shmf_close(file); /* `file` is NULL if opening failed */
   return why->status;
 }
 

@@ -4,14 +4,15 @@
      shmf_open_path, _memory, _source    open a file, or any source with random access
      shmf_get_info, _block, _array ...   describe the contents; no value is decoded
      shmf_select                         choose cells: all (the default), or some of them
-     shmf_read                           fill arrays of the caller in one pass
+     shmf_read                           fill the caller's arrays in one pass
      shmf_find_boundary, shmf_get_surface    find the boundary surface, e.g. for drawing
      shmf_verify                         check that the whole file can be decoded
      shmf_close
-   Reading a stream (pipe, socket, download); memory grows with the active surface, not the mesh
+   Reading a stream (pipe, socket, download); memory grows with the active surface, not with the
+   mesh
      shmf_decoder_new, _feed, _next, _free
    Writing
-     shmf_writer_path, _sink             write to a file, or to a function of the caller
+     shmf_writer_path, _sink             write to a file, or to the caller's function
      shmf_writer_append                  add time steps to an existing file
      shmf_writer_block, _array           declare the blocks and arrays of the mesh, then
      shmf_writer_mesh                    write the whole mesh in one call, or
@@ -39,20 +40,22 @@
 
    Conventions
    - The prefix is shmf_, because shm_open(), SHM_INFO, SHM_LOCK ... belong to POSIX shared memory.
-   - Every function that can fail returns a shmf_status: 0 for success. It describes a failure in
-     `error`, which may be NULL. After a failure, a handle can still be closed or freed, and memory
-     for results has undefined contents.
+   - Every function that can fail returns a shmf_status; SHMF_OK (0) means success. On failure, it
+     also stores a description in `error`, unless `error` is NULL. After a failure, a handle can
+     still be closed or freed. The contents of the memory for results are undefined after a failure.
    - Structs begin with struct_size, which the caller sets to the sizeof in its own version of this
      header. Later versions add members at the end. The library reads and writes at most struct_size
-     bytes, and reads missing members as 0. 0 always means the default.
-   - Vertex and cell numbers have 64 bits; indices count from 0. Values are in host byte order,
-     packed, with the components of an element together. Nodes of cells are in VTK's order.
-   - Strings are UTF-8 and end with 0; names from a file are cut at the first 0 in them. Pointers
-     returned by a handle are valid as long as the handle, unless the function says otherwise.
-   - Handles are independent. Any thread may use a handle, but only one thread at a time. Callbacks
-     such as progress() must not use the handle that calls them.
-   - The library treats every byte of a file as hostile. Its memory is bounded by the limits and by
-     the number of bytes that the file really has.
+     bytes, and treats missing members as 0, which always means the default.
+   - A vertex or cell is identified by its number, a 64-bit integer. Numbers and indices begin at 0.
+     Values are in host byte order and packed; the components of an element are adjacent. The nodes
+     of a cell are in VTK's order.
+   - Strings are UTF-8 and end with a zero byte. If a name in a file contains a zero byte, it ends
+     there. Pointers that a call returns are valid until the handle is closed or freed, unless the
+     comment of the function says otherwise.
+   - Handles are independent. Any thread may use a handle, but only one thread at a time. A callback
+     such as progress() must not use the handle of the call that is running.
+   - The library trusts no byte of a file. The limits and the true size of the file bound the memory
+     that the library allocates.
    - No function prints, exits, throws C++ exceptions, or changes the locale, signals or the
      environment. If memory runs out, the returned status is SHMF_NO_MEMORY, and nothing leaks.
    - This header keeps source and binary compatibility within a major version of the library (its
@@ -85,13 +88,14 @@ extern "C" {
 #define SHMF_VERSION_MAJOR 0
 #define SHMF_VERSION_MINOR 10
 #define SHMF_VERSION_PATCH 0
-/* Version of this header: 1000000 * major + 1000 * minor + patch. shmf_version() returns the
-   version of the loaded library in the same form. */
+/* Version of this header, as one integer: 1000000 * major + 1000 * minor + patch. shmf_version()
+   returns the version of the loaded library in the same form. */
 #define SHMF_VERSION (1000000 * SHMF_VERSION_MAJOR + 1000 * SHMF_VERSION_MINOR + SHMF_VERSION_PATCH)
 SHMF_API uint32_t shmf_version(void);
-SHMF_API const char* shmf_version_string(void); /* For example "0.10.0". */
+SHMF_API const char* shmf_version_string(void); /* Version of the loaded library, e.g. "0.10.0". */
 
-/* Status of a call. The numbers are frozen; 1 to 7 are the same as in shm::ErrorCode. */
+/* Status of a call. The values never change; the values 1 to 7 are the same as in
+   shm::ErrorCode. */
 typedef enum shmf_status {
   SHMF_OK = 0,
   SHMF_IO = 1,          /* The system or a callback failed to deliver bytes. */
@@ -102,9 +106,9 @@ typedef enum shmf_status {
   SHMF_MISUSE = 6,      /* The caller violated the contract of a call. */
   SHMF_OUTPUT = 7,      /* The output could not be written. */
   SHMF_NO_MEMORY = 8,
-  SHMF_CANCELLED = 9 /* progress() returned nonzero. */
+  SHMF_CANCELLED = 9 /* The callback progress() did not return 0. */
 } shmf_status;
-/* Returns the name of a status, e.g. "corrupt"; "unknown" for other numbers. */
+/* Returns the name of a status, e.g. "corrupt", or "unknown" if there is no such status. */
 SHMF_API const char* shmf_status_name(int32_t status);
 
 #define SHMF_NO_OFFSET UINT64_MAX
@@ -112,12 +116,13 @@ SHMF_API const char* shmf_status_name(int32_t status);
 /* The failure of a call. It has a fixed size and no pointers, so it can be kept on the stack and
    copied. Long texts are cut at a character boundary. A call that succeeds does not change it. */
 typedef struct shmf_error {
-  int32_t status; /* a shmf_status */
+  int32_t status; /* Status of the call, a shmf_status. */
   int32_t reserved;
-  uint64_t offset;   /* Byte offset in the file; SHMF_NO_OFFSET if unknown. */
-  char section[120]; /* Part of the file, e.g. "group 3, geometry". */
-  char detail[360];  /* One sentence for humans, without the file name and the place. */
-  /* File, place and detail in one line: "run.shm: group 3, geometry, at byte 812: ..." */
+  uint64_t offset;   /* Byte offset of the error in the file; SHMF_NO_OFFSET if unknown. */
+  char section[120]; /* Part of the file that has the error, e.g. "group 3, geometry". */
+  char detail[360];  /* Cause in one sentence, without the file name, section and offset. */
+  /* File name, section, offset and detail in one line: "run.shm: group 3, geometry, at byte 812:
+     ..." */
   char message[528];
 } shmf_error;
 
@@ -135,7 +140,8 @@ typedef enum shmf_type {
   SHMF_FLOAT32 = 9,
   SHMF_FLOAT64 = 10
 } shmf_type;
-/* Returns the size of a value in bytes: 1, 2, 4 or 8; 0 if the type is unknown. */
+/* Returns the size in bytes of a value of this type: 1, 2, 4 or 8. Returns 0 for an unknown
+   type. */
 SHMF_API size_t shmf_type_bytes(int32_t type);
 
 typedef enum shmf_shape {
@@ -149,23 +155,24 @@ typedef enum shmf_shape {
   SHMF_PYRAMID = 7,
   SHMF_WEDGE = 8,
   SHMF_HEXAHEDRON = 9,
-  /* A polyhedron as a list of the vertices of its faces, face after face. An extra of the source
-     format contains the number of vertices of each face. */
+  /* A polyhedron as a list of the vertices of its faces, face after face. The list does not contain
+     the number of vertices of each face; these numbers are in an extra (see shmf_extra) that
+     depends on the source format. */
   SHMF_POLYHEDRON = 10,
   /* A polyhedron as a list of the vertices of its faces, in which each face ends with its first
      vertex again. */
   SHMF_FACES = 11
 } shmf_shape;
-/* Returns VTK's cell type of a shape with `nodes` nodes, e.g. 12, 25 and 29 for hexahedra of 8, 20
-   and 27 nodes. Returns 2 (a poly-vertex) if VTK has no such cell, 41 (a convex point set) for
+/* Returns VTK's cell type for a shape with `nodes` nodes, e.g. 12, 25 or 29 for a hexahedron with
+   8, 20 or 27 nodes. Returns 2 (a poly-vertex) if VTK has no such cell, 41 (a convex point set) for
    SHMF_POLYHEDRON, and 42 for SHMF_FACES. */
 SHMF_API int32_t shmf_vtk_cell_type(int32_t shape, uint32_t nodes);
 
-enum { SHMF_POINT_DATA = 0, SHMF_CELL_DATA = 1 }; /* Location of an array. */
+enum { SHMF_POINT_DATA = 0, SHMF_CELL_DATA = 1 }; /* Locations of arrays. */
 enum { SHMF_ORDER_KEEP = 0, SHMF_ORDER_STREAM = 1, SHMF_ORDER_FREE = 2 };
 enum { SHMF_REFERS_TO_NOTHING = 0, SHMF_REFERS_TO_VERTICES = 1, SHMF_REFERS_TO_CELLS = 2 };
 enum { SHMF_LEVEL_DEFAULT = 0, SHMF_LEVEL_FAST = 1, SHMF_LEVEL_BEST = 2 };
-enum { SHMF_NODE_SET = 0, SHMF_SIDE_SET = 1, SHMF_ELEMENT_SET = 2 }; /* Kind of a set. */
+enum { SHMF_NODE_SET = 0, SHMF_SIDE_SET = 1, SHMF_ELEMENT_SET = 2 }; /* Kinds of sets. */
 
 /* ---- Opening --------------------------------------------------------------------------------- */
 
@@ -175,13 +182,13 @@ typedef struct shmf_file shmf_file;
    the library's default (ReadLimits in shm/limits.h). */
 typedef struct shmf_open_options {
   size_t struct_size;
-  /* Not 0: opens a damaged file to read its intact parts; the whole file is read once. Counts then
-     refer to the intact parts, lost cells and vertices are missing, and lost values are NaN, or 0
-     for integers. */
+  /* If not 0, a damaged file is opened, so that its intact parts can be read. Opening then reads
+     the whole file once. shmf_select() returns the counts of the intact parts. Lost cells and
+     vertices are left out; lost values are NaN, or 0 for integers. */
   int32_t damaged;
   uint32_t max_arrays, max_static_components, max_blocks, max_segments;
   uint64_t max_active_vertices, max_chunk_bytes, max_group_bytes, max_extra_bytes, max_steps;
-  /* Members added in version 0.10. By default, the size of the result is not limited.
+  /* Limits added in version 0.10. By default, the size of the result is not limited.
      max_decoded_bytes applies only to a shmf_decoder. */
   uint64_t max_unpacked_bytes, max_column_bytes, max_vertices, max_cells, max_decoded_bytes;
   uint64_t max_active_bytes;
@@ -191,23 +198,24 @@ typedef struct shmf_range {
   uint64_t offset, bytes;
 } shmf_range;
 
-/* A source with random access: ranges of a URL, an object store, a part of another file. The
-   library calls the functions of the source in the thread of the call that needs the bytes, one at
-   a time, and never reads beyond `bytes`. */
+/* A source with random access that the caller implements, e.g. for a URL, an object store or a part
+   of another file. A library call that needs bytes calls the functions of the source one at a time,
+   in the thread of that call. The library never reads beyond `bytes`. */
 typedef struct shmf_source {
   size_t struct_size;
   void* context;
   uint64_t bytes; /* Size of the whole file in bytes. */
-  /* Fills `into` with the `count` bytes from `offset` on and returns 0. Any other result is a
-     failure (SHMF_IO); `why` may then receive a sentence of at most `why_bytes` bytes, including
-     its terminating 0. */
+  /* Reads the `count` bytes from `offset` on into `into`, and returns 0. If reading fails, the
+     function returns another number, and may store the reason in `why`: a sentence of at most
+     `why_bytes` bytes, including its terminating 0. The library call then fails with SHMF_IO. */
   int (*read_at)(void* context, uint64_t offset, void* into, uint64_t count, char* why,
                  size_t why_bytes);
-  /* May be NULL. Releases the source; called once, by shmf_close() or when opening fails. */
+  /* Releases the source. May be NULL. The library calls this function once: in shmf_close(), or
+     when opening fails. */
   void (*close)(void* context);
-  /* May be NULL. Announces the ranges that read_at() will be called for next, mostly in this order,
-     so that a remote source can fetch several ranges together. Some ranges may never be read. The
-     list is valid during the call. */
+  /* Announces the ranges that the library will probably read next, mostly in this order, so that a
+     remote source can fetch several ranges together. May be NULL. Some of the ranges may never be
+     read. `ranges` is valid only during this call. */
   void (*prefetch)(void* context, const shmf_range* ranges, size_t count);
 } shmf_source;
 
@@ -215,19 +223,19 @@ typedef struct shmf_source {
    `options` may be NULL. On failure *file is NULL. */
 SHMF_API shmf_status shmf_open_path(const char* path, const shmf_open_options* options,
                                     shmf_file** file, shmf_error* error);
-/* Opens a file in memory. `bytes` is borrowed until the file and all members opened from it are
-   closed. */
+/* Opens a file in memory. The library does not copy `bytes`: the memory must stay valid until the
+   file and all members opened from it are closed. */
 SHMF_API shmf_status shmf_open_memory(const void* bytes, uint64_t count,
                                       const shmf_open_options* options, shmf_file** file,
                                       shmf_error* error);
-/* Opens a source of the caller. The struct is copied. */
+/* Opens a file that is read through the caller's functions in `*source`. The struct is copied. */
 SHMF_API shmf_status shmf_open_source(const shmf_source* source, const shmf_open_options* options,
                                       shmf_file** file, shmf_error* error);
 /* Closes a file. NULL is allowed. */
 SHMF_API void shmf_close(shmf_file* file);
 
-/* Archives contain several files, called members. Calls that read from the archive itself are
-   SHMF_MISUSE; open a member instead. The archive may be closed before its members. */
+/* An archive contains several files, called members. Calls that read a mesh fail with SHMF_MISUSE
+   for an archive: open a member instead. The archive may be closed before its members. */
 /* Returns the number of members, or 0 if the file is not an archive. */
 SHMF_API uint32_t shmf_member_count(const shmf_file* archive);
 /* Returns 1 for an archive, even if it is empty, otherwise 0. */
@@ -242,16 +250,21 @@ SHMF_API shmf_status shmf_open_member(const shmf_file* archive, uint32_t member,
 
 typedef struct shmf_info {
   size_t struct_size;
-  /* Counts of the whole mesh; for a damaged file the original counts, if they are known. */
+  /* Counts of the whole mesh. For a damaged file, these are the original counts, if they are
+     known. */
   uint64_t vertices, cells, hexahedra;
-  uint64_t steps; /* Number of time steps; each array has values at some of them. */
+  uint64_t steps; /* Number of time steps. An array may have values at only some of the steps. */
   uint64_t file_bytes;
   uint32_t blocks, arrays, segments;
   int32_t coordinate_type; /* Type of coordinates: SHMF_FLOAT32 or SHMF_FLOAT64. */
-  int32_t order; /* With SHMF_ORDER_KEEP, vertices and cells have their original numbers. */
+  /* Order of vertices and cells, a SHMF_ORDER_... value. SHMF_ORDER_KEEP: vertices and cells have
+     the same numbers as in the source. */
+  int32_t order;
   int32_t reserved;
-  const char* source_format; /* Source format: "exodus", "vtk", "gmsh", ..., or "". */
-  double coordinate_error;   /* Largest error of a coordinate; 0: lossless. */
+  /* Format of the source, e.g. "exodus", "vtk" or "gmsh"; "" if unknown. */
+  const char* source_format;
+  /* Error bound: largest possible difference between a coordinate and the source; 0: lossless. */
+  double coordinate_error;
 } shmf_info;
 SHMF_API shmf_status shmf_get_info(const shmf_file* file, shmf_info* info, shmf_error* error);
 
@@ -259,9 +272,10 @@ typedef struct shmf_block {
   size_t struct_size;
   int64_t id; /* Id of the block in the source; need not be unique. */
   const char* name;
-  int32_t shape;           /* Shape of the cells, a shmf_shape. */
-  uint32_t nodes_per_cell; /* Number of nodes per cell; 0: varies from cell to cell. */
-  uint64_t cells;          /* Number of cells. Writers ignore this member. */
+  int32_t shape; /* Shape of the cells, a shmf_shape. */
+  /* Number of nodes of each cell; 0: the number varies from cell to cell. */
+  uint32_t nodes_per_cell;
+  uint64_t cells; /* Number of cells. Writers ignore this member. */
 } shmf_block;
 SHMF_API shmf_status shmf_get_block(const shmf_file* file, uint32_t block, shmf_block* info,
                                     shmf_error* error);
@@ -269,20 +283,23 @@ SHMF_API shmf_status shmf_get_block(const shmf_file* file, uint32_t block, shmf_
 typedef struct shmf_array {
   size_t struct_size;
   const char* name;
-  /* "" for data; otherwise the source's name for this kind of array, e.g. "exodus:node_num_map". */
+  /* "" for field data. For other arrays, the name of the array in the source format, e.g.
+     "exodus:node_num_map". */
   const char* role;
   int32_t location; /* SHMF_POINT_DATA or SHMF_CELL_DATA. */
   int32_t type;     /* Type of the values, a shmf_type. */
   uint32_t components;
-  /* 1: the array has values at each of some time steps; 0: the array is static. */
+  /* 1: the array has values at time steps (all, or some of them); 0: the array is static. */
   int32_t per_step;
-  /* Number of vertices, or of cells in `blocks`, that have values. Writers ignore this member. */
+  /* Number of elements with values: all vertices, or the cells of `blocks`. Writers ignore this
+     member. */
   uint64_t elements;
-  /* For cell data: indices of the blocks that have values, ascending; NULL: all blocks. */
+  /* For cell data: ascending indices of the blocks whose cells have values; NULL: all blocks. */
   const uint32_t* blocks;
   uint32_t block_count;
   uint32_t reserved;
-  double error; /* Largest error of a value; 0: lossless. */
+  /* Error bound: largest possible difference between a value and the source; 0: lossless. */
+  double error;
 } shmf_array;
 SHMF_API shmf_status shmf_get_array(const shmf_file* file, uint32_t array, shmf_array* info,
                                     shmf_error* error);
@@ -292,10 +309,12 @@ SHMF_API int64_t shmf_find_array(const shmf_file* file, int32_t location, const 
 /* A segment: a run of cells that can be decoded independently. */
 typedef struct shmf_segment {
   size_t struct_size;
-  /* Ranges of cells and vertices in coding order. */
+  /* Ranges of the segment's cells and vertices, in the order in which the file stores them. */
   uint64_t first_cell, cells, first_vertex, vertices;
-  uint64_t bytes; /* Size of the segment's groups in the file. */
-  double box[6];  /* Smallest x y z, largest x y z; +inf and -inf if the segment has no vertices. */
+  uint64_t bytes; /* Size of the segment in the file, in bytes. */
+  /* Bounding box: smallest x, y, z, then largest x, y, z; +inf and -inf if the segment has no
+     vertices. */
+  double box[6];
 } shmf_segment;
 SHMF_API shmf_status shmf_get_segment(const shmf_file* file, uint32_t segment, shmf_segment* info,
                                       shmf_error* error);
@@ -303,8 +322,8 @@ SHMF_API shmf_status shmf_get_segment(const shmf_file* file, uint32_t segment, s
 /* Returns the time of each step; *count is 0 if the file has no times. */
 SHMF_API shmf_status shmf_get_times(shmf_file* file, const double** times, uint64_t* count,
                                     shmf_error* error);
-/* Returns the steps at which an array has values, ascending; *count is 0 if the array is not per
-   step. The list is valid until the next call for this file. */
+/* Returns the time steps at which an array has values, ascending. *count is 0 if the array is
+   static. The list is valid until the next call for this file. */
 SHMF_API shmf_status shmf_get_steps(shmf_file* file, uint32_t array, const uint64_t** steps,
                                     uint64_t* count, shmf_error* error);
 
@@ -313,21 +332,23 @@ SHMF_API shmf_status shmf_get_steps(shmf_file* file, uint32_t array, const uint6
 typedef struct shmf_extra {
   size_t struct_size;
   const char* key;
-  int32_t type;          /* Type of the values, a shmf_type. */
-  int32_t refers;        /* SHMF_REFERS_TO_...: the kind of numbers that the values are. */
-  const uint64_t* shape; /* Size in each dimension, row-major. */
+  int32_t type; /* Type of the values, a shmf_type. */
+  /* SHMF_REFERS_TO_...: whether the values are vertex numbers, cell numbers or neither. */
+  int32_t refers;
+  const uint64_t* shape; /* Size of the array `data` in each dimension; row-major order. */
   const void* data;
   uint64_t bytes;
-  uint32_t dimensions; /* Number of entries of `shape`. */
+  uint32_t dimensions; /* Number of dimensions: number of entries of `shape`. */
   uint32_t reserved;
 } shmf_extra;
-/* shmf_extra_count(), shmf_get_extra(), shmf_set_count() and shmf_get_set(): the first call of any
-   of these functions reads all extras of the file. */
+/* The first call to shmf_extra_count(), shmf_get_extra(), shmf_set_count() or shmf_get_set() reads
+   all extras of the file. */
 SHMF_API shmf_status shmf_extra_count(shmf_file* file, uint64_t* count, shmf_error* error);
 SHMF_API shmf_status shmf_get_extra(shmf_file* file, uint64_t extra, shmf_extra* info,
                                     shmf_error* error);
 
-/* A named set of any format, e.g. a set of Exodus or a physical group of Gmsh. */
+/* A named set of vertices, sides or cells, e.g. a node set of Exodus or a physical group of
+   Gmsh. */
 typedef struct shmf_set {
   size_t struct_size;
   int32_t kind; /* SHMF_NODE_SET, SHMF_SIDE_SET or SHMF_ELEMENT_SET. */
@@ -335,10 +356,14 @@ typedef struct shmf_set {
   int64_t id;
   const char* name; /* Name of the set; "" if it has no name. */
   uint64_t members;
-  /* Vertex numbers of a node set, cell numbers of other sets; both refer to the whole mesh. */
+  /* The vertices of a node set, or the cells of any other set, by their numbers in the whole
+     mesh. */
   const uint64_t* numbers;
-  const int32_t* sides; /* Side sets: side of each cell, from 1, as in Exodus; other sets: NULL. */
-  const uint32_t* blocks; /* Element sets: blocks whose cells all belong to the set too. */
+  /* For a side set: the side of each cell, numbered from 1 as in Exodus. NULL for other sets. */
+  const int32_t* sides;
+  /* For an element set: indices of blocks of which all cells belong to the set, in addition to the
+     cells in `numbers`. */
+  const uint32_t* blocks;
   uint64_t factor_count;
   const double* factors; /* Distribution factors; NULL if all are 1. */
 } shmf_set;
@@ -347,30 +372,34 @@ SHMF_API shmf_status shmf_get_set(shmf_file* file, uint64_t set, shmf_set* info,
 
 /* ---- Whole arrays of all or of selected cells ------------------------------------------------ */
 
-/* Options of calls that may take long. `progress` may be NULL. It is called regularly, in the
-   caller's thread, with the completed fraction, 0 to 1; if it returns nonzero, the call ends with
-   SHMF_CANCELLED. */
+/* Options of calls that may take long. `progress`, unless NULL, is called regularly in the caller's
+   thread. `done` is the completed fraction, 0 to 1. If progress() does not return 0, the call fails
+   with SHMF_CANCELLED. */
 typedef struct shmf_run_options {
   size_t struct_size;
   int (*progress)(void* context, double done);
   void* context;
-  /* Number of threads that decode segments in addition to the caller's thread. 0, 1: no such
-     threads; SHMF_ALL_THREADS: one per core. Time steps are always decoded in the caller's thread.
-     Results do not depend on the number of threads. */
+  /* Number of threads that decode segments in addition to the caller's thread. 0 or 1: no
+     additional thread; SHMF_ALL_THREADS: one thread per core. Time steps are always decoded in the
+     caller's thread. Results do not depend on the number of threads. */
   uint32_t threads;
   uint32_t reserved;
 } shmf_run_options;
 #define SHMF_ALL_THREADS UINT32_MAX
 
-/* Selects the cells that meet every given condition. */
+/* A selection of cells: the cells that meet all of these conditions. */
 typedef struct shmf_selection {
   size_t struct_size;
-  uint64_t first_cell, end_cell; /* Cell numbers first_cell to end_cell - 1; 0, 0: no condition. */
-  const uint32_t* blocks;        /* Indices of blocks, ascending; NULL: no condition. */
+  /* The cell number is in first_cell to end_cell - 1. If both are 0, all numbers are allowed. */
+  uint64_t first_cell, end_cell;
+  /* The cell is in one of these blocks: ascending indices. NULL: no condition. */
+  const uint32_t* blocks;
   uint32_t block_count;
   int32_t has_box;
-  double box[6]; /* Smallest x y z, largest x y z: selects cells with a vertex in this box. */
-  const uint64_t* numbers; /* Individual cell numbers, ascending; NULL: no condition. */
+  /* If has_box is not 0: at least one vertex of the cell is in this box (smallest x, y, z, then
+     largest x, y, z). */
+  double box[6];
+  const uint64_t* numbers; /* The cell number is in this ascending list. NULL: no condition. */
   uint64_t number_count;
 } shmf_selection;
 
@@ -379,28 +408,34 @@ typedef struct shmf_counts {
   uint64_t vertices, cells, corners;
 } shmf_counts;
 
-/* Selects the cells that later calls of shmf_read() return, with their vertices. NULL selects all
-   cells, and also vertices that no cell uses. The counts come from the index. For selections, for
-   cells with varying numbers of nodes and for damaged files, the connectivity is decoded to count
-   the elements. In a selection, vertices and cells are renumbered from 0 without changing their
-   order; shmf_read() returns the old numbers on request. `run` may be NULL. */
+/* Selects the cells that later calls to shmf_read() return, with their vertices, and returns the
+   counts of the selected elements. If `selection` is NULL, all cells and all vertices are selected,
+   even vertices that no cell uses. The counts usually come from the index. For selections, for
+   blocks with a varying number of nodes, and for damaged files, the connectivity must be decoded to
+   count the elements. The vertices and cells of a selection are renumbered from 0 without changing
+   their order; shmf_read() returns their numbers in the whole mesh on request. `run` may be
+     NULL. */
 SHMF_API shmf_status shmf_select(shmf_file* file, const shmf_selection* selection,
                                  const shmf_run_options* run, shmf_counts* counts,
                                  shmf_error* error);
 
-/* Contents of a target. Vertex numbers, cell numbers and offsets are integers of 32 or 64 bits. */
+/* Contents of a target. Vertex numbers, cell numbers and offsets can be 32-bit or 64-bit
+   integers. */
 typedef enum shmf_what {
-  /* 3 coordinates of each vertex; SHMF_FLOAT32 or SHMF_FLOAT64, converted if necessary. */
+  /* 3 coordinates of each vertex, as SHMF_FLOAT32 or SHMF_FLOAT64; converted if the file contains
+     the other type. */
   SHMF_POINTS = 1,
-  SHMF_CORNERS = 2,        /* Vertex number of each corner, cell after cell. */
+  /* Vertex numbers of the corners of the first cell, then of the second cell, and so on. */
+  SHMF_CORNERS = 2,
   SHMF_CORNER_BEGIN = 3,   /* Offset of each cell's first corner; cells + 1 elements. */
   SHMF_CELL_BLOCKS = 4,    /* Block index of each cell; SHMF_UINT32 or SHMF_INT32. */
   SHMF_CELL_TYPES = 5,     /* VTK's type of each cell; SHMF_UINT8. */
   SHMF_VERTEX_NUMBERS = 6, /* Number of each vertex in the whole mesh. */
   SHMF_CELL_NUMBERS = 7,   /* Number of each cell in the whole mesh. */
-  /* Values of an array at a step (0 if the array is not per step): elements * components values of
-     the array's type. An array of SHMF_FLOAT64 may be read as SHMF_FLOAT32 too. For cell data, the
-     elements are the selected cells that have values, in order; see SHMF_FILL. */
+  /* Values of an array at a time step (step 0 if the array is static): elements * components values
+     of the array's type. An array of SHMF_FLOAT64 can also be read as SHMF_FLOAT32. For cell data,
+     the elements are the selected cells that have values, in the order of the cells; with
+     SHMF_FILL, they are all selected cells. */
   SHMF_VALUES = 8
 } shmf_what;
 
@@ -413,61 +448,65 @@ typedef struct shmf_target {
   size_t struct_size;
   int32_t what;   /* Contents of the target, a shmf_what. */
   int32_t type;   /* Type of the elements of `data`, a shmf_type. */
-  uint32_t array; /* For SHMF_VALUES: index of the array. */
+  uint32_t array; /* For SHMF_VALUES: index of the array in the file. */
   uint32_t flags; /* Flags: 0 or SHMF_FILL. */
-  uint64_t step;  /* For SHMF_VALUES: time step of the array. */
-  /* Memory of the caller, aligned for the type. If `data` is NULL, shmf_read() only sets `used`. */
+  uint64_t step;  /* For SHMF_VALUES: time step of the values; 0 for a static array. */
+  /* The caller's memory, aligned for the type. If `data` is NULL, shmf_read() only sets `used`. */
   void* data;
-  /* Size of `data`. Excess bytes are not touched. If `data` is too small, the call fails with
-     SHMF_MISUSE before anything is read. */
+  /* Size of `data` in bytes. Bytes after the required size are not changed. If `data` is too small,
+     the call fails with SHMF_MISUSE before anything is read. */
   uint64_t bytes;
-  uint64_t used; /* Output: the number of bytes needed, set even if `bytes` is too small. */
+  uint64_t used; /* Receives the required size of `data` in bytes, even if `bytes` is too small. */
 } shmf_target;
 
-/* Fills all targets in one pass over the file, so that one call should request everything. Other
-   data is neither fetched nor decoded; time steps are read without the mesh if possible. If vertex
-   or cell numbers do not fit a requested 32-bit type, the call fails with SHMF_MISUSE before
-   anything is read. `run` may be NULL. */
+/* Fills all targets in one pass over the file. Request all arrays in a single call, because each
+   call is a separate pass. Data that no target needs is neither fetched nor decoded; values at time
+   steps are read without the mesh if possible. If a target has a 32-bit type and the vertex or cell
+   numbers do not fit into it, the call fails with SHMF_MISUSE before anything is read. `run` may be
+   NULL. */
 SHMF_API shmf_status shmf_read(shmf_file* file, shmf_target* targets, size_t count,
                                const shmf_run_options* run, shmf_error* error);
 
 /* Decodes the whole file once and discards the result. SHMF_OK means that every checksum and every
-   bitstream is valid. For archives and files opened as damaged, the call is SHMF_MISUSE. */
+   bitstream is valid. The call fails with SHMF_MISUSE for an archive and for a file opened with
+   options->damaged. */
 SHMF_API shmf_status shmf_verify(shmf_file* file, const shmf_run_options* run, shmf_error* error);
 
 /* ---- The boundary surface -------------------------------------------------------------------- */
 
-/* A boundary surface: the sides of volume cells that belong to exactly one cell, and all cells of
-   lower dimension. */
+/* A boundary surface. Its faces are the sides that belong to exactly one volume cell, and all cells
+   of lower dimension. */
 typedef struct shmf_boundary shmf_boundary;
 
 typedef struct shmf_boundary_options {
   size_t struct_size;
   /* Indices of the arrays whose values are transferred to the surface. */
   const uint32_t* arrays;
-  /* Time step of each array; ignored for arrays that are not per step. NULL: all steps are 0. */
+  /* Time step for each array; ignored for static arrays. NULL: step 0 for all arrays. */
   const uint64_t* steps;
   size_t array_count;
-  /* Memory limit for the surface and the search for it; 0: 4 GiB. Exceeding the limit is
-     SHMF_OVER_LIMIT. */
+  /* Memory limit in bytes for the surface and the search for it; 0: 4 GiB. If the limit is
+     exceeded, the call fails with SHMF_OVER_LIMIT. */
   uint64_t max_bytes;
 } shmf_boundary_options;
 
 /* Finds the boundary of the cells chosen by shmf_select(), in one pass. Memory grows with the
-   active surface and the boundary; for selections and damaged files, with the size of the
-   selection. shm/surface.h describes which sides of cells are part of the boundary, and how
-   degenerate cells are treated. An array without values at its step is SHMF_MISUSE. `options` and
-   `run` may be NULL. On failure *boundary is NULL. The result stays valid after the file is
+   active surface and the boundary. For selections and damaged files, memory grows with the size of
+   the selection instead. shm/surface.h describes which sides of cells are part of the boundary, and
+   how degenerate cells are treated. The call fails with SHMF_MISUSE if an array has no values at
+   its step. `options` and `run` may be NULL. On failure *boundary is NULL. The result stays valid
+   after the file is
    closed. */
 SHMF_API shmf_status shmf_find_boundary(shmf_file* file, const shmf_boundary_options* options,
                                         const shmf_run_options* run, shmf_boundary** boundary,
                                         shmf_error* error);
 
-/* Arrays of a boundary surface. The pointers are valid as long as the boundary. */
+/* Arrays of a boundary surface. The pointers are valid until shmf_boundary_free(). */
 typedef struct shmf_surface {
   size_t struct_size;
   uint64_t vertices, faces, corners;
-  uint64_t left_out; /* Number of cells whose faces are unknown: SHMF_OTHER, SHMF_POLYHEDRON ... */
+  /* Number of cells left out because their faces are unknown (SHMF_OTHER, SHMF_POLYHEDRON ...). */
+  uint64_t left_out;
   const uint64_t* vertex_numbers; /* Number of each vertex in the whole mesh. */
   const void* xyz;                /* 3 coordinates of each vertex, of the coordinate type. */
   const uint64_t* face_begin;     /* Offset of each face's first corner; faces + 1 elements. */
@@ -476,10 +515,12 @@ typedef struct shmf_surface {
   const uint32_t* face_corners;
   const uint64_t* cell_numbers; /* For each face: number of its cell in the whole mesh. */
   const uint32_t* cell_blocks;  /* For each face: index of the block of its cell. */
-  /* For each face: side of its cell, as in shmf_set; 0: the face is the cell itself. */
+  /* For each face: the side of its cell, numbered from 1 as in Exodus; 0 if the face is the cell
+     itself. */
   const uint32_t* sides;
-  /* Values of options->arrays, each in the array's own type: one element per vertex or per face. A
-     face whose cell has no values has NaN, or 0 for integers. */
+  /* Values of the arrays in options->arrays, in the same order. Each list of values has the type of
+     its array, and one element per vertex (point data) or per face (cell data). If the cell of a
+     face has no values, the values of the face are NaN, or 0 for integers. */
   const void* const* array_values;
   const uint64_t* array_bytes;
   int32_t coordinate_type; /* Type of the coordinates, a shmf_type. */
@@ -495,7 +536,7 @@ SHMF_API void shmf_boundary_free(shmf_boundary* boundary);
 typedef struct shmf_decoder shmf_decoder;
 
 typedef enum shmf_item_kind {
-  SHMF_NEED_INPUT = 0, /* No item is available; feed more bytes. */
+  SHMF_NEED_INPUT = 0, /* No item is available. Feed more bytes. */
   SHMF_MESH = 1,
   SHMF_STEP = 2,
   SHMF_TIMES = 3,
@@ -503,50 +544,54 @@ typedef enum shmf_item_kind {
   SHMF_END = 5 /* All items have been returned, and the whole stream was valid. */
 } shmf_item_kind;
 
-/* One item of a stream. Steps come after the mesh; times and extras can come anywhere. The pointers
-   are valid until the next call for this decoder. */
+/* One item of a stream. Items of kind SHMF_STEP come after all items of kind SHMF_MESH; times and
+   extras can come anywhere. The pointers are valid until the next call for this decoder. */
 typedef struct shmf_item {
   size_t struct_size;
   int32_t kind;   /* Kind of the item, a shmf_item_kind. */
   uint32_t array; /* For SHMF_STEP: index of the array. */
-  /* For SHMF_MESH: some vertices and cells in coding order. */
+  /* For SHMF_MESH: a run of vertices and a run of cells, in the order of the stream. */
   uint64_t vertices, cells, first_vertex, first_cell;
-  /* Order keep: numbers of vertices and cells as in the source; other orders: numbers in the order
-     of the stream. */
+  /* Numbers of the vertices and cells of this item. With SHMF_ORDER_KEEP, these are the numbers in
+     the source. With other orders, vertices and cells are numbered in the order of the stream. */
   const uint64_t *vertex_numbers, *cell_numbers;
   const void* xyz; /* 3 coordinates of each vertex, of the coordinate type. */
   const uint32_t* cell_blocks;
   const uint64_t* corner_begin; /* Offset of each cell's first corner; cells + 1 elements. */
   const uint64_t* corners;      /* Vertex number of each corner. */
   const uint64_t* last_use;     /* For each cell: bit i is set if no later cell uses corner i. */
-  /* For each cell: number of vertices of this item that precede the cell. The cell uses no later
-     vertices of this item. */
+  /* For each cell: count of the vertices of this item that precede the cell in the stream. The cell
+     uses only these vertices and vertices of earlier items. */
   const uint64_t* vertices_before_cell;
-  const void* const* array_values; /* Values by array index; NULL if an array has none here. */
-  const uint64_t* array_bytes;     /* Size of the values in bytes, by array index. */
-  /* For SHMF_STEP: values of `array` at `step`, from element first_element on, in coding order. */
+  /* For each array of the file: its values for this item; NULL if the array has no values here. */
+  const void* const* array_values;
+  const uint64_t* array_bytes; /* For each array of the file: size of its values in bytes. */
+  /* For SHMF_STEP: values of `array` at time step `step`, from element first_element on. Elements
+     are in the order of the stream. */
   uint64_t step, first_element;
   const void* values;
   uint64_t values_bytes;
   /* For SHMF_TIMES: the time of each step. */
   const double* times;
   uint64_t time_count;
-  /* For SHMF_EXTRA: the extra. */
+  /* For SHMF_EXTRA: the extra; otherwise NULL. */
   const shmf_extra* extra;
 } shmf_item;
 
-/* Makes a decoder. `options` may be NULL. Setting options->damaged is SHMF_MISUSE. */
+/* Makes a decoder. `options` may be NULL. If options->damaged is set, the call fails with
+   SHMF_MISUSE. */
 SHMF_API shmf_status shmf_decoder_new(const shmf_open_options* options, shmf_decoder** decoder,
                                       shmf_error* error);
-/* Passes the next bytes of the stream, any number of them, to the decoder, which copies them. A
-   count of 0 declares the end of the stream. */
+/* Passes the next `count` bytes of the stream to the decoder, which copies them. A count of 0 means
+   the end of the stream. */
 SHMF_API shmf_status shmf_decoder_feed(shmf_decoder* decoder, const void* bytes, uint64_t count,
                                        shmf_error* error);
-/* Returns the next item in *item, or an item of kind SHMF_NEED_INPUT. */
+/* Stores the next item in *item. If the decoder needs more bytes first, the kind of the item is
+   SHMF_NEED_INPUT. */
 SHMF_API shmf_status shmf_decoder_next(shmf_decoder* decoder, shmf_item* item, shmf_error* error);
 /* shmf_decoder_info(), _block() and _array() describe the mesh as declared at the start of the
-   stream. They can be called from the first item on; earlier calls are SHMF_MISUSE. Counts of
-   cells, vertices and elements are 0. */
+   stream. A call before the first item fails with SHMF_MISUSE. The start of the stream does not
+   contain the counts of cells, vertices and elements, so these are 0. */
 SHMF_API shmf_status shmf_decoder_info(const shmf_decoder* decoder, shmf_info* info,
                                        shmf_error* error);
 SHMF_API shmf_status shmf_decoder_block(const shmf_decoder* decoder, uint32_t block,
@@ -564,90 +609,98 @@ typedef struct shmf_write_options {
   size_t struct_size;
   int32_t order;           /* Order: SHMF_ORDER_KEEP (0), SHMF_ORDER_STREAM or SHMF_ORDER_FREE. */
   int32_t level;           /* Level: SHMF_LEVEL_DEFAULT (0), SHMF_LEVEL_FAST or SHMF_LEVEL_BEST. */
-  int32_t coordinate_type; /* SHMF_FLOAT64 or SHMF_FLOAT32; 0 means SHMF_FLOAT64. */
-  /* Number of threads that encode segments in addition to the caller's thread. 0, 1: no such
-     threads; SHMF_ALL_THREADS: one per core. The file does not depend on the number of threads. */
+  int32_t coordinate_type; /* Type of coordinates: SHMF_FLOAT64 (also 0) or SHMF_FLOAT32. */
+  /* Number of threads that encode segments in addition to the caller's thread. 0 or 1: no
+     additional thread; SHMF_ALL_THREADS: one thread per core. The bytes of the file do not depend
+     on the number of threads. */
   uint32_t threads;
-  /* 0: lossless; otherwise the largest allowed error of a coordinate, greater than 0. */
+  /* Largest allowed error of a coordinate, at least 0. 0: coordinates are lossless. */
   double coordinate_error;
   /* Number of cells per segment. 0: segments begin where few vertices are shared with earlier
      segments. */
   uint64_t segment_cells;
-  const char* source_format; /* Origin of the mesh, e.g. "exodus"; NULL: "". */
-  /* For shmf_writer_path(): 1 replaces an existing file; 0 fails with SHMF_OUTPUT. */
+  const char* source_format; /* Format of the source of the mesh, e.g. "exodus". NULL means "". */
+  /* Whether shmf_writer_path() replaces a file that exists already. 1: yes; 0: the call fails with
+     SHMF_OUTPUT. */
   int32_t replace;
-  /* Among this many consecutive steps of an array, at least one refers to no other step. 0: the
-     library's default; 1: no step refers to another step. */
+  /* Of this many consecutive steps of an array, at least one is a key step. A key step can be
+     decoded without other steps. 0: the library's default; 1: every step is a key step. */
   uint32_t key_steps;
 } shmf_write_options;
 
-/* Makes a writer of a file. When shmf_writer_finish() succeeds, the complete file appears under its
-   name; an incomplete file never does. `options` may be NULL. On failure *writer is NULL. */
+/* Makes a writer that writes a file. The file appears under its name only when it is complete, i.e.
+   when shmf_writer_finish() succeeds. `options` may be NULL. On failure *writer is NULL. */
 SHMF_API shmf_status shmf_writer_path(const char* path, const shmf_write_options* options,
                                       shmf_writer** writer, shmf_error* error);
-/* Makes a writer that passes the bytes of the file to the function `write`, front to back. `write`
-   accepts all bytes and returns 0; any other result is SHMF_OUTPUT. */
+/* Makes a writer that passes the bytes of the file, from the first to the last, to the function
+   `write`. `write` must accept all bytes and return 0. If it returns another number, the library
+   call fails with SHMF_OUTPUT. */
 SHMF_API shmf_status shmf_writer_sink(int (*write)(void* context, const void* bytes,
                                                    uint64_t count),
                                       void* context, const shmf_write_options* options,
                                       shmf_writer** writer, shmf_error* error);
 
-/* Adds time steps to an existing file, which is unchanged until shmf_writer_finish() replaces it.
-   Continue with shmf_writer_values(), _times() (the times of all steps, including old steps) and
-   _extra(). Only the members level and key_steps of `options` are used. */
+/* Makes a writer that adds time steps to an existing file. The file is unchanged until
+   shmf_writer_finish() replaces it. Continue with shmf_writer_values(), shmf_writer_times() (with
+   the times of all steps, including the existing steps) and shmf_writer_extra(). Only the members
+   level and key_steps of `options` are used. */
 SHMF_API shmf_status shmf_writer_append(const char* path, const shmf_write_options* options,
                                         shmf_writer** writer, shmf_error* error);
 
-/* Declare the blocks and arrays of the mesh, before its first vertex. Strings and lists are copied.
-   Blocks are numbered from 0 in the order of the calls, and so are arrays. After the first failed
-   call for a writer, all later calls fail with the same error. */
+/* Declares a block or an array of the mesh. All blocks and arrays must be declared before the first
+   vertex. Strings and lists are copied. The first declared block has index 0, the next block has
+   index 1, and so on; the same holds for arrays. After the first failed call for a writer, all
+   later calls fail with the same error. */
 SHMF_API shmf_status shmf_writer_block(shmf_writer* writer, const shmf_block* block,
                                        shmf_error* error);
 SHMF_API shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array,
                                        shmf_error* error);
 
 /* Writes the whole mesh in one call. The arrays have the same form as those that shmf_read() fills:
-   SHMF_POINTS of the coordinate type, SHMF_CORNERS, SHMF_CORNER_BEGIN (needed if the number of
-   nodes in a block varies), SHMF_CELL_BLOCKS (without it, all cells belong to block 0), and
-   SHMF_VALUES of each array that is not per step. The library only reads `data`, and only during
-   the call; `bytes` is the size of `data`. */
+   SHMF_POINTS of the coordinate type, SHMF_CORNERS, SHMF_CORNER_BEGIN (required if a block has a
+   varying number of nodes), SHMF_CELL_BLOCKS (without it, all cells belong to block 0), and
+   SHMF_VALUES for each static array. `bytes` is the size of `data`. The library does not change
+   `data`, and reads it only during the call. */
 SHMF_API shmf_status shmf_writer_mesh(shmf_writer* writer, const shmf_target* arrays, size_t count,
                                       shmf_error* error);
 
-/* Adds vertices. This is the alternative to shmf_writer_mesh(): add vertices and cells piece by
-   piece, each vertex before the first cell that uses it. `numbers` identify the vertices in later
-   calls. In the order keep, readers see the same numbers, which must be 0 to n - 1. `values`
-   contains, for each vertex, its values of all arrays that are not per step, packed, in the order
-   of the arrays; NULL if no such arrays exist. */
+/* Adds vertices. Instead of calling shmf_writer_mesh(), a caller can add vertices and cells piece
+   by piece. Each vertex must be added before the first cell that uses it. `numbers` contains the
+   number of each vertex, which identifies the vertex in later calls. With SHMF_ORDER_KEEP, readers
+   see the same numbers; in this case, the numbers of a mesh with n vertices must be 0 to n - 1.
+   `values` contains, for each vertex, its values of all static point arrays, packed, in the order
+   of the arrays. It is NULL if there are no such arrays. */
 SHMF_API shmf_status shmf_writer_vertices(shmf_writer* writer, uint64_t count,
                                           const uint64_t* numbers, const void* xyz,
                                           const void* values, shmf_error* error);
-/* Adds cells of one block with `nodes` corners each. `last_use`, for each cell: bit i is set if no
-   later cell uses corner i. If `last_use` is NULL, writer and readers keep all vertices in memory
-   to the end. `values` is the same as for vertices, with the arrays of the block. */
+/* Adds cells of one block with `nodes` corners each. `last_use` has one integer per cell: bit i is
+   set if no later cell uses corner i. If `last_use` is NULL, the writer and all readers keep all
+   vertices in memory until the end of the mesh. `values` contains, for each cell, its values of all
+   static arrays of the block, packed, in the order of the arrays. */
 SHMF_API shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint32_t block,
                                        uint32_t nodes, const uint64_t* corners,
                                        const uint64_t* last_use, const void* values,
                                        shmf_error* error);
 
-/* Writes the values of an array at a step, after the mesh. The values are those of all vertices by
-   number, or of all cells that have values, in the order in which the cells were added. The steps
-   of an array must ascend. */
+/* Writes the values of an array at a time step, after the mesh. Point data has one element per
+   vertex, in ascending order of the vertex numbers. Cell data has one element per cell of the
+   array's blocks, in the order in which the cells were added. The steps of an array must ascend. */
 SHMF_API shmf_status shmf_writer_values(shmf_writer* writer, uint32_t array, uint64_t step,
                                         const void* values, uint64_t bytes, shmf_error* error);
 /* Writes the times of all steps, after the mesh, at most once. */
 SHMF_API shmf_status shmf_writer_times(shmf_writer* writer, const double* times, uint64_t count,
                                        shmf_error* error);
-/* Writes an extra, after the mesh. If its values refer to vertices or cells, they use the numbers
-   of the calls above, and are converted to the numbers that readers see. */
+/* Writes an extra, after the mesh. If its values are vertex or cell numbers, pass the numbers that
+   were used in the calls above: vertex numbers as passed, and cells numbered from 0 in the order in
+   which they were added. The library converts them to the numbers that readers see. */
 SHMF_API shmf_status shmf_writer_extra(shmf_writer* writer, const shmf_extra* extra,
                                        shmf_error* error);
-/* Writes all sets; call this function at most once. `sets` is an array of structs that have
+/* Writes all sets. Call this function at most once. `sets` is an array of `count` structs of
    sets->struct_size bytes each. */
 SHMF_API shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t count,
                                       shmf_error* error);
-/* Writes the index and the totals, then makes the file visible under its name. *bytes receives the
-   size of the file, unless `bytes` is NULL. */
+/* Completes the file: writes the index and the totals, and makes the file visible under its name.
+   Stores the size of the file in *bytes, unless `bytes` is NULL. */
 SHMF_API shmf_status shmf_writer_finish(shmf_writer* writer, uint64_t* bytes, shmf_error* error);
 /* Frees a writer. If shmf_writer_finish() has not succeeded, no file remains. NULL is allowed. */
 SHMF_API void shmf_writer_free(shmf_writer* writer);

@@ -1,4 +1,5 @@
-// Implements the boundary surface of the selected cells.
+// Implements shmf_find_boundary() and shmf_get_surface(): the boundary surface of the selected
+// cells.
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -13,7 +14,7 @@
 
 struct shmf_boundary {
   shm::BoundarySurface surface;
-  // Pointers to the arrays of `surface`, and the sizes of these arrays in bytes.
+  // For each array of `surface`: pointer to its values, and size of these values in bytes.
   std::vector<const void*> values;
   std::vector<std::uint64_t> bytes;
 };
@@ -56,8 +57,8 @@ class BoundaryPass {
   Result<void> expect_steps();
   Result<void> read_mesh(shm::BoundaryFinder& finder);
   Result<void> read_step(const shm::BoundaryArray& wanted, shm::BoundaryFinder& finder);
-  /// Returns true if the whole file is selected. Vertices and cells then have their numbers in the
-  /// file, and steps can be read without a selection.
+  /// Returns true if the whole file is selected. Vertices and cells then keep the numbers that they
+  /// have in the file, and time steps can be read without reading the mesh.
   bool is_whole() const { return file_->piece.cells.all() && !file_->damaged; }
 
   shmf_file* file_;
@@ -80,7 +81,8 @@ Result<shm::BoundarySurface> BoundaryPass::run(shm::BoundaryFinder finder) {
   return finder.finish();
 }
 
-/// Fails before the mesh is read if an array has no values at its step.
+/// Fails if an array has no values at its requested step. Called before the mesh is read, so that
+/// an invalid request fails early.
 Result<void> BoundaryPass::expect_steps() {
   if (!is_whole() || steps_.empty()) return {};
   const auto reader = file_->mesh->step_reader();
@@ -121,8 +123,8 @@ Result<void> BoundaryPass::read_step(const shm::BoundaryArray& wanted,
   auto status = reader != nullptr ? reader->begin({wanted.array, wanted.step, std::nullopt, false})
                                   : file_->mesh->begin_values(wanted.array, wanted.step);
   if (!status) return status;
-  // Adds an empty list first: an empty piece has no values, and the values of a damaged file may be
-  // lost.
+  // Adds an empty list first, so that the finder knows this array and step even if no values
+  // follow: the selection may be empty, and the values of a damaged file may be lost.
   if (auto none = finder.add(wanted.array, wanted.step, shm::StepValues()); !none) return none;
   while (true) {
     const auto values = reader != nullptr ? reader->next() : file_->mesh->next_values();

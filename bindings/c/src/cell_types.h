@@ -1,4 +1,4 @@
-// Cell types of VTK, numbered as in vtkCellType.h.
+// The cell types of VTK. Their numbers are those of vtkCellType.h.
 #pragma once
 
 #include <cstdint>

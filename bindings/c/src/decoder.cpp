@@ -1,4 +1,4 @@
-// Decodes a stream: the caller feeds bytes and receives items.
+// Implements the decoder of a stream (shmf_decoder): the caller passes bytes and receives items.
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,8 +15,8 @@ struct shmf_decoder {
   explicit shmf_decoder(const shm::ReadLimits& limits) : decoder(limits) {}
 
   shm::Decoder decoder;
-  std::optional<shm::Item> item;  // the most recently returned item
-  // Pointers to the arrays of `item`, and the sizes of these arrays in bytes.
+  std::optional<shm::Item> item;  // the most recently returned item; its memory must stay valid
+  // For each array of `item`: pointer to its values, and size of these values in bytes.
   std::vector<const void*> values;
   std::vector<std::uint64_t> bytes;
   shmf_extra extra{};
@@ -73,10 +73,10 @@ void fill(shmf_item& item, const shm::Extra& extra, shmf_decoder& decoder) {
   item.extra = &decoder.extra;
 }
 
-/// Skips the item: the C interface has no item for totals.
+/// Skips totals (the counts of the whole mesh), because shmf_item_kind has no kind for them.
 void fill(shmf_item& item, const shm::Totals&, shmf_decoder&) { item.kind = SHMF_NEED_INPUT; }
 
-/// Returns the next item that has a shmf_item_kind.
+/// Returns the next item of a kind in shmf_item_kind; items of other kinds are skipped.
 Result<shmf_item> next_item(shmf_decoder& decoder) {
   while (true) {
     shmf_item item{};

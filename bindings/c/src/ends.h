@@ -1,4 +1,4 @@
-// Sources and sinks that call functions of the caller, and progress reports.
+// Sources and sinks that call the caller's functions, and the class Watch, which reports progress.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@
 
 namespace shmf {
 
-/// Returns a path that names a file even if it is "-", which the library otherwise treats as
-/// standard input or output.
+/// Returns `path`, or "./-" for the path "-", because the library treats "-" as standard input or
+/// output. In the C interface, "-" is the name of a file.
 inline std::string path_of(const char* path) {
   const std::string name(path);
   return name == "-" ? "./-" : name;
 }
 
-/// Reads through a function of the caller. The destructor closes the source.
+/// A source that reads through the caller's function. The destructor closes the source.
 class CallbackSource final : public shm::RandomSource {
  public:
   explicit CallbackSource(const shmf_source& source) : source_(source) {}
@@ -48,10 +48,10 @@ class CallbackSink final : public shm::ByteSink {
   void* context_;
 };
 
-/// Returns read options with the number of threads that the caller requests.
+/// Returns options for reading with the number of threads in `run`.
 shm::ReadOptions read_options(const shmf_run_options& run);
 
-/// Reports the progress of a call to the caller's progress().
+/// Passes the progress of a library call to the caller's function progress().
 class Watch {
  public:
   explicit Watch(const shmf_run_options& run) : run_(run) {}

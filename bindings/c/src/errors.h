@@ -1,5 +1,5 @@
-// Converts failures of the library to a status and a shmf_error. No exception leaves a call of the
-// C interface.
+// Converts failures of the library to a status and a shmf_error. No exception leaves the C
+// interface.
 #pragma once
 
 #include <cstdint>
@@ -14,25 +14,26 @@
 
 namespace shmf {
 
-/// Error codes in addition to those of shm::ErrorCode.
+/// Error codes that exist only in the C interface, in addition to those of shm::ErrorCode.
 inline constexpr auto kNoMemory = static_cast<shm::ErrorCode>(SHMF_NO_MEMORY);
 inline constexpr auto kCancelled = static_cast<shm::ErrorCode>(SHMF_CANCELLED);
 
-/// Returns the error of a call that violates its contract.
+/// Returns the error for a call that violates the contract of its function.
 inline shm::Error misuse(std::string detail, std::string section = {}) {
   return shm::Error{shm::ErrorCode::misuse, std::move(detail), std::move(section)};
 }
-/// Returns the error of a file that contradicts its index.
+/// Returns the error for a file whose parts contradict each other.
 inline shm::Error corrupt(std::string detail, std::string section) {
   return shm::Error{shm::ErrorCode::corrupt, std::move(detail), std::move(section)};
 }
 
-/// Fills *error, unless it is null, and returns the status.
+/// Stores `why` in *error, unless `error` is null, and returns its status.
 shmf_status report(shmf_error* error, const shm::Error& why);
 shmf_status report_no_memory(shmf_error* error) noexcept;
 shmf_status report_other(shmf_error* error, const char* what) noexcept;
 
-/// Runs `call`, which returns a Result, and reports a failure in *error.
+/// Runs `call`, which returns a Result, and stores a failure or an exception in *error. Returns the
+/// status.
 template <class Call>
 shmf_status guarded(shmf_error* error, Call&& call) noexcept {
   try {

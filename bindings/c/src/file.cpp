@@ -1,4 +1,4 @@
-// Opens files, and describes their contents.
+// Implements the functions that open files and describe their contents.
 #include "file.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 using FilePointer = std::unique_ptr<shmf_file>;
 
-/// Opens `file`, whose source is already set.
+/// Opens `file`. Its member source must already be set.
 shm::Result<FilePointer> opened(FilePointer file, const shmf_open_options* options) {
   const auto own = taken_or_default(options, "options");
   if (!own) return own.error();
@@ -45,7 +45,7 @@ shm::Result<FilePointer> opened(FilePointer file, const shmf_open_options* optio
   return file;
 }
 
-/// Calls `make` and stores the handle that it returns in *handle, or null if `make` fails.
+/// Calls `make`, which makes a handle. Stores the handle in *handle, or null if `make` fails.
 template <class Handle, class Make>
 shmf_status give_handle(Handle** handle, shmf_error* error, Make&& make) noexcept {
   return guarded(error, [&]() -> shm::Result<void> {
@@ -162,8 +162,8 @@ Result<void> shmf_file::read_sets() {
   if (sets) return {};
   if (auto status = read_extras(); !status) return status;
   shm::SetBounds bounds{mesh->vertices(), mesh->cells(), schema().blocks.size()};
-  // Accepts all numbers, since the original counts may be unknown. Skips invalid sets, so that one
-  // damaged set does not hide the other sets.
+  // In a damaged file, the original counts may be unknown, so vertex and cell numbers are not
+  // checked. Invalid sets are skipped, so that one damaged set does not hide the other sets.
   if (damaged) {
     bounds.vertices = bounds.cells = ~std::uint64_t{0};
     std::vector<shm::MeshSet> whole;
@@ -207,14 +207,14 @@ shmf_status shmf_open_source(const shmf_source* source, const shmf_open_options*
   shmf_source own{};
   if (source != nullptr && source->struct_size >= sizeof(std::size_t))
     std::memcpy(&own, source, std::min(source->struct_size, sizeof own));
-  bool closes = false;  // true once a CallbackSource owns the source and closes it
+  bool closes = false;  // true once a CallbackSource owns the source and will close it
   const auto opened = shmf::give_handle(file, error, [&]() -> Result<shmf::FilePointer> {
     if (const auto status = taken(source, "the source"); !status) return status.error();
     if (own.read_at == nullptr) return misuse("the source has no read_at()");
     auto made = std::make_unique<shmf_file>();
     auto bytes = std::make_unique<shmf::CallbackSource>(own);
     closes = true;
-    // Members of an archive share one source and may be used in different threads.
+    // The members of an archive share one source, although each may be used in a different thread.
     made->source = std::make_shared<shm::SharedSource>(std::move(bytes));
     return shmf::opened(std::move(made), options);
   });

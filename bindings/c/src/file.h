@@ -17,36 +17,40 @@
 
 namespace shmf {
 
-/// The cells selected for shmf_read(), with their counts.
+/// The selected part of a mesh, which shmf_read() returns, and the counts of its elements.
 struct Piece {
   shm::CellSelection cells;
-  /// true: all cells of an undamaged file are selected, and keep their numbers in the file
+  /// true: the file is undamaged and all cells are selected, so all numbers are the same as in the
+  /// file
   bool whole = true;
-  bool counted = false;  ///< true: the members below are known
+  bool counted = false;  ///< true: the counts below are known
   std::uint64_t vertex_count = 0, cell_count = 0, corner_count = 0;
   std::vector<std::uint64_t> block_cells;
-  /// Numbers of the selected vertices and of the selected cells in the file, ascending; empty if
-  /// `whole`.
+  /// Numbers, in the file, of the selected vertices and of the selected cells, ascending. Empty if
+  /// `whole` is true.
   std::vector<std::uint64_t> vertices, numbers;
 };
 
 shm::ReadLimits limits_of(const shmf_open_options& options);
-/// Describe the contents of a schema; all counts are 0.
+/// Describes the mesh that a schema declares. The schema does not contain counts of elements, so
+/// these are 0.
 shmf_info info_of(const shm::Schema& schema);
 shm::Result<shmf_block> block_of(const shm::Schema& schema, std::uint32_t block);
 shm::Result<shmf_array> array_of(const shm::Schema& schema, std::uint32_t array);
 shmf_extra extra_of(const shm::Extra& extra);
-/// Returns the number of cells in the blocks that an array of cells covers.
+/// Returns the number of cells that have values in a cell array. `block_cells` contains the number
+/// of cells of each block.
 std::uint64_t covered_cells(const shm::Schema& schema, std::uint32_t array,
                             const std::vector<std::uint64_t>& block_cells);
 
 }  // namespace shmf
 
 struct shmf_file {
-  // The order of members matters: later members borrow earlier members.
+  // The order of the members of this struct matters: later members borrow data from earlier
+  // members.
   std::string name;  // name of the file for messages; may be empty
   std::shared_ptr<shm::RandomSource>
-      source;  // source of the whole file; for a member, source of its archive
+      source;  // source of the whole file; if this is a member of an archive, source of the archive
   std::optional<shm::SectionSource> section;  // section of the archive that contains this member
   std::optional<shm::ArchiveReader> archive;
   shm::ReadLimits limits;
@@ -58,7 +62,7 @@ struct shmf_file {
   std::optional<std::vector<shm::Extra>> extras;
   std::optional<std::vector<shm::MeshSet>> sets;
   shmf::Piece piece;
-  mutable std::atomic<bool> busy = false;  // true while a call is active
+  mutable std::atomic<bool> busy = false;  // true while a call for this file is running
 
   shm::RandomSource& bytes() {
     return section ? static_cast<shm::RandomSource&>(*section) : *source;
@@ -71,9 +75,9 @@ struct shmf_file {
 
 namespace shmf {
 
-/// Runs `call` as guarded() does, for a file with an open mesh. Adds the name of the file to
-/// errors. Fails with misuse if another call for the same file is active, in another thread or in
-/// the callback that makes this call.
+/// Runs `call` as guarded() does, and adds the name of the file to errors. Fails with misuse if the
+/// file is an archive, or if another call for this file is still running: in another thread, or
+/// because a callback of that call makes this call.
 template <class Call>
 shmf_status with_mesh(const shmf_file* file, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> shm::Result<void> {

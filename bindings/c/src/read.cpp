@@ -1,4 +1,4 @@
-// Selects cells, and reads whole arrays in one pass.
+// Implements shmf_select(), shmf_read() and shmf_verify().
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -20,8 +20,8 @@ namespace {
 using shm::MeshBlock;
 using shm::Result;
 
-/// Returns the index of an element in the piece. `number` is the number of the element in the file;
-/// the result is empty if the piece does not contain the element.
+/// Returns the index, in the selected piece, of the vertex or cell that has the number `number` in
+/// the file. Returns nothing if the piece does not contain it.
 std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers, bool whole,
                                       std::uint64_t count, std::uint64_t number) {
   if (whole) return number < count ? std::optional(number) : std::nullopt;
@@ -30,19 +30,20 @@ std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers,
   return static_cast<std::uint64_t>(found - numbers.begin());
 }
 
-/// Passes once over the mesh and fills the targets for vertices, cells and static arrays.
+/// Reads the mesh in one pass, and fills the targets for vertices, cells and static arrays.
 class MeshPass {
  public:
-  /// The file and the targets are borrowed. `keep_blocks`: true if cell_blocks() will be needed.
+  /// The file and the targets are borrowed. `coordinates`: coordinates must be read even if no
+  /// target needs them. `keep_blocks`: cell_blocks() will be needed.
   MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks);
   Result<void> run(Watch& watch, double all, const shm::ReadOptions& options);
 
-  /// Block index of each cell.
+  /// Returns the block index of each cell; empty unless `keep_blocks` was true.
   const std::vector<std::uint32_t>& cell_blocks() const { return cell_blocks_; }
 
  private:
-  /// A target, the number of its elements that have been filled, and, for static cell arrays, the
-  /// number of elements used from the current block.
+  /// A target with two counts: `count` elements of the target have been filled; for a static cell
+  /// array, `taken` values of the current block have been used.
   struct Filled {
     Target* target;
     std::uint64_t count = 0;
@@ -63,8 +64,8 @@ class MeshPass {
                              Filled& filled);
   Result<void> append_waiting();
   MeshBlock alone(const MeshBlock& block, std::size_t cell);
-  /// Returns true if `cell` of a block is the cell that must be appended `ahead` places after the
-  /// next cell to be appended.
+  /// Returns true if `cell` of `block` is the next cell to be appended (`ahead` = 0), or the cell
+  /// that must be appended `ahead` cells later.
   bool follows(const MeshBlock& block, std::size_t cell, std::size_t ahead) const {
     const std::uint64_t next = next_cell_ + ahead;
     if (next >= piece().cell_count) return false;
@@ -76,14 +77,16 @@ class MeshPass {
   shmf_file* file_;
   bool coordinates_, keep_blocks_;
   std::vector<Filled> vertices_, cells_;
-  std::vector<std::uint32_t> arrays_;  // static arrays to be read
-  // VTK's cell type of each block; 0: the type depends on the number of nodes of each cell
+  std::vector<std::uint32_t> arrays_;  // indices of the static arrays to be read
+  // VTK's type of the cells of each block; 0: the type depends on the number of nodes of each cell
   std::vector<std::uint8_t> types_;
-  std::vector<std::uint64_t> places_;  // for each vertex of a block: its position in the piece
+  // for each vertex of the current block: its index in the piece
+  std::vector<std::uint64_t> places_;
   std::uint64_t vertices_done_ = 0, next_cell_ = 0, next_corner_ = 0;
   std::vector<std::uint32_t> cell_blocks_;
   std::map<std::uint64_t, MeshBlock>
-      waiting_;  // cells that arrived before their predecessors, by cell number
+      waiting_;  // cells, by cell number, that must wait because cells with smaller numbers have
+                 // not been decoded yet
 };
 
 MeshPass::MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks)
@@ -118,12 +121,13 @@ Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& opt
   }
   if (vertices_done_ != piece().vertex_count || next_cell_ != piece().cell_count ||
       next_corner_ != piece().corner_count)
-    return corrupt("the index counts more elements than the file contains", "index");
+    return corrupt("the number of elements in the index is larger than in the file", "index");
   for (Filled& filled : cells_) {
     if (filled.target->what() == SHMF_CORNER_BEGIN)
       filled.target->put_number(next_cell_, next_corner_);
     if (filled.target->what() == SHMF_VALUES && filled.count != filled.target->elements())
-      return corrupt("the index counts more cells of a block than the file contains", "index");
+      return corrupt("the number of cells of a block in the index is larger than in the file",
+                     "index");
   }
   return {};
 }
@@ -131,7 +135,7 @@ Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& opt
 Result<void> MeshPass::take_vertices(const MeshBlock& block) {
   const std::size_t count = block.vertex_count();
   if (count > piece().vertex_count - vertices_done_)
-    return corrupt("the index counts fewer vertices than the file contains", "index");
+    return corrupt("the number of vertices in the index is smaller than in the file", "index");
   vertices_done_ += count;
   if (vertices_.empty()) return {};
   places_.resize(count);
@@ -174,7 +178,7 @@ Result<void> MeshPass::take_cells(const MeshBlock& block) {
       continue;
     }
     if (waiting_.size() >= piece().cell_count - next_cell_)
-      return corrupt("the index counts fewer cells than the file contains", "index");
+      return corrupt("the number of cells in the index is smaller than in the file", "index");
     const std::uint64_t number = block.cell_numbers[cell];
     if (!waiting_.try_emplace(number, alone(block, cell)).second)
       return corrupt("cell " + std::to_string(number) + " occurs twice", "mesh");
@@ -183,7 +187,7 @@ Result<void> MeshPass::take_cells(const MeshBlock& block) {
   return {};
 }
 
-/// Returns a block that contains only cell `cell` of `block`, with the requested values.
+/// Returns a copy of `block` that contains only the cell `cell` and its requested values.
 MeshBlock MeshPass::alone(const MeshBlock& block, std::size_t cell) {
   MeshBlock own;
   const auto corner = [&](std::size_t i) {
@@ -207,7 +211,8 @@ Result<void> MeshPass::append_waiting() {
   while (!waiting_.empty()) {
     const MeshBlock& next = waiting_.begin()->second;
     if (!follows(next, 0, 0)) break;
-    std::vector<Filled> cells = cells_;  // `taken` counts from 0 in the block of the single cell
+    // this block contains a single cell, so its values begin at 0
+    std::vector<Filled> cells = cells_;
     for (Filled& filled : cells) filled.taken = 0;
     if (auto status = append(next, 0, 1, cells); !status) return status;
     for (std::size_t i = 0; i < cells.size(); ++i) cells_[i].count = cells[i].count;
@@ -220,7 +225,7 @@ Result<void> MeshPass::append(const MeshBlock& block, std::size_t first, std::si
                               std::span<Filled> cells) {
   const std::uint64_t corners = block.corner_begin[end] - block.corner_begin[first];
   if (corners > piece().corner_count - next_corner_)
-    return corrupt("the index counts fewer corners than the file contains", "index");
+    return corrupt("the number of corners in the index is smaller than in the file", "index");
   for (Filled& filled : cells) {
     Target& target = *filled.target;
     switch (target.what()) {
@@ -284,20 +289,21 @@ Result<void> MeshPass::append_corners(const MeshBlock& block, std::size_t first,
   return {};
 }
 
-/// Appends the values of cells `first` to `end` - 1. Checks the number of elements: the size of the
-/// target is computed from the cell counts per block in the index, and these may be wrong.
+/// Appends the values of cells `first` to `end` - 1. Fails if the target has too few elements: its
+/// size was computed from the cell counts in the index, and these may be wrong.
 Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, std::size_t end,
                                      Filled& filled) {
   Target& target = *filled.target;
   const std::byte* values = block.arrays[target.array()].data();
-  // Visits each run of cells that all have values, or all have none.
+  // Each pass of the loop handles a run of cells that either all have values or all have none.
   for (std::size_t c = first; c < end;) {
     const bool has = covers(filled, block.cell_blocks[c]);
     std::size_t run_end = c + 1;
     while (run_end < end && covers(filled, block.cell_blocks[run_end]) == has) ++run_end;
     const std::size_t count = run_end - c;
     if ((has || target.fills()) && count > target.elements() - filled.count)
-      return corrupt("the index counts fewer cells of a block than the file contains", "index");
+      return corrupt("the number of cells of a block in the index is smaller than in the file",
+                     "index");
     if (has) {
       target.put_values(filled.count, values + filled.taken * target.stride(), count);
       filled.taken += count;
@@ -310,12 +316,11 @@ Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, 
   return {};
 }
 
-/// Reads values of stepped arrays.
+/// Fills the targets for values of arrays with time steps.
 class StepPass {
  public:
-  /// All arguments are borrowed. `cell_blocks`: block index of each cell of the piece. The list is
-  /// needed only for cell arrays that do not cover all blocks, unless the target has an element for
-  /// every cell (SHMF_FILL).
+  /// All arguments are borrowed. `cell_blocks` contains the block index of each cell of the piece.
+  /// It is used only for targets without SHMF_FILL whose cell array does not cover all blocks.
   StepPass(shmf_file& file, std::span<Target> targets,
            const std::vector<std::uint32_t>& cell_blocks);
   /// Returns the number of elements of all targets together.
@@ -331,10 +336,11 @@ class StepPass {
 
   shmf_file* file_;
   const std::vector<std::uint32_t>* cell_blocks_;
-  // targets by array and step, so that the steps of an array are read in ascending order, which is
+  // targets, sorted by array and time step: reading the steps of an array in ascending order is
   // fastest
   Wanted wanted_;
-  std::vector<std::uint64_t> covered_;  // positions of the cells that the current array covers
+  // indices, in the piece, of the cells that have values in the current array
+  std::vector<std::uint64_t> covered_;
   std::uint64_t placed_ = 0;
 };
 
@@ -435,8 +441,9 @@ Result<std::uint64_t> StepPass::place_of(const Target& target, std::uint64_t num
 }
 
 Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf_run_options& run) {
-  // The mesh is read in three cases: for targets of the mesh itself, for a selection, and to find
-  // the cells of an array that does not cover all blocks.
+  // The mesh must be read if a target needs the mesh or a static array, if the values at time steps
+  // are those of a selection, or if the blocks of the cells are needed to place the values of a
+  // cell array.
   bool mesh = false, stepped = false, stepped_points = false, blocks = false;
   for (const Target& target : targets) {
     if (!target.wanted()) continue;
@@ -446,8 +453,8 @@ Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf
     mesh = mesh || !target.is_stepped();
   }
   mesh = mesh || blocks || (stepped && !file.piece.whole);
-  // The values of a vertex at a step are stored in the segment that owns the vertex. The
-  // coordinates are read to find these segments.
+  // The values of a vertex at a time step are stored in the segment that owns the vertex. For a
+  // selection, the coordinates are read to find these segments.
   MeshPass mesh_pass(file, targets, stepped_points && !file.piece.whole, blocks);
   StepPass step_pass(file, targets, mesh_pass.cell_blocks());
   const double in_mesh =
@@ -460,7 +467,7 @@ Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf
   return watch.tell(1, 1);
 }
 
-/// A sequential source that counts the bytes read.
+/// A sequential source that counts the bytes that have been read.
 class CountingSource final : public shm::ByteSource {
  public:
   explicit CountingSource(shm::RandomSource& source) : section_(source, 0, source.size()) {}
@@ -494,8 +501,8 @@ Result<shm::CellSelection> selection_of(const shmf_selection* selection) {
   return cells;
 }
 
-/// Counts the elements of the piece by decoding its cells. Used if the index does not contain the
-/// counts or may be wrong.
+/// Counts the elements of the selected piece by decoding its cells. Called if the index does not
+/// contain these counts, or if they may be wrong.
 Result<void> count_by_decoding(shmf_file& file, const shmf_run_options& run) {
   Piece& piece = file.piece;
   shm::ExtractRequest request;
@@ -545,7 +552,8 @@ shm::Result<void> shmf_file::count_piece(const shmf_run_options& run) {
       if (__builtin_mul_overflow(piece.block_cells[b], std::uint64_t{blocks[b].nodes_per_cell},
                                  &corners) ||
           __builtin_add_overflow(piece.corner_count, corners, &piece.corner_count))
-        return shmf::corrupt("the index counts more cells than a mesh can have", "index");
+        return shmf::corrupt("the number of cells in the index is larger than a mesh can have",
+                             "index");
     }
   }
   piece.counted = true;
@@ -565,7 +573,7 @@ shmf_status shmf_select(shmf_file* file, const shmf_selection* selection,
     shmf::Piece piece;
     piece.cells = std::move(*cells);
     piece.whole = piece.cells.all() && !file->damaged;
-    // Restores the previous selection if counting fails or memory runs out.
+    // Restores the previous selection if the new selection cannot be counted or memory runs out.
     struct Restoring {
       shmf::Piece& of;
       shmf::Piece old;
@@ -594,7 +602,7 @@ shmf_status shmf_read(shmf_file* file, shmf_target* targets, size_t count,
     if (!watched) return watched.error();
     if (auto status = file->count_piece(shmf_run_options{}); !status) return status;
     std::vector<shmf::Target> own;
-    // the first error; returned after the loop, because the loop sets `used` of all targets
+    // the first error; returned only after the loop, so that `used` is set for all targets
     std::optional<shm::Error> first;
     for (std::size_t i = 0; i < count; ++i) {
       auto target = shmf::Target::of(*shmf::at(targets, i), i, *file);

@@ -1,5 +1,6 @@
 // Copies structs of the interface between the caller and the library. Each struct begins with its
-// size, since the caller may have been compiled with a header that has fewer or more members.
+// size, because the caller may have been compiled with another version of the header, in which the
+// struct has fewer or more members.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +14,8 @@
 
 namespace shmf {
 
-/// Copies the caller's struct; members that the struct does not have become 0. `name` is used in
-/// error messages.
+/// Returns a copy of the caller's struct. Members that are missing in the caller's version become
+/// 0. `name` describes the struct in error messages.
 template <class Struct>
 shm::Result<Struct> taken(const Struct* from, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);
@@ -27,8 +28,8 @@ shm::Result<Struct> taken(const Struct* from, const char* name) {
   return own;
 }
 
-/// Copies an optional struct of the caller, as taken() does. If the pointer is null, all members of
-/// the result are 0.
+/// Returns a copy of an optional struct of the caller, as taken() does. If `from` is null, all
+/// members of the copy except struct_size are 0.
 template <class Struct>
 shm::Result<Struct> taken_or_default(const Struct* from, const char* name) {
   if (from != nullptr) return taken(from, name);
@@ -37,7 +38,8 @@ shm::Result<Struct> taken_or_default(const Struct* from, const char* name) {
   return own;
 }
 
-/// Copies `value` to the caller's struct, except for members that this struct does not have.
+/// Copies `value` to the caller's struct, except for members that are missing in the caller's
+/// version.
 template <class Struct>
 shm::Result<void> give(Struct* to, Struct value, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);

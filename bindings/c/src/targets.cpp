@@ -59,7 +59,7 @@ Result<Target> Target::of(shmf_target& target, std::size_t number, const shmf_fi
 
   const std::uint64_t element = made.components_ * shm::scalar_bytes(made.to_);
   if (made.elements_ > (std::numeric_limits<std::uint64_t>::max() >> 1) / element)
-    return misuse("the target has too many elements for any memory", name);
+    return misuse("the target has more elements than memory can hold", name);
   const std::uint64_t bytes = made.elements_ * element;
   if (target.struct_size >= sizeof target) target.used = bytes;
   if (made.wanted() && own->bytes < bytes)
@@ -72,8 +72,8 @@ Result<Target> Target::of(shmf_target& target, std::size_t number, const shmf_fi
   return made;
 }
 
-/// Determines the number of elements in the piece, and checks that the type can represent the
-/// values.
+/// Determines the number of elements that the target needs, and checks that its type can represent
+/// the values.
 Result<void> Target::fit(const shmf_target& own, const shmf_file& file) {
   const Piece& piece = file.piece;
   const auto numbers = [&](std::uint64_t count, std::uint64_t end) -> Result<void> {
@@ -120,8 +120,7 @@ Result<void> Target::fit_values(const shmf_target& own, const shmf_file& file) {
   step_ = own.step;
   from_ = info_->type;
   components_ = info_->components;
-  if (!info_->per_step && step_ != 0)
-    return misuse("the array is not per step, so the step must be 0");
+  if (!info_->per_step && step_ != 0) return misuse("the array is static, so the step must be 0");
   if (to_ != from_ && !(from_ == ScalarType::float64 && to_ == ScalarType::float32))
     return misuse("the array has another type, " + std::string(shm::scalar_name(from_)));
   const bool of_points = info_->location == shm::Location::point;

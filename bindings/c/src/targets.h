@@ -1,4 +1,4 @@
-// Targets of shmf_read(): checks their types and sizes, and stores values in them.
+// Checks the types and sizes of the targets of shmf_read(), and stores values in them.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace shmf {
 
-/// A target of shmf_read() whose type and size have been checked for the selected piece.
+/// A target of shmf_read(). Its type and size have been checked for the selected cells.
 class Target {
  public:
   /// Fails if the target is invalid for the file or too small. `number` is the index of the target
@@ -23,24 +23,25 @@ class Target {
   std::int32_t what() const { return what_; }
   std::uint32_t array() const { return array_; }
   std::uint64_t step() const { return step_; }
-  /// Returns true if this is a target for cell data with one element for every cell, even for cells
-  /// without values.
+  /// Returns true if the target has an element for every cell, even for cells without values
+  /// (SHMF_FILL).
   bool fills() const { return fills_; }
   bool of_cells() const;
   bool is_stepped() const { return info_ != nullptr && info_->per_step; }
   const shm::ArrayInfo* info() const { return info_; }
-  /// Returns false if the caller requests only the size, i.e. if `data` is null.
+  /// Returns true if the caller requests the values; false if `data` is null, so that only the size
+  /// is requested.
   bool wanted() const { return data_ != nullptr; }
   std::uint64_t elements() const { return elements_; }
 
-  /// Stores `value`, a vertex or cell number, as element i. Must hold: i < elements().
+  /// Stores `value`, a vertex or cell number, as element `i`, which must be less than elements().
   void put_number(std::uint64_t i, std::uint64_t value) {
     if (wide_)
       reinterpret_cast<std::uint64_t*>(data_)[i] = value;
     else
       reinterpret_cast<std::uint32_t*>(data_)[i] = static_cast<std::uint32_t>(value);
   }
-  /// Stores the vertex or cell numbers `values` as elements from `first` on.
+  /// Stores vertex or cell numbers as elements `first`, `first` + 1, and so on.
   void put_numbers(std::uint64_t first, std::span<const std::uint64_t> values) {
     if (wide_)
       std::copy(values.begin(), values.end(), reinterpret_cast<std::uint64_t*>(data_) + first);
@@ -49,12 +50,13 @@ class Target {
                      [](std::uint64_t value) { return static_cast<std::uint32_t>(value); });
   }
   void put_byte(std::uint64_t i, std::uint8_t value) { data_[i] = std::byte{value}; }
-  /// Stores the values of `count` elements, which have the type of the file, from element `first`
-  /// on. Must hold: first + count <= elements().
+  /// Stores the values of `count` elements from element `first` on, and converts them from the type
+  /// in the file. `first` + `count` must not exceed elements().
   void put_values(std::uint64_t first, const std::byte* values, std::size_t count);
-  /// Sets `count` elements from `first` on, which have no values, to NaN, or to 0 for integers.
+  /// Marks `count` elements from `first` on as elements without values: sets them to NaN, or to 0
+  /// for integers.
   void put_nothing(std::uint64_t first, std::uint64_t count);
-  /// Returns the size of an element in the file, in bytes.
+  /// Returns the size in bytes of an element in the type of the file.
   std::size_t stride() const { return components_ * shm::scalar_bytes(from_); }
 
  private:
@@ -67,7 +69,7 @@ class Target {
   bool fills_ = false, wide_ = false;
   std::size_t components_ = 1;
   const shm::ArrayInfo* info_ = nullptr;
-  shm::ScalarType from_{}, to_{};  // scalar types: in the file, and in the target
+  shm::ScalarType from_{}, to_{};  // scalar type of the values in the file, and in the target
   std::byte* data_ = nullptr;
 };
 

@@ -1,5 +1,5 @@
-// Implements the writing functions: the schema, then vertices and cells, then steps, extras and
-// sets.
+// Implements the functions shmf_writer_*. They write the schema first, then vertices and cells,
+// then time steps, extras and sets.
 #include <array>
 #include <memory>
 #include <optional>
@@ -37,8 +37,8 @@ std::size_t stride_of(const shm::ArrayInfo& info) {
   return shm::scalar_bytes(info.type) * info.components;
 }
 
-/// Replaces the file that is still being read. Closes the old file first, since some systems cannot
-/// replace an open file. The old file is not read after commit().
+/// A sink whose file replaces the old file, from which data is copied. commit() closes the old file
+/// first, because some systems cannot replace an open file.
 class SuccessorSink final : public shm::ByteSink {
  public:
   SuccessorSink(std::unique_ptr<shm::ByteSink> sink, std::unique_ptr<shm::FileRandomSource>& old)
@@ -66,19 +66,19 @@ struct shmf_writer {
   std::unique_ptr<shm::ByteSink> sink;
   std::string name;  // name of the file for messages; may be empty
   shm::RecordedOrder order;
-  std::optional<shm::Writer> writer;  // exists once the schema is complete
-  // Exist only while steps are appended to an existing file; `writer` is then empty.
+  std::optional<shm::Writer> writer;  // empty until the schema is complete
+  // Set only while steps are appended to an existing file; in this case `writer` is empty.
   std::unique_ptr<shm::FileRandomSource> old;
   std::optional<shm::Appender> appender;
   shmf::Stage stage = shmf::Stage::schema;
-  bool keeps_blocks = false;               // true: a stepped array covers only some blocks
+  bool keeps_blocks = false;               // true: an array with time steps covers only some blocks
   std::vector<std::uint32_t> cell_blocks;  // block index of each cell; filled if keeps_blocks
   bool has_sets = false;
-  /// The most recently written array, and its elements in coding order.
+  /// Index of the most recently written array, and the indices of its elements in coding order.
   std::optional<std::uint32_t> ordered_array;
   std::vector<std::uint64_t> coded_elements;
   std::optional<shm::Error> failed;
-  bool ran_out = false;  // true: an earlier call ran out of memory
+  bool ran_out = false;  // true: an earlier call ran out of memory, so all later calls fail
 
   shm::Result<void> begin_mesh();
   shm::Result<void> end_mesh();
@@ -91,7 +91,8 @@ struct shmf_writer {
   }
   shm::Result<void> add_extra(shm::Extra extra);
   shm::Result<void> read_order();
-  /// Returns the size in bytes of one element's values in all static arrays, packed.
+  /// Returns the size in bytes of the values that one vertex, or one cell of `block`, has in all
+  /// static arrays together.
   std::size_t element_bytes(shm::Location location, std::uint32_t block) const;
 };
 
@@ -99,7 +100,7 @@ using shm::Result;
 using shmf::misuse;
 using shmf::Stage;
 
-/// Creates the writer when the schema is complete.
+/// Creates the writer from the schema, which must be complete.
 Result<void> shmf_writer::begin_mesh() {
   if (stage == Stage::mesh) return {};
   if (stage != Stage::schema) return misuse("the mesh has ended");
@@ -136,7 +137,7 @@ std::size_t shmf_writer::element_bytes(shm::Location location, std::uint32_t blo
   return bytes;
 }
 
-/// Writes values in coding order, part by part.
+/// Rearranges the caller's values into coding order, and writes them in parts of about 1 MiB.
 Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
                                      std::span<const std::byte> values) {
   if (array >= schema.arrays.size()) return misuse("no array " + std::to_string(array));
@@ -167,8 +168,8 @@ Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
   return coded_elements.empty() ? add_coded_values(array, step, {}) : Result<void>();
 }
 
-/// Adds an extra. Its references use the caller's vertex and cell numbers, or, when steps are
-/// appended, the numbers that readers see.
+/// Adds an extra. Its references are vertex and cell numbers as used by the caller; when steps are
+/// appended, they are the numbers that readers see.
 Result<void> shmf_writer::add_extra(shm::Extra extra) {
   if (appender) return appender->add_extra(extra);
   if (schema.order != shm::Order::keep)
@@ -176,7 +177,8 @@ Result<void> shmf_writer::add_extra(shm::Extra extra) {
   return writer->add_extra(extra);
 }
 
-/// Reads the coding order and the block of each cell of the old file.
+/// Reads two properties of the old file: the coding order of its vertices and cells, and the block
+/// of each cell.
 Result<void> shmf_writer::read_order() {
   auto mesh = appender->without_steps();
   if (!mesh) return mesh.error();
@@ -291,13 +293,14 @@ Result<shm::NumberSpan> numbers_of(const shmf_target& from) {
   if (reinterpret_cast<std::uintptr_t>(from.data) % width != 0)
     return misuse("the memory of the array is not aligned for its type");
   const auto count = static_cast<std::size_t>(from.bytes / width);
-  // A negative number becomes a large number, which no vertex of a mesh has.
+  // Reading a signed type as unsigned turns a negative number into a large number, which no vertex
+  // has.
   if (width == 4)
     return shm::NumberSpan(std::span(static_cast<const std::uint32_t*>(from.data), count));
   return shm::NumberSpan(std::span(static_cast<const std::uint64_t*>(from.data), count));
 }
 
-/// Collects the arrays of the caller that form a whole mesh.
+/// Collects the arrays that shmf_writer_mesh() receives, and combines them into a mesh.
 class ArraysOfCaller {
  public:
   explicit ArraysOfCaller(const shm::Schema& schema) : schema_(&schema) {
@@ -355,7 +358,7 @@ Result<void> ArraysOfCaller::take_values(const shmf_target& from) {
   return {};
 }
 
-/// Computes the number of cells and returns the mesh.
+/// Computes the number of cells from the arrays, and returns the mesh.
 Result<const shm::MeshArrays*> ArraysOfCaller::finish() {
   if (!mesh_.corner_begin.empty()) {
     mesh_.cells = mesh_.corner_begin.size() - 1;

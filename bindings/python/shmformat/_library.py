@@ -1,9 +1,9 @@
 """Loads the C library with cffi. cffi parses the C header, so the package needs no compiler and works with every
 Python version.
 
-The library is the file named by the environment variable SHMFORMAT_LIBRARY. Without this variable, it is
-libshmformat_c.so.1 next to this module, if that file exists, otherwise the library that the system's loader finds.
-The header is parsed when the package is built, or, in the source tree, when this module is imported.
+The environment variable SHMFORMAT_LIBRARY names the file of the library. If this variable is not set, the module loads
+libshmformat_c.so.1 from its own folder. If that file does not exist, it loads the library that the system's loader
+finds. The header is parsed when the package is built; in the source tree, it is parsed when this module is imported.
 """
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ def library_version() -> str:
 
 
 class Error(Exception):
-    """The failure of a call.
+    """The failure of a call to the library.
 
     code: "io", "truncated", "corrupt", "unsupported", "over limit", "misuse", "output", "no memory" or "cancelled".
-    section: the part of the file, or "".
-    offset: byte offset in the file, or None.
-    detail: one sentence, without the name of the file and the place; str() returns the whole message.
+    section: the part of the file that has the error, or "" if unknown.
+    offset: byte offset of the error in the file, or None if unknown.
+    detail: the cause in one sentence, without the file name, section and offset. str() returns the whole message.
     """
 
     def __init__(self, code: str, detail: str, section: str = "", offset: int | None = None, message: str = ""):
@@ -66,7 +66,7 @@ class Error(Exception):
 
 
 def text(chars: Any) -> str:
-    """Converts a C string to str. Bytes that are not valid UTF-8, which names in files may contain, are escaped."""
+    """Converts a C string to str. Names in files may contain bytes that are not valid UTF-8; such bytes are escaped."""
     return ffi.string(chars).decode("utf-8", "surrogateescape") if chars != ffi.NULL else ""
 
 
@@ -78,22 +78,23 @@ def encoded(name: str | os.PathLike[str]) -> bytes:
 
 
 def raise_with(why: Error, raised: BaseException | None) -> NoReturn:
-    """Raises `why`, with the exception `raised` of a callback as its cause. If `raised` is an exception that ends the
-    program, such as KeyboardInterrupt, raises it instead."""
+    """Raises `why`. If a callback raised the exception `raised`, it becomes the cause of `why`. An exception that ends
+    the program, such as KeyboardInterrupt, is raised instead of `why`."""
     if raised is not None and not isinstance(raised, Exception):
         raise raised
     raise why from raised
 
 
 def struct(name: str) -> Any:
-    """Returns a new struct of the C interface with its struct_size set."""
+    """Returns a new struct shmf_`name` of the C interface. Its struct_size is set, and all other members are 0."""
     made = ffi.new(f"shmf_{name}*")
     made.struct_size = ffi.sizeof(f"shmf_{name}")
     return made
 
 
 def check(call: Any, *arguments: Any) -> None:
-    """Calls a function of the C interface, whose last argument is the error, and raises an exception if it fails."""
+    """Calls a function of the C interface with these arguments and a shmf_error. Raises an exception if the function
+    fails."""
     why = ffi.new("shmf_error*")
     status = call(*arguments, why)
     if status == lib.SHMF_OK:
@@ -115,12 +116,12 @@ SHAPES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron
           "hexahedron", "polyhedron", "faces")
 
 
-# Shape and number of nodes of each kind of cell that has a VTK type and a fixed number of nodes.
+# Shape and number of nodes of each kind of cell that has a VTK type with a fixed number of nodes.
 KINDS = (("vertex", 1), ("line", 2), ("line", 3), ("line", 4), ("triangle", 3), ("triangle", 6), ("triangle", 7), ("quad", 4),
          ("quad", 8), ("quad", 9), ("tetrahedron", 4), ("tetrahedron", 10), ("pyramid", 5), ("pyramid", 13), ("pyramid", 19),
          ("wedge", 6), ("wedge", 15), ("wedge", 18), ("hexahedron", 8), ("hexahedron", 20), ("hexahedron", 24),
          ("hexahedron", 27))
-POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK's types of cells with any number of nodes
+POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK's numbers of the cell types whose number of nodes is not fixed
 
 
 def vtk_type(shape: str, nodes: int) -> int:
@@ -128,7 +129,7 @@ def vtk_type(shape: str, nodes: int) -> int:
 
 
 def copied(data: Any, shape: int | tuple[int, ...], dtype: Any) -> np.ndarray:
-    """Copies numbers from memory of the library to a new NumPy array."""
+    """Copies values from memory of the library to a new NumPy array."""
     out = np.empty(shape, dtype)
     if out.size:
         ffi.memmove(ffi.from_buffer(out), data, out.nbytes)

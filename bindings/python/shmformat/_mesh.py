@@ -1,4 +1,4 @@
-"""Reads meshes; their arrays are decoded on access."""
+"""Reads meshes. An array is decoded when a program accesses it."""
 from __future__ import annotations
 
 import io
@@ -21,11 +21,11 @@ Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview, BinaryIO]
 
 @dataclass(frozen=True)
 class Block:
-    """A set of cells that share a shape: an element block of Exodus, an entity of Gmsh."""
+    """A set of cells of the same shape, e.g. an element block of Exodus or an entity of Gmsh."""
     id: int
     name: str
-    shape: str  # Shape of the cells: "hexahedron", ...
-    nodes_per_cell: int  # Number of nodes of each cell; 0: differs from cell to cell.
+    shape: str  # Shape of the cells, e.g. "hexahedron".
+    nodes_per_cell: int  # Number of nodes of each cell; 0: the number varies from cell to cell.
     cells: int
 
 
@@ -37,27 +37,28 @@ class Segment:
     first_vertex: int
     vertices: int
     bytes: int
-    box: tuple[float, ...]  # Bounding box of the vertices: smallest x y z, largest x y z.
+    box: tuple[float, ...]  # Bounding box of the vertices: smallest x, y, z, then largest x, y, z.
 
 
 @dataclass(frozen=True)
 class Set:
-    """A named set of vertices, sides or cells. The numbers in it refer to the whole mesh."""
+    """A named set of vertices, sides or cells. `numbers` contains vertex numbers (node sets) or cell numbers (other
+    sets) in the whole mesh."""
     kind: str  # Kind of the set: "node", "side" or "element".
     id: int
     name: str
     numbers: np.ndarray
     sides: np.ndarray | None = None  # For side sets: the side of each cell, numbered from 1 as in Exodus.
-    blocks: np.ndarray | None = None  # For element sets: blocks whose cells all belong to the set too.
+    blocks: np.ndarray | None = None  # For element sets: indices of blocks of which all cells belong to the set.
     factors: np.ndarray | None = None  # Distribution factors; None if all are 1.
 
 
 @dataclass(frozen=True)
 class Extra:
-    """Data that the mesh model does not cover."""
+    """Values with a key, for data that the mesh model does not cover."""
     key: str
     values: np.ndarray
-    refers: str  # What the values refer to by number: "nothing", "vertices" or "cells".
+    refers: str  # Meaning of the values: "vertices" (vertex numbers), "cells" (cell numbers) or "nothing" (neither).
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class Cells:
 
 @dataclass
 class Arrays:
-    """The result of Mesh.read()."""
+    """The arrays that Mesh.read() returns."""
     points: np.ndarray | None = None
     cells: Cells | None = None
     point_data: dict[str, np.ndarray] = field(default_factory=dict)
@@ -83,16 +84,18 @@ class Arrays:
 
 @dataclass(frozen=True)
 class Boundary:
-    """The result of Mesh.boundary(). Face i has the points connectivity[offsets[i]:offsets[i + 1]], counter-clockwise as
-    seen from outside. A line has 2 points, a vertex has 1."""
+    """The boundary surface that Mesh.boundary() returns. The points of face i are connectivity[offsets[i]:offsets[i +
+    1]], in counter-clockwise order when seen from outside. A face can also be a line (2 points) or a vertex (1
+    point)."""
     points: np.ndarray  # Coordinates of the points that the faces use; shape (n, 3).
     offsets: np.ndarray
     connectivity: np.ndarray
-    vertex_numbers: np.ndarray  # Number of each point in the whole file.
+    vertex_numbers: np.ndarray  # For each point: its vertex number in the whole file.
     cell_numbers: np.ndarray  # For each face: number of its cell in the whole file.
     blocks: np.ndarray  # For each face: index of the block of its cell.
-    sides: np.ndarray  # For each face: side of its cell, numbered from 1 as in Exodus; 0: the face is the cell itself.
-    left_out: int  # Number of cells whose faces are unknown.
+    # For each face: the side of its cell, numbered from 1 as in Exodus; 0 if the face is the cell itself.
+    sides: np.ndarray
+    left_out: int  # Number of cells left out because their faces are unknown.
     point_data: dict[str, np.ndarray] = field(default_factory=dict)
     cell_data: dict[str, np.ndarray] = field(default_factory=dict)  # Values of cell arrays, one element per face.
 
@@ -102,7 +105,7 @@ class Boundary:
 
 @dataclass(frozen=True)
 class _Array:
-    """Description of an array, copied from the library."""
+    """The properties of an array, copied from a shmf_array."""
     name: str
     role: str
     location: int
@@ -118,7 +121,7 @@ class _Array:
 
 
 class Steps(Mapping):
-    """The values of one array by time step. steps[4] decodes the values at step 4."""
+    """The values of one array at all its time steps, as a mapping: steps[4] decodes the values at step 4."""
 
     def __init__(self, mesh: Mesh, array: int):
         self._mesh, self._array = mesh, array
@@ -140,8 +143,9 @@ class Steps(Mapping):
 
 
 class Data(Mapping):
-    """The arrays by name. Each value is an ndarray, or a Steps object if the array has time steps. If several arrays have
-    the same name, only the first one is accessible."""
+    """The point arrays or the cell arrays of a mesh, as a mapping from names to values. The values of a static array
+    are an ndarray. The values of an array with time steps are a Steps object. If several arrays have the same name,
+    only the first array is accessible."""
 
     def __init__(self, mesh: Mesh, location: int):
         self._mesh = mesh
@@ -166,23 +170,25 @@ class Data(Mapping):
         return len(self._arrays)
 
     def role(self, name: str) -> str:
-        """Returns "" for data, otherwise the source's name for the array, e.g. "exodus:node_num_map"."""
+        """Returns "" for field data. For other arrays, returns the name of the array in the source format, e.g.
+        "exodus:node_num_map"."""
         return self._mesh._arrays[self._arrays[name]].role
 
     def error(self, name: str) -> float:
-        """Returns 0 if the array is lossless, otherwise the largest error of a value."""
+        """Returns the error bound: the largest possible difference between a value and the source; 0 if lossless."""
         return self._mesh._arrays[self._arrays[name]].error
 
 
 class _Handle:
-    """A shmf_file, and the objects that must live as long as the file."""
+    """A shmf_file, together with the objects that must stay alive as long as the file is open."""
 
     def __init__(self, file: Any, *keep: Any):
         self.file = file
         self.keep = keep
-        self.remote: Remote | None = None  # The remote file, which is closed with the handle.
-        self.error: BaseException | None = None  # The exception that a callback raised.
-        self.origin = self  # The handle in whose `error` callbacks store their exceptions.
+        # The remote file from which the handle reads; closed together with the handle.
+        self.remote: Remote | None = None
+        self.error: BaseException | None = None  # The exception that a callback raised during the current call.
+        self.origin = self  # The handle whose attribute `error` receives the exceptions of callbacks.
         self.selected: Any = None  # Identifies the Mesh whose cells are selected in the file.
         self._calls = 0
 
@@ -225,7 +231,8 @@ def _opened(source: Source, wanted: Mapping[str, int | None]) -> _Handle:
     file = ffi.new("shmf_file**")
     options = _options(wanted)
     if isinstance(source, str) and re.match(r"[a-z][a-z0-9+.-]+://", source):
-        from ._remote import open_url  # loaded on demand: its imports are large, and most files are local
+        # imported only when needed: the imports of _remote take time, and most files are local
+        from ._remote import open_url
 
         remote = open_url(source)
         try:
@@ -262,8 +269,9 @@ def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
 
 def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], source: Any, options: Any,
                    file: Any, tell: Callable[[Sequence[tuple[int, int]]], None] | None = None) -> _Handle:
-    """Opens a source whose bytes the Python function read_into returns. Exceptions of read_into become the cause of the
-    Error. tell, if given, is called with the ranges that will be read next, as (first byte, end)."""
+    """Opens a file of `size` bytes. read_into(offset, memory) fills the memory with the bytes of the file from `offset`
+    on. If read_into raises an exception, it becomes the cause of the Error. `tell`, unless None, is called with the
+    ranges that will be read next, each as (first byte, end)."""
     handle = _Handle(None)
 
     def read_at(_: Any, offset: int, into: Any, count: int, why: Any, why_bytes: int) -> int:
@@ -317,7 +325,7 @@ def open(source: Source, *, damaged: bool = False, max_cells: int | None = None,
 
 
 class Archive(Mapping):
-    """The files in an archive, by name. archive[name] opens one file."""
+    """An archive of several files, as a mapping: archive[name] opens the file with this name."""
 
     def __init__(self, handle: _Handle, members: int, wanted: Mapping[str, int | None]):
         self._handle, self._wanted = handle, wanted
@@ -351,10 +359,11 @@ class Archive(Mapping):
 
 
 class Mesh:
-    """A mesh in a file, or a selection of its cells. Arrays are decoded on access, into memory of NumPy.
+    """A mesh in a file, or a selection of its cells. An array is decoded, into a NumPy array, when a program accesses
+    it.
 
-    Use a mesh in one thread at a time. Meshes opened by separate calls of open() are independent. The result of
-    select() shares the file with its mesh, so only one thread at a time may use these two.
+    Only one thread at a time may use a mesh. Meshes opened by separate calls to open() are independent. The result of
+    select() uses the file of its mesh, so only one thread at a time may use either of the two.
     """
 
     def __init__(self, handle: _Handle, selection: Any = None, keep: Any = None):
@@ -412,12 +421,12 @@ class Mesh:
 
     @property
     def source_format(self) -> str:
-        """Origin of the mesh, e.g. "exodus", "vtk" or "gmsh"; may be empty."""
+        """Format of the source, e.g. "exodus", "vtk" or "gmsh"; "" if unknown."""
         return self._source_format
 
     @property
     def coordinate_error(self) -> float:
-        """Largest error of a coordinate; 0 if coordinates are lossless."""
+        """Error bound: largest possible difference between a coordinate and the source; 0 if lossless."""
         return float(self._info.coordinate_error)
 
     @property
@@ -426,7 +435,8 @@ class Mesh:
 
     @property
     def cell_data(self) -> Data:
-        """Cell arrays with one element per cell. Cells of blocks without values have NaN, or 0 for integers."""
+        """Cell arrays, with one element for every cell. If a cell has no value in an array, the element is NaN, or 0
+        for integers."""
         return Data(self, lib.SHMF_CELL_DATA)
 
     @property
@@ -461,19 +471,20 @@ class Mesh:
 
     def select(self, *, cells: tuple[int, int] | None = None, numbers: Any = None,
                blocks: Sequence[int] | None = None, box: Sequence[float] | None = None) -> Mesh:
-        """Returns a mesh of the cells that meet all conditions, and of their vertices. Vertices and cells are renumbered
-        without changing their order.
+        """Returns a mesh that consists of the cells that meet all given conditions, and of the vertices of these cells.
+        Its vertices and cells are renumbered from 0 without changing their order.
 
-        cells: (first, end) of a range of cell numbers. numbers: individual cell numbers. blocks: indices into `blocks`.
-        box: smallest x y z, largest x y z; selects cells with a vertex in the box. All conditions refer to the whole
-        file, even if this mesh is a selection itself.
+        cells: (first, end), selects the cell numbers first to end - 1. numbers: selects individual cell numbers.
+        blocks: selects the cells of these blocks (indices into the list `blocks` of the mesh). box: smallest x, y, z,
+        then largest x, y, z; selects cells with a vertex in this box. All conditions refer to the whole file, even if
+        this mesh is a selection itself.
         """
         selection = struct("selection")
         keep = []
         if cells is not None:
             selection.first_cell, selection.end_cell = cells
             if tuple(cells) == (0, 0):
-                blocks = ()  # an empty list selects no cells, while the range 0, 0 would mean "no condition"
+                blocks = ()  # (0, 0) selects no cells, but means "all" in C
         if blocks is not None:
             listed = sorted(set(blocks))
             keep.append(ffi.new("uint32_t[]", listed or [0]))
@@ -487,7 +498,8 @@ class Mesh:
         return Mesh(self._handle, selection, keep)
 
     def _count(self) -> Any:
-        """Selects the cells of this mesh in the file, if other cells are selected there, and returns the counts."""
+        """Returns the counts of this mesh. If another Mesh has selected other cells in the same shmf_file, selects the
+        cells of this mesh again."""
         if self._counted is None or self._handle.selected is not self._token:
             counted = struct("counts")
             self._handle(lib.shmf_select, self._selection or ffi.NULL, ffi.NULL, counted)
@@ -504,7 +516,7 @@ class Mesh:
 
     @property
     def vertex_numbers(self) -> np.ndarray:
-        """Number of each vertex in the whole file."""
+        """For each vertex: its number in the whole file."""
         return self._read([(lib.SHMF_VERTEX_NUMBERS, np.empty(self.vertex_count, np.int64), 0, 0)])[0]
 
     @property
@@ -515,14 +527,15 @@ class Mesh:
 
     @property
     def points(self) -> np.ndarray:
-        """Coordinates of all vertices, shape (vertices, 3), in the type of the file. Read once and then kept."""
+        """Coordinates of all vertices, in the type of the file; shape (vertices, 3). They are read when this property
+        is first used, and then kept."""
         if self._points is None:
             self._points = self.read(cells=False).points
         return self._points
 
     @property
     def cells(self) -> Cells:
-        """All cells. Read once and then kept."""
+        """All cells of the mesh. They are read when this property is first used, and then kept."""
         if self._cells is None:
             self._cells = self.read(points=False).cells
         return self._cells
@@ -530,13 +543,14 @@ class Mesh:
     def read(self, *, points: bool = True, cells: bool = True, point_data: Sequence[str] = (),
              cell_data: Sequence[str] = (), step: int | None = None, out: Mapping[str, np.ndarray] | None = None,
              progress: Callable[[float], Any] | None = None, threads: int = 1) -> Arrays:
-        """Reads several arrays in one pass over the file, which is faster than reading them one after the other.
+        """Reads several arrays in one pass over the file. This is faster than reading the arrays one after the other.
 
-        step: time step of arrays that have steps. out: arrays to fill, by name: "points", "offsets", "connectivity",
-        "types", "blocks", or the name of a point or cell array. The arrays in `out` must be contiguous and have the
-        right shape; points may be float32 or float64, offsets and connectivity integers of 32 or 64 bits.
-        progress: called regularly with the completed fraction, 0 to 1. threads: number of decoding threads; 0: one
-        per core.
+        step: the time step at which arrays with time steps are read. out: existing arrays into which the results are
+        stored instead of new arrays, by name: "points", "offsets", "connectivity", "types", "blocks", or the name of a
+        point or cell array. The arrays in `out` must be contiguous and have the right shape. The type of points may be
+        float32 or float64. The type of offsets and connectivity may be any integer type of 32 or 64 bits. progress: a
+        function that is called regularly with the completed fraction, 0 to 1. threads: number of decoding threads; 0:
+        one per core.
         """
         counts = self._count()
         left = dict(out or {})
@@ -576,19 +590,21 @@ class Mesh:
 
     def boundary(self, *, point_data: Sequence[str] = (), cell_data: Sequence[str] = (), step: int | None = None,
                  max_bytes: int = 0, progress: Callable[[float], Any] | None = None, threads: int = 1) -> Boundary:
-        """Returns the boundary of the mesh or selection: the sides that belong to exactly one volume cell, and all
-        cells of lower dimension. Memory grows with the active surface and the result; for a selection, with the size
-        of the selection.
+        """Returns the boundary surface of the mesh or selection: the sides that belong to exactly one volume cell, and
+        all cells of lower dimension. Memory grows with the active surface and the result. For a selection, memory grows
+        with the size of the selection instead.
 
-        point_data, cell_data: arrays to transfer to the boundary. step: time step of arrays that have steps.
-        max_bytes: memory limit; 0: 4 GiB. progress and threads: as for read().
+        point_data, cell_data: names of the arrays whose values on the boundary are returned. step: the time step at
+        which arrays with time steps are read. max_bytes: memory limit in bytes; 0: 4 GiB. progress, threads: the same
+        as for read().
         """
         names = [(self.point_data, name) for name in point_data] + [(self.cell_data, name) for name in cell_data]
         arrays = [data._arrays[name] for data, name in names]
         for array in arrays:
             if self._arrays[array].per_step and step is None:
                 raise ValueError(f"'{self._arrays[array].name}' has time steps: choose one with step=...")
-        if self._selection is not None or self._handle.selected is not None:  # otherwise all cells are selected
+        # if this mesh is the whole file and no other selection is active, all cells are selected already
+        if self._selection is not None or self._handle.selected is not None:
             self._count()
         options, made, surface = struct("boundary_options"), ffi.new("shmf_boundary**"), struct("surface")
         listed = ffi.new("uint32_t[]", arrays or [0]), ffi.new("uint64_t[]", [step or 0] * max(len(arrays), 1))
@@ -631,7 +647,8 @@ class Mesh:
 
     def _read(self, wanted: list[tuple[int, np.ndarray, int, int]],
               progress: Callable[[float], Any] | None = None, threads: int = 1) -> list[np.ndarray]:
-        """Fills arrays; each entry is (kind of target, array to fill, index of the array in the file, step)."""
+        """Fills NumPy arrays with one call to shmf_read(). Each entry is a tuple: a shmf_what, the NumPy array, the
+        index of the array in the file, and the time step."""
         self._count()
         targets = ffi.new("shmf_target[]", len(wanted))
         buffers = []
@@ -654,7 +671,8 @@ class Mesh:
 
 
 class _Run:
-    """Options of a long call: threads and progress. An exception in `progress` ends the call and is raised again."""
+    """The shmf_run_options of a call that may take long. If `progress` raises an exception, the call ends, and the
+    exception is raised again."""
 
     def __init__(self, progress: Callable[[float], Any] | None, threads: int):
         self._raised: BaseException | None = None

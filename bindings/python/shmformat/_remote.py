@@ -1,8 +1,8 @@
 """Reads byte ranges of remote files, with a cache of recently fetched bytes.
 
-The library announces the ranges that it will read. Ranges less than 64 KB apart are fetched as one range. If the
-server supports it, one request fetches several ranges. The package fsspec, if it is installed, provides other
-protocols; http and https use Python's own client over one connection.
+The library announces the ranges that it will read. Ranges with a gap of less than 64 KB between them are fetched as
+one range. One request fetches several ranges if the server supports this. http and https use Python's own client and
+a single connection. Other protocols need the package fsspec.
 """
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from typing import Protocol
 
 from ._library import Error
 
-_NEAR = 1 << 16  # Distance in bytes: ranges closer than this are fetched as one range.
-_MOST_AT_ONCE = 16 << 20  # Maximum size in bytes of the announced ranges in a request.
-_MOST_RANGES = 64  # Maximum number of ranges per request.
+_NEAR = 1 << 16  # Maximum gap in bytes: ranges with a smaller gap between them are fetched as one range.
+_MOST_AT_ONCE = 16 << 20  # Maximum total size, in bytes, of the ranges in one request.
+_MOST_RANGES = 64  # Maximum number of ranges in one request.
 _MOST_OF_HEADERS = 1 << 12  # Maximum size in bytes of the headers of each part of a response.
 _MOST_KEPT = 64 << 20  # Maximum size of the cache in bytes.
 _MOST_PIECES = 1 << 12  # Maximum number of pieces in the cache.
 _MOST_REDIRECTS = 5
 
-Range = tuple[int, int]  # offset of the first byte, and offset after the last byte
+Range = tuple[int, int]  # offset of the first byte, and offset of the byte after the last byte
 
 
 def _error(url: str, sentence: str) -> Error:
@@ -36,19 +36,20 @@ class Ranges(Protocol):
     size: int
 
     def fetch(self, ranges: Sequence[Range]) -> list[bytes]:
-        """Returns the bytes of each range; the ranges are in ascending order with gaps between them."""
+        """Returns the bytes of each range. The ranges must be in ascending order and must not touch each other."""
 
     def close(self) -> None: ...
 
 
 class _Http:
-    """A file on a server, read over one connection. The first request fetches the end of the file and learns its size."""
+    """A file on a server, read over one connection. The first request fetches the end of the file; the response also
+    contains the size of the file."""
 
     def __init__(self, url: str):
         self._url = self._first_url = url
         self._connection: http.client.HTTPConnection | None = None
         self._version: str | None = None  # ETag or Last-Modified of the first response
-        self._gives_many = True  # true while the server may support several ranges per request
+        self._gives_many = True  # true until the server ignores a request for several ranges
         try:
             status, headers, self.tail = self._follow(f"bytes=-{_NEAR}")
             if status == 416 or (status == 200 and headers.get("Content-Length") == "0"):
@@ -61,7 +62,7 @@ class _Http:
 
     def _total(self, status: int, headers: http.client.HTTPMessage) -> int:
         if status == 200 and self.tail:
-            return len(self.tail)  # the response is a whole small file
+            return len(self.tail)  # the response contains the whole file, which is small
         if status == 200:
             raise _error(self._url, "the server does not support byte ranges")
         found = re.fullmatch(r"bytes (\d+)-(\d+)/(\d+)", headers.get("Content-Range", ""))
@@ -86,7 +87,8 @@ class _Http:
         raise _error(self._url, "the server redirects without end")
 
     def _request(self, wanted: str, most: int = _NEAR) -> tuple[int, http.client.HTTPMessage, bytes]:
-        """Sends a request and returns the response. Reads at most `most` + 1 bytes of the body."""
+        """Sends a request, and returns the status, headers and body of the response. Reads at most `most` + 1 bytes
+        of the body."""
         parts = urllib.parse.urlsplit(self._url)
         if parts.scheme not in ("http", "https") or not parts.netloc:
             raise _error(self._url, "without fsspec only http and https can be read")
@@ -99,7 +101,7 @@ class _Http:
                 self._connection.request("GET", target, headers={"Range": wanted, "Accept-Encoding": "identity"})
                 answer = self._connection.getresponse()
                 if answer.status == 200 and int(answer.headers.get("Content-Length") or _NEAR + 1) > _NEAR:
-                    self.close()  # the server sent a whole large file instead of a range
+                    self.close()  # the server ignored the range and sends the whole large file
                     return answer.status, answer.headers, b""
                 body = answer.read(most + 1)
                 if len(body) > most:
@@ -109,7 +111,8 @@ class _Http:
                 return answer.status, answer.headers, body
             except (OSError, ValueError, http.client.HTTPException) as why:
                 self.close()
-                if fresh:  # an old connection is tried again, since the server may have closed it while it was idle
+                # if a reused connection fails, try a new connection: the server may have closed the idle connection
+                if fresh:
                     raise _error(self._url, f"the connection failed: {why or type(why).__name__}") from why
         raise AssertionError("unreachable")
 
@@ -124,7 +127,7 @@ class _Http:
     def _answer(self, wanted: str, most: int) -> tuple[int, http.client.HTTPMessage, bytes]:
         status, headers, body = self._request(wanted, most)
         if status in (301, 302, 303, 307, 308, 401, 403) and self._url != self._first_url:
-            self.close()  # redirect targets may be temporary
+            self.close()  # the redirected URL may have expired: start again from the original URL
             self._url = self._first_url
             status, headers, body = self._follow(wanted, most)
         if status in (206, 412, 416) and self._version_of(headers) not in (None, self._version):
@@ -142,13 +145,14 @@ class _Http:
         return body
 
     def _fetch_many(self, ranges: Sequence[Range]) -> list[bytes] | None:
-        """Fetches ranges in one request. Returns None if the server returns only one range at a time."""
+        """Fetches several ranges in one request. Returns None if the server does not support this."""
         most = sum(end - first + _MOST_OF_HEADERS for first, end in ranges) + _MOST_OF_HEADERS
         status, headers, body = self._answer("bytes=" + ",".join(f"{first}-{end - 1}" for first, end in ranges), most)
         if status != 206 or headers.get_content_type() != "multipart/byteranges":
             return None
         bodies, position = [], 0
-        for first, end in ranges:  # each part of the response consists of headers, an empty line and the bytes
+        # each part of the response consists of headers, an empty line and the bytes of one range
+        for first, end in ranges:
             begin = body.find(b"\r\n\r\n", position) + 4
             wanted = rb"(?i)content-range:\s*bytes %d-%d/%d\s" % (first, end - 1, self.size)
             if begin < 4 or not re.search(wanted, body[position:begin]) or len(body) - begin < end - first:
@@ -173,7 +177,7 @@ class _Fsspec:
         try:
             self._system, self._path = fsspec.core.url_to_fs(url)  # type: ignore[attr-defined]
             self.size = int(self._system.info(self._path)["size"])
-        except Exception as why:  # each protocol raises its own kinds of exceptions
+        except Exception as why:  # the kinds of exceptions depend on the protocol
             raise _error(url, f"cannot be opened: {why or type(why).__name__}") from why
 
     def fetch(self, ranges: Sequence[Range]) -> list[bytes]:
@@ -193,7 +197,8 @@ class Remote:
     def __init__(self, ranges: Ranges, tail: bytes = b""):
         self._ranges = ranges
         self.size = ranges.size
-        self._kept: list[tuple[int, bytes]] = []  # pieces in the cache, each with its offset and its bytes; the oldest first
+        # pieces in the cache, from the oldest to the newest: offset in the file, and bytes
+        self._kept: list[tuple[int, bytes]] = []
         self._kept_bytes = len(tail)
         self._told: list[Range] = []  # announced ranges, ascending and disjoint
         if tail:
@@ -226,7 +231,8 @@ class Remote:
         return None
 
     def _fetch(self, first: int, end: int) -> None:
-        """Fetches these bytes, together with the announced ranges that come after them."""
+        """Fetches the bytes from `first` to `end` - 1. The same request also fetches announced ranges that come after
+        these bytes."""
         index = bisect_right(self._told, first, key=lambda told: told[0]) - 1
         told_end = self._told[index][1] if index >= 0 else 0
         ranges = [(first, max(end, min(told_end, first + _MOST_AT_ONCE)))]
@@ -238,7 +244,7 @@ class Remote:
             if room < 0 or told[0] <= ranges[-1][1] or len(ranges) == _MOST_RANGES:
                 break
             ranges.append(told)
-        if len(ranges) == 1:  # a request of _NEAR bytes takes no longer than a smaller request
+        if len(ranges) == 1:  # fetch at least _NEAR bytes, because a smaller request takes just as long
             ranges = [(first, max(ranges[0][1], min(first + _NEAR, self.size)))]
         bodies = self._ranges.fetch(ranges)
         self._kept += zip((begin for begin, _ in ranges), bodies)
@@ -260,7 +266,7 @@ class Remote:
 
 
 def open_url(url: str) -> Remote:
-    """Opens a URL: http and https directly, other protocols through fsspec if it is installed."""
+    """Opens a URL. http and https are read directly; other protocols need the package fsspec."""
     try:
         import fsspec
     except ImportError:

@@ -1,4 +1,4 @@
-"""The nodes of each side of a cell. Sides are numbered from 1 as in Exodus.
+"""Finds the nodes of a side of a cell. Sides are numbered from 1 as in Exodus.
 
 The tables are the same as in converters/sets/set_cells.cpp, which `shm extract --set` uses; a test compares them.
 """
@@ -11,10 +11,10 @@ import numpy as np
 from ._library import vtk_type
 from ._mesh import Cells, Mesh
 
-# Corners of each side by shape, numbered as in the Exodus manual.
+# For each shape: the corners of each side. Sides and corners are numbered as in the Exodus manual, but from 0.
 _SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
-    # In three-dimensional meshes, triangles and quads are shells: their sides are the front, the back, and then the
-    # edges.
+    # In three-dimensional meshes, triangles and quads are shells. Side 1 is the front, side 2 is the back, and the
+    # other sides are the edges.
     "triangle": ((0, 1, 2), (0, 2, 1), (0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1, 2, 3), (0, 3, 2, 1), (0, 1), (1, 2), (2, 3), (3, 0)),
     "tetrahedron": ((0, 1, 3), (1, 2, 3), (0, 3, 2), (0, 2, 1)),
@@ -24,7 +24,7 @@ _SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
 }
 _CORNERS = {"triangle": 3, "quad": 4, "tetrahedron": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 
-# Second-order nodes come after the corners. First come the middles of these edges, in VTK's order.
+# In the node list of a second-order cell, the corners are followed by the midpoints of these edges, in VTK's order.
 _EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "triangle": ((0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
@@ -33,25 +33,26 @@ _EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "wedge": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
     "hexahedron": ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
 }
-# After the middles of the edges come the middles of these quads. Triangular sides are returned without a node in the
-# middle.
+# The midpoints of the edges are followed by the midpoints of these quads, which are given by their corners. A
+# triangular side has no midpoint in the result.
 _MIDDLES: dict[str, tuple[tuple[int, ...], ...]] = {
     "quad": ((0, 1, 2, 3),),
     "pyramid": ((0, 1, 2, 3),),
     "wedge": ((0, 1, 3, 4), (1, 2, 4, 5), (0, 2, 3, 5)),
     "hexahedron": ((0, 3, 4, 7), (1, 2, 5, 6), (0, 1, 4, 5), (2, 3, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7)),
 }
-_SHAPE_OF_SIDE = {2: "line", 3: "triangle", 4: "quad"}  # shape of a side by its number of corners
+_SHAPE_OF_SIDE = {2: "line", 3: "triangle", 4: "quad"}  # shape of a side, for each number of corners
 
 
 def is_flat(mesh: Mesh) -> bool:
-    """Returns True if the mesh is two-dimensional; only files from Exodus record this."""
+    """Returns True if the mesh is recorded as two-dimensional. Only files converted from Exodus record this."""
     return any(extra.key == "exodus/skeleton" and b"\nD\tnum_dim\t2\n" in extra.values.tobytes() for extra in mesh.extras)
 
 
 @lru_cache(maxsize=None)
 def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[int, ...]]:
-    """Returns the shape of a side, and the indices of its nodes in the cell, in VTK's order.
+    """Returns the shape of a side, and its nodes in VTK's order. A node is given by its index in the node list of the
+    cell.
 
     The list of nodes is empty if the side is unknown.
 
@@ -81,11 +82,13 @@ def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[i
 
 def sides_as_cells(cells: Cells, shapes: list[str], rows: np.ndarray, sides: np.ndarray,
                    flat: bool) -> tuple[Cells, np.ndarray]:
-    """Converts sides of cells to cells. Returns these cells in the same order, and their indices in `sides`.
+    """Converts sides to cells: each known side becomes a cell. Returns these cells, and for each of them the index of
+    its side in `sides`. Unknown sides are skipped.
 
     Unknown sides are left out.
 
-    shapes: shape of each block. rows: for each side, the index of its cell. sides: for each side, its number in the cell.
+    shapes: for each block, the shape of its cells. rows: for each side, the index of its cell. sides: for each side,
+    its number within the cell.
     """
     begin = np.asarray(cells.offsets, np.int64)[rows]
     size = np.asarray(cells.offsets, np.int64)[rows + 1] - begin

@@ -1,4 +1,4 @@
-"""Writes whole meshes."""
+"""Writes meshes, and appends time steps to files."""
 from __future__ import annotations
 
 import os
@@ -19,7 +19,7 @@ Values = Union[np.ndarray, Mapping[int, np.ndarray]]
 
 
 class _Writer:
-    """A shmf_writer, and the memory that it borrows from the caller until the file is complete."""
+    """A shmf_writer, together with the memory that it borrows from the caller until the file is complete."""
 
     def __init__(self, to: Target, options: Any, append: bool = False):
         self._raised: BaseException | None = None
@@ -33,7 +33,7 @@ class _Writer:
             def taken(_: Any, data: Any, count: int) -> int:
                 try:
                     left = memoryview(ffi.buffer(data, count)[:])
-                    while left:  # a raw file may write only some of the bytes
+                    while left:  # write() of an unbuffered file may write only some of the bytes
                         taken_now = to.write(left)
                         left = left[len(left) if taken_now is None else taken_now:]
                     return 0
@@ -62,7 +62,7 @@ class _Writer:
         ffi.release(self._writer)
 
     def kept(self, data: Any) -> Any:
-        """Returns a C pointer to `data`, and keeps `data` alive as long as the writer."""
+        """Returns a C pointer to `data`, and keeps `data` alive as long as the writer exists."""
         if isinstance(data, str):
             data = encoded(data)
         if isinstance(data, bytes):
@@ -76,12 +76,13 @@ class _Writer:
 
 
 def _plain(values: Any, dtype: Any = None) -> np.ndarray:
-    """Returns a contiguous array in native byte order, of a type that .shm files support."""
+    """Converts values to a contiguous array in native byte order. Raises TypeError if .shm files do not support the
+    type."""
     array = np.asarray(values, order="C")
     array = array.astype(array.dtype.newbyteorder("="), copy=False)
     if dtype is not None and array.dtype != dtype:
         own = array.astype(dtype)
-        # Floats may be rounded; other numbers must not change.
+        # A conversion between floating-point types may round values; any other conversion must not change them.
         if not (array.dtype.kind == "f" and own.dtype.kind == "f") and not np.array_equal(own, array):
             raise TypeError(f"values of type {array.dtype} cannot be stored as {own.dtype}")
         array = own
@@ -116,13 +117,14 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
           errors: Mapping[str, float] | None = None, source_format: str = "", replace: bool = False) -> int:
     """Writes a mesh, and returns the size of the file in bytes.
 
-    to: a path or a file object. The file appears only when it is complete. If a file with this name exists,
-    the call fails unless `replace` is true.
-    points: (n, 3), float64 or float32. cells: an (n, 8) array of hexahedra, or Cells, whose `types` are ignored
-    since the `blocks` define the shapes. point_data, cell_data: for each name, an array with one element per vertex or
-    cell, or a mapping from time steps to such arrays. order: "keep", "stream" or "free". level: "fast", "default" or
-    "best". threads: number of encoding threads; 0: one per core. coordinate_error, errors (by name of the array): the
-    largest allowed error of a value; 0: lossless.
+    to: a path, or a file object open for writing. A file appears under its path only when it is complete. If the path
+    exists already, the call fails unless `replace` is true.
+    points: an array of shape (n, 3), of type float64 or float32. cells: an array of shape (n, 8) with the vertices of
+    hexahedra, or Cells. The `types` of Cells are ignored, because `blocks` defines the shapes. point_data, cell_data:
+    for each name, an array with one element per vertex or cell, or a mapping from time steps to such arrays. order:
+    "keep", "stream" or "free". level: "fast", "default" or "best". threads: number of encoding threads; 0: one per
+    core. coordinate_error: the largest allowed error of a coordinate; 0: lossless. errors: for each array name, the
+    largest allowed error of its values.
     """
     options = struct("write_options")
     options.order, options.level = _ORDERS[order], _LEVELS[level]
@@ -176,8 +178,9 @@ def append(path: str | os.PathLike[str], *, point_data: Mapping[str, Mapping[int
     """Adds time steps to a file, and returns its size in bytes. The old file remains until the new file is complete and
     replaces it.
 
-    point_data, cell_data: for arrays of the file, a mapping from new steps to values. Vertices and cells are numbered
-    as in a Mesh of the file. step_times: the times of all steps, including old steps.
+    point_data, cell_data: for each name of an array in the file, a mapping from new time steps to values. Vertices and
+    cells are in the order in which a Mesh of this file returns them. step_times: the times of all steps, including the
+    existing steps.
     """
     wanted: list[tuple[int, np.dtype, Mapping[int, np.ndarray]]] = []
     with open_shm(path) as mesh:
@@ -213,7 +216,7 @@ def _write_times(times: Sequence[float] | None, writer: _Writer) -> None:
 
 
 def _cell_targets(cells: Cells | Any, blocks: Sequence[Block] | None, writer: _Writer) -> list[Any]:
-    """Declares the blocks, and returns the targets that describe the cells."""
+    """Declares the blocks, and returns the targets that pass the cells to shmf_writer_mesh()."""
     if isinstance(cells, Cells):
         corners = _numbers(cells.connectivity)
         more = [_target(lib.SHMF_CORNER_BEGIN, _numbers(cells.offsets), writer),

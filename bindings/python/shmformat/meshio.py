@@ -25,14 +25,16 @@ from ._library import KINDS, POLYGON, vtk_type
 
 
 def _name(shape: str, nodes: int) -> str:
-    """Returns meshio's name of a cell type: the shape, followed by the number of nodes unless it is the smallest one."""
+    """Returns meshio's name of a cell type, e.g. "hexahedron" or "hexahedron20". It consists of the shape and the
+    number of nodes. The smallest number of nodes of a shape is left out."""
     fewest = min(n for s, n in KINDS if s == shape)
     return ("tetra" if shape == "tetrahedron" else shape) + ("" if nodes == fewest else str(nodes))
 
 
-_SHAPES = {_name(*kind): kind for kind in KINDS if kind != ("pyramid", 19)}  # meshio has no pyramid19
+# meshio has no type for pyramids with 19 nodes
+_SHAPES = {_name(*kind): kind for kind in KINDS if kind != ("pyramid", 19)}
 _NAMES = {vtk_type(*kind): name for name, kind in _SHAPES.items()}
-# Linear wedges of meshio are oriented opposite to VTK's wedges.
+# In meshio, the corners of a linear wedge have the opposite orientation to VTK.
 _ORDERS = {"wedge": [0, 2, 1, 3, 5, 4]}
 
 
@@ -56,7 +58,7 @@ def _cell_block(cells: Cells, first: int, end: int) -> meshio.CellBlock:
     corners = cells.connectivity[cells.offsets[first]:cells.offsets[end]].reshape(end - first, -1)
     try:
         return meshio.CellBlock(name, corners[:, _ORDERS[name]] if name in _ORDERS else corners)
-    except KeyError as why:  # meshio 5.0 lacks some types: wedges of 15 nodes, triangles of 7 nodes, ...
+    except KeyError as why:  # meshio 5.0 does not know some types, e.g. wedges with 15 nodes and triangles with 7 nodes
         raise meshio.ReadError(f"this version of meshio has no cell type '{name}'") from why
 
 
@@ -85,7 +87,8 @@ def _sets(mesh: Mesh, cells: Cells, runs: list[tuple[int, int]]) -> tuple[dict[s
 
 
 def read(filename: str | os.PathLike[str], step: int | None = None) -> meshio.Mesh:
-    """Returns a meshio mesh with the values at a step. Arrays without values at this step are left out."""
+    """Reads a file as a meshio mesh, with the values at one time step. Arrays without values at this step are left
+    out."""
     with open_shm(filename) as mesh:
         if not isinstance(mesh, Mesh):
             raise meshio.ReadError(f"{filename} is an archive of several meshes")
@@ -111,7 +114,8 @@ def _block(index: int, block: meshio.CellBlock) -> Block:
 
 
 def write(filename: str | os.PathLike[str], mesh: meshio.Mesh, level: str = "default") -> None:
-    """Writes a meshio mesh. Each cell block becomes a block. As in meshio's own writers, an existing file is replaced."""
+    """Writes a meshio mesh. Each cell block of meshio becomes a block of the file. Replaces an existing file, as
+    meshio's own writers do."""
     points = np.asarray(mesh.points)
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points), points.dtype)])

@@ -1,6 +1,7 @@
-"""PyVista reads and writes .shm files: the entry points `pyvista.readers` and `pyvista.writers` refer to this module.
+"""Lets PyVista read and write .shm files. The entry points `pyvista.readers` and `pyvista.writers` refer to this
+module.
 
-On systems that cannot import PyVista, such as Debian 12, only the underlying module shmformat.vtk is tested.
+On systems without PyVista, such as Debian 12, the tests cover only the underlying module shmformat.vtk.
 """
 from __future__ import annotations
 

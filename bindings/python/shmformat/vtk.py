@@ -5,9 +5,9 @@
     reader.Update()
     grid = reader.GetOutput()
 
-The library decodes arrays directly into VTK's memory. Only the points and values of node sets and side sets are
-copied. Arrays, blocks and sets that are switched off are not read. In parallel pipelines, each process reads a piece
-of the mesh: a run of segments.
+The library decodes arrays directly into VTK's memory. Only the points and the values of node sets and side sets are
+copied. Arrays, blocks and sets that are switched off are not read. In a parallel pipeline, each process reads a
+separate piece of the mesh, a run of segments.
 """
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ from . import write as write_shm
 from ._library import CONVEX_POINT_SET, DTYPES, KINDS, POLYGON, POLYHEDRON, lib, vtk_type
 from ._sides import is_flat, sides_as_cells
 
-# Shape and number of nodes for each VTK cell type; 0: any number of nodes.
+# For each VTK cell type: shape and number of nodes. If this number is 0, cells can have any number of nodes.
 _SHAPES = {vtk_type(*kind): kind for kind in KINDS} | {POLYGON: ("polygon", 0)}
 
-# Names of the groups in a collection, as in VTK's reader of Exodus files (vtkIOSSReader).
+# Names of the groups in a collection. They are the same as in VTK's reader of Exodus files (vtkIOSSReader).
 _GROUPS = {"block": "element_blocks", "node": "node_sets", "side": "side_sets", "element": "element_sets"}
-VERTEX_NUMBERS = "shm_vertex_number"  # name of the array of vertex numbers in pieces that the tool extracts
+VERTEX_NUMBERS = "shm_vertex_number"  # name of the array of original vertex numbers, which `shm extract` also writes
 
 
 def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.ndarray]:
@@ -60,7 +60,8 @@ def _filled(values: np.ndarray, name: str | None = None) -> Any:
 
 
 def _cell_array(offsets: Any, corners: Any) -> vtkCellArray:
-    """Makes a vtkCellArray that shares the memory of two arrays, of the VTK classes that vtkCellArray requires."""
+    """Makes a vtkCellArray that shares the memory of two VTK arrays. They are first wrapped in the array classes that
+    vtkCellArray requires."""
     own = vtkTypeInt32Array if offsets.GetDataTypeSize() == 4 else vtkTypeInt64Array
     kept = own(), own()
     for made, array in zip(kept, (offsets, corners)):
@@ -71,7 +72,7 @@ def _cell_array(offsets: Any, corners: Any) -> vtkCellArray:
 
 
 def _grid_of(points: np.ndarray, cells: Cells, point_data: dict[str, np.ndarray]) -> vtkUnstructuredGrid:
-    """Makes a grid from copies of NumPy arrays."""
+    """Makes a grid. The NumPy arrays are copied."""
     xyz = vtkPoints()
     xyz.SetData(_filled(points))
     grid = vtkUnstructuredGrid()
@@ -83,7 +84,7 @@ def _grid_of(points: np.ndarray, cells: Cells, point_data: dict[str, np.ndarray]
 
 
 class _Wanted:
-    """The VTK arrays to be filled in one pass over a mesh."""
+    """A grid and the VTK arrays that will be filled for it, in one pass over a mesh."""
 
     def __init__(self, mesh: Mesh):
         self._mesh = mesh
@@ -107,7 +108,7 @@ class _Wanted:
         return made
 
     def add_numbers(self) -> None:
-        """Adds global ids of the points: their vertex numbers in the file."""
+        """Adds an array of global ids of the points. The global id of a point is its vertex number in the file."""
         self.numbers = vtkIdTypeArray()
         self.numbers.SetName(VERTEX_NUMBERS)
         self.numbers.SetNumberOfTuples(self._mesh.vertex_count)
@@ -139,8 +140,9 @@ class _Wanted:
         return grid
 
     def _set_polyhedra(self, grid: vtkUnstructuredGrid, kinds: np.ndarray) -> None:
-        """Converts polyhedra to VTK's lists, which contain the number of vertices of each face. In the file, each face ends
-        with its first vertex again. A cell that is not such a list of faces becomes a convex point set."""
+        """Converts polyhedra to VTK's face lists. VTK stores the number of vertices of each face; in the file, each
+        face instead ends with its first vertex again. A polyhedron that does not have this form becomes a convex point
+        set."""
         offsets, corners = vtk_to_numpy(self.offsets), vtk_to_numpy(self.corners)
         cells, faces, places = vtkCellArray(), vtkIdTypeArray(), vtkIdTypeArray()
         for index, (kind, first, end) in enumerate(zip(kinds.tolist(), offsets[:-1], offsets[1:])):
@@ -195,7 +197,8 @@ class Reader(VTKPythonAlgorithmBase):
         self._mesh: Mesh | None = None
         self._sets: list[Set] = []
         self._flat: bool | None = None
-        self._selections = (vtkDataArraySelection(), vtkDataArraySelection())  # point arrays, cell arrays
+        # selections of point arrays and of cell arrays
+        self._selections = (vtkDataArraySelection(), vtkDataArraySelection())
         self._parts = {kind: vtkDataArraySelection() for kind in _GROUPS}
         for selection in (*self._selections, *self._parts.values()):
             selection.AddObserver("ModifiedEvent", lambda *_: self.Modified())
@@ -211,7 +214,8 @@ class Reader(VTKPythonAlgorithmBase):
         return self._name
 
     def SetBlocks(self, blocks: bool) -> None:
-        """Chooses the kind of output: a collection if `blocks` is true, otherwise one grid."""
+        """Chooses the kind of output. If `blocks` is true, the output is a collection with a grid for each block and
+        set; otherwise it is a single grid."""
         if blocks != self._blocks:
             self._blocks = blocks
             self.Modified()
@@ -254,7 +258,7 @@ class Reader(VTKPythonAlgorithmBase):
         return self._mesh
 
     def _times(self) -> list[float]:
-        """Returns the time of each step, or the step numbers if the file has no times."""
+        """Returns the time of each step. If the file has no times, returns the indices of the steps instead."""
         mesh = self._opened()
         times = mesh.step_times.tolist()
         return times if len(times) >= mesh.step_count else list(map(float, range(mesh.step_count)))
@@ -297,7 +301,8 @@ class Reader(VTKPythonAlgorithmBase):
 
     @staticmethod
     def _piece(mesh: Mesh, information: Any) -> tuple[Mesh, int, int]:
-        """Returns the requested piece of the mesh (a run of segments), its first cell, and the end of its cells."""
+        """Returns the requested piece of the mesh (the cells of a run of segments), the number of its first cell, and
+        the number of its last cell + 1."""
         pieces = information.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()) or 1
         number = information.Get(Pipeline.UPDATE_PIECE_NUMBER()) or 0
         if pieces <= 1:
@@ -308,14 +313,15 @@ class Reader(VTKPythonAlgorithmBase):
         return mesh.select(cells=(first, end)), first, end
 
     def _arrays_at(self, mesh: Mesh, step: int) -> list[int]:
-        """Returns the indices of the arrays that are switched on and have values at the step."""
+        """Returns the indices of the arrays that are switched on and have values at the time step. Static arrays have
+        values at all steps."""
         return [index for index, array in enumerate(mesh._arrays)
                 if self._selections[array.location].ArrayIsEnabled(array.name)
                 and (not array.per_step or step in mesh._steps_of(index))]
 
     def _grid(self, mesh: Mesh, step: int) -> vtkUnstructuredGrid:
         wanted = _Wanted(mesh)
-        # pieces that `shm extract` wrote contain this array already
+        # a file written by `shm extract` contains the array of original vertex numbers already
         if self._blocks and VERTEX_NUMBERS not in mesh.point_data:
             wanted.add_numbers()
         for index in self._arrays_at(mesh, step):
@@ -323,7 +329,7 @@ class Reader(VTKPythonAlgorithmBase):
         return wanted.read()
 
     def _collect(self, mesh: Mesh, cells: tuple[int, int], step: int, out: vtkPartitionedDataSetCollection) -> None:
-        """Fills the collection with grids, and adds an assembly that names them."""
+        """Fills the collection `out` with the grids of blocks and sets, and adds a vtkDataAssembly with their names."""
         assembly = vtkDataAssembly()
         assembly.SetRootNodeName("shm")
         next_part = 0
@@ -351,14 +357,14 @@ class Reader(VTKPythonAlgorithmBase):
         return list(zip(map(_name_of, sets), make(sets, mesh, cells, step)))
 
     def _points_of(self, mesh: Mesh, step: int, cells: bool) -> Arrays:
-        """Reads points and point data into NumPy arrays, from which the grids of sets are made by copying."""
+        """Reads points and point data into NumPy arrays. The grids of sets receive copies of parts of these arrays."""
         names = [mesh._arrays[index].name for index in self._arrays_at(mesh, step)
                  if mesh._arrays[index].location == lib.SHMF_POINT_DATA]
         return mesh.read(cells=cells, point_data=list(dict.fromkeys(names)), step=step)
 
     def _node_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
-        """Makes a grid for each node set, with a vertex cell for each node. If the mesh is read in pieces, only the first
-        piece contains the nodes."""
+        """Makes a grid for each node set. The grid has a vertex cell for each node of the set. If the mesh is read in
+        pieces, only the grids of the first piece contain the nodes."""
         if cells[0] != 0:
             return [vtkUnstructuredGrid() for _ in sets]
         all_of = self._points_of(mesh, step, cells=False)
@@ -383,7 +389,8 @@ class Reader(VTKPythonAlgorithmBase):
         for own in sets:
             inside = np.flatnonzero(np.isin(own.numbers, numbers))
             rows = np.searchsorted(numbers, own.numbers[inside].astype(np.int64))
-            numbers_of_sides = np.zeros(0, np.int32) if own.sides is None else own.sides[inside]  # None for an empty set
+            # `sides` is None for an empty set
+            numbers_of_sides = np.zeros(0, np.int32) if own.sides is None else own.sides[inside]
             sides, known = sides_as_cells(all_of.cells, shapes, rows, numbers_of_sides, self._flat)
             used, corners = np.unique(sides.connectivity, return_inverse=True)
             grid = _grid_of(all_of.points[used], replace(sides, connectivity=corners),
@@ -409,14 +416,15 @@ def _name_of(part: Block | Set) -> str:
 
 
 class Writer:
-    """Writes a vtkUnstructuredGrid. As in VTK's writers, an existing file is replaced.
+    """Writes a vtkUnstructuredGrid, or a collection of such grids. Replaces an existing file, as VTK's own writers do.
 
-    Cells with the same type and the same value of the integer cell array "block" (if it exists) form a block. VTK's
-    polyhedra, and cell types that .shm files do not support, raise a ValueError.
+    All cells with the same type form a block. If the grid has an integer cell array "block", the cells of a block also
+    have the same value in this array. ValueError is raised for polyhedra of VTK, and for cell types that .shm files do
+    not support.
 
-    In a collection each grid becomes a block; groups of sets are not written. An array is written only if all grids
-    have it. Points with the same global id are merged if all their values are equal. Without global ids, each grid
-    keeps its own points.
+    The cells of different grids of a collection are in different blocks; groups of sets are not written. An array is
+    written only if all grids have it. Points with the same global id are merged if all their values are equal. Without
+    global ids, each grid keeps its own points.
     """
 
     def __init__(self) -> None:
@@ -451,7 +459,7 @@ class Writer:
 
 
 def _leaves(data: Any, name: str = "") -> Iterator[tuple[str, vtkUnstructuredGrid]]:
-    """Yields each grid of a collection with its name, except the grids of sets."""
+    """Yields the name and the grid of each part of a collection, except the parts that are sets."""
     if data is None:
         return
     if isinstance(data, vtkUnstructuredGrid):
@@ -484,7 +492,7 @@ def _in_groups_of_sets(assembly: vtkDataAssembly | None) -> set[int]:
 
 @dataclass(frozen=True)
 class _Joined:
-    """One grid, or several joined grids, in the form that write() needs."""
+    """One grid, or several grids joined into one mesh, in the form that write() needs."""
     points: np.ndarray
     cells: Cells
     blocks: list[Block]
@@ -494,7 +502,7 @@ class _Joined:
 
 
 def _joined(leaves: list[tuple[str, vtkUnstructuredGrid]]) -> _Joined:
-    """Joins grids one after the other, each with its own points."""
+    """Joins grids, one after the other, into one mesh. Each grid keeps its own points."""
     leaves = [(name, grid) for name, grid in leaves if grid.GetNumberOfPoints()] or [("", vtkUnstructuredGrid())]
     grids = [grid for _, grid in leaves]
     made = [_cells_of(grid) for grid in grids]
@@ -519,8 +527,9 @@ def _joined(leaves: list[tuple[str, vtkUnstructuredGrid]]) -> _Joined:
 
 
 def _named(block: Block, name: str, others: list[Block]) -> Block:
-    """Returns a copy of the block with the name of its grid. For a name "block N", which Reader makes, the copy has the
-    id N instead. If another block has the same id, the id is changed."""
+    """Returns a copy of the block that has the name of its grid. If this name is "block N", as Reader names unnamed
+    blocks, the copy has the id N and no name. If the id is already used by a block in `others`, the copy has an unused
+    id."""
     number = re.fullmatch(r"block (\d+)", name)
     wanted = int(number[1]) if number else block.id
     used = {other.id for other in others}
@@ -528,13 +537,15 @@ def _named(block: Block, name: str, others: list[Block]) -> Block:
 
 
 def _common(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Joins those arrays that all parts have with the same number of components."""
+    """Joins the arrays of all parts. An array is left out unless all parts have it, with the same number of
+    components."""
     return {name: np.concatenate([part[name] for part in parts]) for name, first in parts[0].items()
             if all(name in part and part[name].shape[1:] == first.shape[1:] for part in parts)}
 
 
 def _merged(joined: _Joined) -> _Joined:
-    """Merges points with the same global id, unless they differ in any value."""
+    """Merges points with the same global id. If any two of these points differ in a coordinate or value, nothing is
+    merged."""
     if joined.vertices is None:
         return joined
     _, first, vertex_of = np.unique(joined.vertices, return_index=True, return_inverse=True)
@@ -566,10 +577,11 @@ def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
 
 
 def _data_of(data: Any, without: str = "") -> dict[str, np.ndarray]:
-    """Returns the numeric arrays by name. If several arrays have the same name, returns the first one."""
+    """Returns the numeric arrays by name, except the array `without`. If several arrays have the same name, returns the
+    first of them."""
     arrays: dict[str, np.ndarray] = {}
     for index in range(data.GetNumberOfArrays()):
-        array = data.GetArray(index)  # None for arrays of strings
+        array = data.GetArray(index)  # GetArray() returns None for an array of strings
         if array is None or not array.GetName() or array.GetName() in (without, *arrays):
             continue
         values = vtk_to_numpy(array)

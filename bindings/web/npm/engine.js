@@ -1,5 +1,5 @@
-// Engine: an open file. Calls the functions of shmformat.h in WebAssembly. A Source supplies the
-// bytes of the file. An Engine usually runs in a worker (worker.js).
+// Engine: an open file. An Engine calls the functions of shmformat.h in WebAssembly, and reads the
+// bytes of the file from a Source. It usually runs in a worker (worker.js).
 import { ShmError } from "./errors.js";
 import { Source } from "./sources.js";
 import { LAYOUTS, readStruct, toNumber, writeStruct } from "./structs.js";
@@ -31,7 +31,7 @@ const FILL = 1;
 
 const utf8 = new TextDecoder();
 
-/** WebAssembly memory that one call allocates, freed at the end of the call. */
+/** The WebAssembly memory that one call allocates. It is freed at the end of the call. */
 class Scratch {
   constructor(wasm) {
     this.wasm = wasm;
@@ -66,7 +66,7 @@ class Scratch {
   }
 }
 
-/** An instance of the decoder. After a trap it cannot be used again. */
+/** A WebAssembly instance of the decoder. After a trap, it cannot be used again. */
 class Wasm {
   static async make(module, page) {
     const wasm = new Wasm();
@@ -86,11 +86,11 @@ class Wasm {
     const bytes = new Uint8Array(this.memory.buffer);
     return place === 0 ? "" : utf8.decode(bytes.subarray(place, bytes.indexOf(0, place)));
   }
-  /** Returns a copy of `count` numbers in memory, with a separate buffer. */
+  /** Copies `count` numbers from WebAssembly memory to a new typed array with its own buffer. */
   copied(Type, place, count) {
     return new Type(this.memory.buffer.slice(place, place + count * Type.BYTES_PER_ELEMENT));
   }
-  /** Returns an error that says why the instance trapped. */
+  /** Returns a ShmError with the reason for a trap of this instance. */
   lastWords(trap) {
     const words = this.view().getUint32(this.exports.shmf_page_last_words.value, true);
     if (words === 0) return new ShmError("io", `the decoder failed: ${trap.message}`);
@@ -99,12 +99,12 @@ class Wasm {
   }
 }
 
-/** Returns the numbers as 32-bit integers if all of them fit, otherwise unchanged. */
+/** Converts numbers to 32-bit integers if all of them fit. Otherwise returns them unchanged. */
 function narrowed(numbers) {
   return numbers.every((number) => number < 2n ** 32n) ? Uint32Array.from(numbers, Number) : numbers;
 }
 
-/** Returns true if the instance cannot be used after this error, e.g. a stack overflow. */
+/** Returns true if the instance cannot be used after this error, e.g. after a stack overflow. */
 function isTrap(error) {
   return error instanceof WebAssembly.RuntimeError || error.name === "InternalError"
     || (error instanceof RangeError && /call stack/.test(error.message));
@@ -131,7 +131,8 @@ export class Engine {
     this.ended = false;
   }
 
-  /** Runs a call when all earlier calls for this file have ended. run: {signal, progress}. */
+  /** Runs a call as soon as all earlier calls for this file have ended. `name` is a key of CALLS;
+   *  `run` is {signal, progress}. */
   async call(name, argument, run = {}) {
     if (this.ended) throw new ShmError("misuse", "the file is closed");
     const mine = this.last.then(() => this.attempt(name, argument, run));
@@ -139,13 +140,13 @@ export class Engine {
     return mine;
   }
 
-  /** Repeats a call until all bytes that it needs have been fetched. */
+  /** Runs a call. If bytes of the file are missing, fetches them and runs the call again. */
   async attempt(name, argument, run) {
     if (!Object.hasOwn(CALLS, name)) throw new TypeError(`unknown call ${name}`);
     run.signal?.throwIfAborted();
     this.source ??= await Source.open(this.from, this.options.damaged === true, run.signal);
     this.run = { ...run, told: 0, from: 0, share: 1 };
-    const kept = {}; // results of earlier attempts of the call
+    const kept = {}; // parts of the result that earlier attempts at this call have completed
     try {
       while (true) {
         this.source.begin();
@@ -161,8 +162,9 @@ export class Engine {
             this.died();
             throw wasm.lastWords(error);
           }
-          if (error.status === "no memory") this.died(); // the only way to free its memory
-          else this.close(); // the failed call may have left the open file in an inconsistent state
+          // WebAssembly memory never shrinks; only a new instance frees it
+          if (error.status === "no memory") this.died();
+          else this.close(); // the failed call may have left the handle in an inconsistent state
           if (missing === null) throw error;
         } finally {
           if (this.wasm !== null) scratch.free();
@@ -206,7 +208,8 @@ export class Engine {
     };
   }
 
-  /** Reports progress. When a call is repeated, never reports less than before. */
+  /** Reports progress to the caller. Reports nothing while a repeated call has not yet completed
+   *  more than was reported before the repetition. */
   tell(done) {
     const all = this.run.from + this.run.share * done;
     if (all <= this.run.told) return;
@@ -214,8 +217,8 @@ export class Engine {
     this.run.progress?.(all);
   }
 
-  /** Calls a function of shmformat.h that returns a status, and throws if the function fails. args:
-   *  all arguments except the last, which is the error. */
+  /** Calls a function of shmformat.h that returns a status. Throws ShmError if the function fails.
+   *  `args`: all arguments except the last one, a shmf_error. */
   status(scratch, name, ...args) {
     const error = scratch.struct("shmf_error");
     const status = this.wasm.exports[name](...args, error);
@@ -234,7 +237,8 @@ export class Engine {
       offset: report.offset < 2n ** 53n ? Number(report.offset) : null,
     });
   }
-  /** Calls a function of shmformat.h that fills a struct of this type, and returns it. */
+  /** Calls a function of shmformat.h that fills a struct of the type `struct`, and returns the
+   *  members of the struct. */
   told(scratch, call, struct, ...args) {
     const place = scratch.struct(struct);
     this.status(scratch, call, this.file, ...args, place);
@@ -277,7 +281,7 @@ export class Engine {
     }
   }
 
-  /** Closes the file that is open in the decoder. */
+  /** Closes the handle of the file in the decoder, if there is one. */
   close() {
     if (this.file !== 0) this.wasm.exports.shmf_close(this.file);
     this.file = 0;
@@ -306,7 +310,7 @@ export class Engine {
       const own = {};
       if (select.cells !== undefined) {
         [own.first_cell, own.end_cell] = select.cells;
-        // Selects no cells by an empty list of blocks, since the range 0, 0 means "no condition".
+        // An empty list of blocks selects no cells. The range 0, 0 would mean "no condition".
         if (own.first_cell === 0 && own.end_cell === 0) own.blocks = scratch.bytes(1);
       }
       if (select.blocks !== undefined && own.blocks === undefined) {
@@ -326,8 +330,8 @@ export class Engine {
       corners: toNumber(counts.corners) };
   }
 
-  /** Calls shmf_read() for some targets. Without `data`, a target receives its size in `used`;
-   *  otherwise `data` is filled. */
+  /** Calls shmf_read() for some targets. If a target has `data`, the call fills it; otherwise the
+   *  call stores the required size in `used`. */
   readTargets(scratch, targets) {
     const { bytes } = LAYOUTS.shmf_target;
     const place = scratch.bytes(bytes * targets.length);
@@ -342,7 +346,7 @@ export class Engine {
     });
   }
 
-  /** Returns the descriptions of all arrays, which are read from the file only once. */
+  /** Returns the properties of all arrays. They are read from the file only once. */
   arrays(scratch) {
     const { arrays } = this.told(scratch, "shmf_get_info", "shmf_info");
     this.knownArrays ??= Array.from({ length: arrays }, (_, i) => {
@@ -366,7 +370,8 @@ export class Engine {
   }
 }
 
-/** Returns the array that `wanted` identifies by index, or by name and location. */
+/** Returns the properties of the array that `wanted` identifies by index, or by name and
+ *  location. */
 function found(arrays, wanted) {
   const array = arrays.find(({ index, name, location }) => (wanted.index === undefined
     ? name === wanted.name && (wanted.location ?? location) === location
@@ -380,7 +385,7 @@ function found(arrays, wanted) {
 }
 
 const CALLS = {
-  /** Returns the properties of a mesh, or the member names of an archive. */
+  /** Returns the properties of a mesh. For an archive, returns the names of its members. */
   describe(engine, scratch) {
     const { exports } = engine.wasm;
     if (exports.shmf_is_archive(engine.file)) {
@@ -421,8 +426,8 @@ const CALLS = {
     });
   },
 
-  /** Reads the mesh with its static arrays in one pass, then arrays at time steps in a second pass.
-   *  If bytes are missing in the second pass, only the second pass is repeated. */
+  /** Reads the requested data in two passes: first the mesh and static arrays, then arrays at time
+   *  steps. If bytes are missing in the second pass, only this pass is repeated. */
   read(engine, scratch, wanted, kept) {
     const arrays = engine.arrays(scratch);
     const counts = engine.select(scratch, wanted.select);
@@ -460,7 +465,8 @@ const CALLS = {
         result.arrays[place] = { index, name, location, components, step, values };
       }, { array: index, step: step ?? 0, flags: one.fill === false ? 0 : FILL }, step !== null);
     });
-    // Determines the sizes of all targets before it reads their values.
+    // Stores the size of each target in `used`. The second call to readTargets(), below, reads the
+    // values into the targets.
     for (const pass of passes) engine.readTargets(scratch, pass);
     const bytes = passes.map((pass) => pass.reduce((sum, { used }) => sum + used, 0));
     const all = Math.max(bytes[0] + bytes[1], 1);
@@ -478,7 +484,7 @@ const CALLS = {
     return result;
   },
 
-  /** Returns the boundary surface: sides that belong to a single volume cell, and all cells of
+  /** Returns the boundary surface: the sides that belong to a single volume cell, and all cells of
    *  lower dimension. */
   boundary(engine, scratch, wanted) {
     const { exports } = engine.wasm;
@@ -574,7 +580,8 @@ const CALLS = {
   },
 };
 
-/** Returns the buffers of `result`, so that they can be moved to another thread. */
+/** Returns the buffers of all typed arrays in `result`, so that they can be transferred to another
+ *  thread. */
 export function buffersOf(result, buffers = []) {
   if (ArrayBuffer.isView(result)) buffers.push(result.buffer);
   else if (result !== null && typeof result === "object") {

@@ -1,5 +1,5 @@
-/** The failure of a call. `message` is a human-readable sentence: the library's sentence, if the
- *  library reported the failure. */
+/** The failure of a call. `message` is a human-readable sentence. If the library reported the
+ *  failure, it is the message of the library. */
 export class ShmError extends Error {
   /**
    * @param {string} status "io", "truncated", "corrupt", "unsupported", "over limit", "misuse",
@@ -17,7 +17,8 @@ export class ShmError extends Error {
   }
 }
 
-/** Converts an error to an object that can be sent to another thread; unpacked() restores it. */
+/** Converts an error to an object that can be sent to another thread. unpacked() converts it
+ *  back. */
 export function packed(error) {
   if (!(error instanceof ShmError)) {
     return { name: error?.name ?? "Error", message: String(error?.message ?? error) };

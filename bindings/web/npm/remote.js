@@ -1,8 +1,9 @@
-// Remote: a file with the same calls as an Engine. Runs the Engine in a worker.
+// Remote: an open file whose Engine runs in a worker. A Remote has the same method call() as an
+// Engine.
 import { ShmError, unpacked } from "./errors.js";
 
 export class Remote {
-  /** Accepts the same arguments as the constructor of Engine. */
+  /** The arguments are those of the constructor of Engine. */
   constructor(...open) {
     this.open = open;
     this.calls = new Map(); // pending calls by id, the oldest first
@@ -35,10 +36,11 @@ export class Remote {
     }
   }
 
-  /** Starts a worker. In Node.js, an idle worker does not keep the program running. */
+  /** Starts a worker. In Node.js, a worker without pending calls does not keep the program
+   *  running. */
   async start() {
     let worker;
-    // Bundlers find the worker by exactly these expressions.
+    // Do not change these expressions: bundlers recognize them and find worker.js by them.
     if (typeof Worker === "function") {
       worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
       worker.onmessage = ({ data }) => this.take(worker, data);
@@ -59,7 +61,7 @@ export class Remote {
       const worker = await this.worker;
       worker?.ref?.();
       worker?.postMessage(message);
-    } catch (cause) { // a policy of the page may forbid workers
+    } catch (cause) { // for example, the Content-Security-Policy of the page forbids workers
       this.worker = null;
       const error = new ShmError("io", `the worker cannot be started: ${cause.message}`, { cause });
       this.calls.get(message.id)?.reject(error);
@@ -73,8 +75,8 @@ export class Remote {
     else call?.resolve(result);
   }
 
-  /** Aborts a call. A running decoder cannot be interrupted, so its worker is terminated. The other
-   *  calls start again in a new worker. */
+  /** Aborts a call. If the worker is already running it, the worker is terminated, because a
+   *  decoder cannot be interrupted, and all other pending calls start again in a new worker. */
   abort(id, reason) {
     const isRunning = this.calls.keys().next().value === id;
     this.calls.get(id)?.reject(reason);

@@ -1,16 +1,16 @@
-/** The package returns 64-bit integers as Number. It rejects a file that contains a number above
- *  2^53 with a RangeError. */
+/** The package returns counts and offsets of 64 bits as Number. If such a number in a file exceeds
+ *  2^53, the call rejects with a RangeError. */
 
-/** The failure of a call. `message` is a human-readable sentence: the library's sentence, if the
- *  library reported the failure. */
+/** The failure of a call. `message` is a human-readable sentence. If the library reported the
+ *  failure, it is the message of the library. */
 export class ShmError extends Error {
   readonly status: "io" | "truncated" | "corrupt" | "unsupported" | "over limit" | "misuse"
     | "no memory" | "cancelled";
-  /** Part of the file, such as "group 3, geometry"; or "". */
+  /** Part of the file that has the error, such as "group 3, geometry"; "" if unknown. */
   readonly section: string;
-  /** One sentence, without the file name, section and offset. */
+  /** Cause in one sentence, without the file name, section and offset. */
   readonly detail: string;
-  /** Offset from the start of the file in bytes; null if unknown. */
+  /** Byte offset of the error in the file; null if unknown. */
   readonly offset: number | null;
 }
 
@@ -18,14 +18,14 @@ export type ScalarType = "int8" | "uint8" | "int16" | "uint16" | "int32" | "uint
   | "uint64" | "float32" | "float64";
 export type Values = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array
   | BigInt64Array | BigUint64Array | Float32Array | Float64Array;
-/** Vertex numbers, cell numbers or offsets: integers of 32 bits if all of them fit, otherwise of 64
- *  bits. */
+/** Vertex numbers, cell numbers or offsets. The type is Uint32Array if all of them fit into 32
+ *  bits, otherwise BigUint64Array. */
 export type Numbers = Uint32Array | BigUint64Array;
 
 export interface Run {
   /** Aborting this signal rejects the call with the signal's reason. If a worker is already
-   *  decoding the call, the worker is terminated. Other calls for the same file then start again in
-   *  a new worker. */
+   *  executing the call, the worker is terminated, and all other pending calls for the same file
+   *  start again in a new worker. */
   signal?: AbortSignal;
 }
 export interface LongRun extends Run {
@@ -34,8 +34,8 @@ export interface LongRun extends Run {
 }
 
 export interface OpenOptions extends Run {
-  /** true: opens a damaged file and reads its intact parts. Lost values are NaN, or 0 for
-   *  integers. */
+  /** If true, a damaged file can be opened, and its intact parts can be read. Lost values are NaN,
+   *  or 0 for integers. Default: false. */
   damaged?: boolean;
   /** Limits on the resources that a file may demand. Defaults: see ReadLimits in shm/limits.h. */
   limits?: {
@@ -54,19 +54,19 @@ export interface OpenOptions extends Run {
     maxCells?: number;
     maxDecodedBytes?: number;
   };
-  /** false: decodes in the calling thread. Default: decodes in a worker, if the platform has
-   *  workers. */
+  /** Whether to decode in a worker. false: the calling thread decodes. Default: true if the
+   *  platform has workers. */
   worker?: boolean;
-  /** Location or contents of shmformat.wasm. Default: the file next to the JavaScript of the
-   *  package. */
+  /** Location or contents of shmformat.wasm. Default: the file in the folder of the package. */
   wasm?: string | URL | ArrayBuffer | ArrayBufferView | WebAssembly.Module;
 }
 
 /**
  * Opens a file. Reads its end, its index and its schema, but no values. For a URL, only the needed
- * ranges are fetched; a server without range requests sends the whole file, which is accepted up to
- * 256 MiB. The bytes that a call reads stay in memory while the call runs. Buffers are copied once,
- * not borrowed. In Node.js, a string that is not a URL is a path.
+ * ranges are fetched. A server that does not support range requests sends the whole file, which may
+ * have up to 256 MiB. The bytes that a call reads stay in memory while the call runs. If `source`
+ * is an ArrayBuffer or a view, its bytes are copied once. In Node.js, a string that is not a URL is
+ * a path.
  *
  * Rejects with a ShmError on failure, or with a TypeError if `source` has none of these types.
  */
@@ -76,13 +76,13 @@ export function open(
 ): Promise<Mesh | Archive>;
 
 export interface Block {
-  /** Id of the block in the source file; need not be unique. A BigInt if its magnitude exceeds
-   *  2^53 - 1. */
+  /** Id of the block in the source file; need not be unique. It is a BigInt if its magnitude
+   *  exceeds 2^53 - 1. */
   readonly id: number | bigint;
   readonly name: string;
   readonly shape: "other" | "vertex" | "line" | "triangle" | "quad" | "polygon" | "tetrahedron"
     | "pyramid" | "wedge" | "hexahedron" | "polyhedron" | "faces";
-  /** Number of nodes of each cell; 0: the number differs from cell to cell. */
+  /** Number of nodes of each cell; 0: the number varies from cell to cell. */
   readonly nodesPerCell: number;
   readonly cells: number;
 }
@@ -99,13 +99,14 @@ export interface ArrayInfo {
   readonly elements: number;
   /** For cell data: indices of the blocks whose cells have values; null: all blocks. */
   readonly blocks: number[] | null;
-  /** Largest difference between a value and its source; 0: lossless. */
+  /** Error bound: largest possible difference between a value and the source; 0: lossless. */
   readonly error: number;
   /** Time steps at which the array has values, ascending; null: the array is static. */
   readonly steps: number[] | null;
 }
 
-/** An array to read, identified by its index; or the first array with this name (and location). */
+/** An array to read, identified by its index, or by its name (and location). If several arrays
+ *  match, the first one is read. */
 export interface WantedArray {
   index?: number;
   name?: string;
@@ -115,45 +116,48 @@ export interface WantedArray {
   /** Type of the returned values. Default: the type of the array. float64 arrays can also be read
    *  as "float32". */
   type?: ScalarType;
-  /** For cell data. true (the default): returns a value for every cell; cells without values have
-   *  NaN, or 0 for integers. false: returns only the existing values. */
+  /** For cell data. If true (the default), read() returns an element for every cell; elements
+   *  without values are NaN, or 0 for integers. If false, read() returns only the cells that have
+   *  values. */
   fill?: boolean;
 }
 
-/** Selects the cells that meet all given conditions, with their vertices. */
+/** A selection of cells: the cells that meet all given conditions, with their vertices. */
 export interface Selection {
-  /** Range of cell numbers, first to end - 1. */
+  /** Selects the cells with the numbers first to end - 1. */
   cells?: [first: number, end: number];
-  /** Indices of blocks. */
+  /** Selects the cells of the blocks with these indices. */
   blocks?: Iterable<number>;
-  /** Individual cell numbers. */
+  /** Selects the cells with these numbers. */
   numbers?: Iterable<number | bigint>;
-  /** Smallest x y z, largest x y z. Selects cells with a vertex in this box. */
+  /** Selects cells with a vertex in this box: smallest x, y, z, then largest x, y, z. */
   box?: [number, number, number, number, number, number];
 }
 
 export interface Wanted extends LongRun {
-  /** Whether to read coordinates, and their type. true (the default): the type of the file. */
+  /** Whether to read coordinates, and in which type. true (the default): in the type of the
+   *  file. */
   points?: boolean | "float32" | "float64";
   /** Whether to read the cells. Default: true. */
   cells?: boolean;
   arrays?: Iterable<WantedArray>;
-  /** Whether to return the numbers of vertices and cells in the whole mesh. */
+  /** Whether to return `vertexNumbers` and `cellNumbers`: the numbers that the vertices and cells
+   *  have in the whole mesh. Default: false. */
   numbers?: boolean;
-  /** Cells to read. Default: all cells, and all vertices, even those that no cell uses. Selected
-   *  vertices and cells are renumbered from 0. */
+  /** Cells to read, with their vertices, which are then renumbered from 0. Default: all cells and
+   *  all vertices, even vertices that no cell uses. */
   select?: Selection;
 }
 
-/** Cells in the layout of VTK: the vertices of cell i are connectivity[offsets[i]] to
+/** Cells in the layout of VTK. The vertices of cell i are connectivity[offsets[i]] to
  *  connectivity[offsets[i + 1] - 1]. */
 export interface Cells {
   readonly connectivity: Numbers;
   /** Offset in `connectivity` of the first vertex of each cell. Length: number of cells + 1. */
   readonly offsets: Numbers;
-  /** VTK's type of each cell. */
+  /** For each cell: its type in VTK. */
   readonly types: Uint8Array;
-  /** Index of the block of each cell. */
+  /** For each cell: the index of its block. */
   readonly blocks: Uint32Array;
 }
 
@@ -169,12 +173,12 @@ export interface ReadArray {
   readonly values: Values;
 }
 
-/** The arrays that read() returns. Each array has a separate buffer, which belongs to the
+/** The data that read() returns. Each typed array has a separate buffer, which belongs to the
  *  caller. */
 export interface Arrays {
   readonly vertexCount: number;
   readonly cellCount: number;
-  /** Coordinates. Length: 3 * number of vertices. */
+  /** Coordinates of the vertices. Length: 3 * number of vertices. */
   readonly points?: Float32Array | Float64Array;
   readonly cells?: Cells;
   /** The requested arrays, in the order of the request. */
@@ -192,8 +196,9 @@ export interface WantedBoundary extends LongRun {
   maxBytes?: number;
 }
 
-/** Surface of a mesh. The points of face i are connectivity[offsets[i]] to connectivity[offsets[i +
- *  1] - 1], counter-clockwise when seen from outside. A line has 2 points, a vertex has 1. */
+/** Boundary surface of a mesh. The points of face i are connectivity[offsets[i]] to
+ *  connectivity[offsets[i + 1] - 1], in counter-clockwise order when seen from outside. A face can
+ *  also be a line (2 points) or a vertex (1 point). */
 export interface Boundary {
   readonly vertexCount: number;
   readonly faceCount: number;
@@ -204,13 +209,13 @@ export interface Boundary {
   readonly connectivity: Uint32Array;
   /** Offset in `connectivity` of the first point of each face. Length: number of faces + 1. */
   readonly offsets: Numbers;
-  /** Number of each vertex in the whole mesh. */
+  /** For each point: its vertex number in the whole mesh. */
   readonly vertexNumbers: Numbers;
-  /** Number of each face's cell in the whole mesh. */
+  /** For each face: the number of its cell in the whole mesh. */
   readonly cellNumbers: Numbers;
-  /** Block index of each face's cell. */
+  /** For each face: the index of the block of its cell. */
   readonly blocks: Uint32Array;
-  /** For each face: side of its cell, numbered from 1 as in Exodus; 0: the face is the cell
+  /** For each face: the side of its cell, numbered from 1 as in Exodus; 0 if the face is the cell
    *  itself. */
   readonly sides: Uint32Array;
   /** The requested arrays, in the order of the request, with one element per vertex or per face. */
@@ -224,26 +229,27 @@ export interface Segment {
   readonly vertices: number;
   /** Size of the segment in the file, in bytes. */
   readonly bytes: number;
-  /** Bounding box of the vertices: smallest x y z, largest x y z. */
+  /** Bounding box of the vertices: smallest x, y, z, then largest x, y, z. */
   readonly box: number[];
 }
 
-/** A named set of vertices, sides or cells. The numbers in it refer to the whole mesh. */
+/** A named set of vertices, sides or cells. */
 export interface MeshSet {
   readonly kind: "node" | "side" | "element";
   readonly id: number | bigint;
   readonly name: string;
-  /** Vertex numbers in node sets, cell numbers in other sets. */
+  /** Numbers of the vertices (node sets) or of the cells (other sets) in the whole mesh. */
   readonly numbers: Numbers;
-  /** For side sets: the side of each cell, numbered from 1 as in Exodus. */
+  /** For side sets: the side of each cell, numbered from 1 as in Exodus. null for other sets. */
   readonly sides: Int32Array | null;
-  /** For element sets: blocks whose cells all belong to the set as well. */
+  /** For element sets: indices of blocks of which all cells belong to the set; null if there are
+   *  none. */
   readonly blocks: Uint32Array | null;
   /** Distribution factors; null if all are 1. */
   readonly factors: Float64Array | null;
 }
 
-/** A typed value with a key, for data that the other properties of a mesh do not cover. */
+/** An array of values with a key, for data that the other properties of a mesh do not cover. */
 export interface Extra {
   readonly key: string;
   readonly refers: "nothing" | "vertices" | "cells";
@@ -251,7 +257,8 @@ export interface Extra {
   readonly values: Values;
 }
 
-/** An open mesh. Calls may overlap in time; the mesh runs them one after the other. */
+/** An open mesh. A caller may start a call before earlier calls have ended; the calls run one after
+ *  the other. */
 export interface Mesh {
   readonly vertexCount: number;
   readonly cellCount: number;
@@ -260,7 +267,7 @@ export interface Mesh {
   readonly segmentCount: number;
   readonly fileBytes: number;
   readonly coordinateType: "float32" | "float64";
-  /** Largest difference between a coordinate and its source; 0: lossless. */
+  /** Error bound: largest possible difference between a coordinate and the source; 0: lossless. */
   readonly coordinateError: number;
   /** Order of vertices and cells. With "keep", they have the same numbers as in the source. */
   readonly order: "keep" | "stream" | "free";
@@ -273,9 +280,9 @@ export interface Mesh {
 
   /** Reads points, cells and arrays. Only the requested data is fetched and decoded. */
   read(wanted?: Wanted): Promise<Arrays>;
-  /** Finds the boundary: sides that belong to a single volume cell, and all cells of lower
-   *  dimension. The search needs one pass over the cells. Memory grows with the active surface and
-   *  the boundary. */
+  /** Finds the boundary surface: the sides that belong to a single volume cell, and all cells of
+   *  lower dimension. The search needs one pass over the cells. Memory grows with the active
+   *  surface and the boundary. */
   boundary(wanted?: WantedBoundary): Promise<Boundary>;
   /** Returns the segments: runs of cells that can be decoded independently. */
   segments(run?: Run): Promise<Segment[]>;
@@ -283,7 +290,7 @@ export interface Mesh {
   extras(run?: Run): Promise<Extra[]>;
   /** Decodes the whole file and discards the result. Rejects if any part of the file is invalid. */
   verify(run?: LongRun): Promise<void>;
-  /** Closes the file and rejects the pending calls. Arrays that were read stay valid. */
+  /** Closes the file. Pending calls are rejected; arrays that were read stay valid. */
   close(): Promise<void>;
 }
 
@@ -291,6 +298,6 @@ export interface Mesh {
 export interface Archive {
   /** Names of the members. */
   readonly members: string[];
-  /** Opens a member. The caller closes the returned Mesh with its close(). */
+  /** Opens the member with this name. The caller must close the returned Mesh. */
   open(name: string, run?: Run): Promise<Mesh>;
 }

@@ -1,5 +1,5 @@
-// The package: opens .shm files and reads them, in a worker if the platform has workers.
-// shmformat.d.ts documents the functions.
+// The entry point of the package: opens and reads .shm files, in a worker if the platform has
+// workers. shmformat.d.ts documents the functions.
 import { Engine } from "./engine.js";
 import { ShmError } from "./errors.js";
 import { Remote } from "./remote.js";
@@ -8,8 +8,8 @@ export { ShmError };
 
 let compiled;
 
-/** Returns the compiled decoder. `wasm` is its location or contents; without `wasm`, the file next
- *  to this module is compiled, only once. */
+/** Returns the compiled decoder. `wasm` is the location or the contents of shmformat.wasm. If
+ *  `wasm` is undefined, the file next to this module is compiled when it is first needed. */
 function moduleOf(wasm) {
   if (wasm instanceof WebAssembly.Module) return wasm;
   if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return WebAssembly.compile(wasm);
@@ -28,7 +28,7 @@ async function compiledFrom(url) {
   }
   const answer = await fetch(url);
   if (!answer.ok) throw new ShmError("io", `${url}: the server answers ${answer.status}`);
-  // compileStreaming() would need a MIME type that not every server sends.
+  // compileStreaming() is not used, because it needs a MIME type that some servers do not send.
   return WebAssembly.compile(await answer.arrayBuffer());
 }
 
@@ -50,7 +50,7 @@ async function sourceOf(source) {
   return pathToFileURL(source).href;
 }
 
-/** An open mesh: its properties, and calls that read it. */
+/** An open mesh, with its properties and the calls that read it. */
 class Mesh {
   #engine;
   constructor(engine, info) {
@@ -82,7 +82,7 @@ class Mesh {
   }
 }
 
-/** An archive: the names of its files, and a call that opens one of them. */
+/** An archive, with the names of its members and a call that opens a member. */
 class Archive {
   #open;
   constructor(open, members) {

@@ -1,31 +1,33 @@
-// Sources: bytes of a Blob, a file or a URL, fetched on demand. WebAssembly cannot wait for a
-// fetch. Therefore a decoder call that needs missing bytes fails; the bytes are fetched, and the
-// call is repeated. The library announces most ranges before it reads the first of them, so only a
-// few repetitions are needed.
+// Sources: fetch bytes of a Blob, a file or a URL when they are needed. WebAssembly cannot wait for
+// a fetch. Therefore a decoder call fails if it needs bytes that have not been fetched; then the
+// bytes are fetched, and the call is repeated. The library announces most ranges before it reads
+// the first of them, so only a few repetitions are needed.
 import { ShmError } from "./errors.js";
 
-// The first fetch has this size in bytes. These bytes identify the file, and usually contain its
-// schema.
+// Size of the first fetch in bytes. The first bytes of a file identify it as a .shm file, and
+// usually contain its schema.
 const FRONT = 1 << 12;
-// FAR applies to files on a server, HERE to local files.
-// - guess: number of bytes fetched around a missing byte that was not announced. At the end of a
-//   file, they usually contain the index.
-// - near: ranges closer than this number of bytes are fetched as one range. Local bytes are cheap,
-//   but each fetch repeats a call.
+// Sizes in bytes that control fetching: FAR is for files on a server, HERE is for local files.
+// - guess: number of bytes fetched if the missing bytes were not announced. The last `guess` bytes
+//   of a file usually contain the index.
+// - near: ranges with a gap of at most this size between them are fetched as one range. It is
+//   larger for local files, because reading a gap costs less there than another fetch, which
+//   repeats the decoder call.
 const FAR = { guess: 1 << 14, near: 1 << 11 };
 const HERE = { guess: 1 << 20, near: 1 << 16 };
-// maximum of `near` in bytes; `near` grows if there are more than MANY ranges
+// If there are more than MANY ranges, `near` is doubled repeatedly until there are fewer or `near`
+// reaches NEAR_OF_MANY bytes.
 const NEAR_OF_MANY = 1 << 16;
 const MANY = 24;
-const MOST_AT_ONCE = 6; // maximum number of concurrent requests
-const MOST_KEPT = 64 << 20; // maximum bytes kept from one call to the next
-const MOST_WHOLE = 256 << 20; // largest file that is fetched from a server without range requests
-const MOST_GUESSED = 16 << 20; // largest guess
+const MOST_AT_ONCE = 6; // maximum number of requests at the same time
+const MOST_KEPT = 64 << 20; // maximum number of bytes kept from one call to the next
+const MOST_WHOLE = 256 << 20; // maximum size in bytes of a file on a server without range requests
+const MOST_GUESSED = 16 << 20; // maximum of `guess`, which doubles with each unannounced read
 
 /** Every .shm file begins with these bytes. */
 const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
 
-/** The bytes of a Blob. A range [first, end] in this file does not include the byte at `end`. */
+/** The bytes of a Blob. In this module, a range [first, end] does not include the byte at `end`. */
 
 class BlobBytes {
   constructor(blob) {
@@ -80,9 +82,9 @@ class FileBytes {
   }
 }
 
-/** A file on a server. The first request fetches the beginning of the file and learns its size. A
- *  server without range requests returns the whole file. Unless `isDamaged`, a file whose first
- *  bytes are not those of a .shm file is rejected. */
+/** A file on a server. The first request fetches the beginning of the file and its size. A server
+ *  without range requests returns the whole file instead. If the first bytes are not those of a
+ *  .shm file, the file is rejected, unless `isDamaged` is true. */
 class UrlBytes {
   static async open(url, isDamaged, signal) {
     const file = new UrlBytes();
@@ -107,8 +109,8 @@ class UrlBytes {
     return file;
   }
 
-  /** Returns the size of the file. If the server of another origin hides Content-Range, a HEAD
-   *  request finds the size. */
+  /** Returns the size of the file, from the header Content-Range. If a server of another origin
+   *  does not expose this header, a HEAD request returns the size. */
   async total(answer, signal) {
     const range = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(answer.headers.get("Content-Range") ?? "");
     if (range !== null) {
@@ -130,7 +132,7 @@ class UrlBytes {
   error(sentence, { status = "io", cause } = {}) {
     return new ShmError(status, `${this.name}: ${sentence}`, { detail: sentence, cause });
   }
-  /** Throws an error unless the response contains the requested range (status 206). */
+  /** Throws an error unless the response has the status 206, i.e. contains a range of the file. */
   async expect(answer) {
     const { status } = answer;
     if (status === 206) return;
@@ -143,8 +145,8 @@ class UrlBytes {
     }
     throw this.error(`the server answers ${status}`);
   }
-  /** Returns an error for a failed connection. For servers of other origins, browsers do not tell
-   *  the page why the connection failed. */
+  /** Returns an error for a failed connection. If the server is of another origin, the browser
+   *  hides the reason from the page, so the message mentions a possible reason. */
   failed(cause) {
     const { origin } = globalThis.location ?? {};
     const isOther = origin !== undefined && origin !== new URL(this.url).origin;
@@ -171,8 +173,8 @@ class UrlBytes {
     return this.ask({ headers: { Range: `bytes=${first}-${end - 1}` } }, signal);
   }
 
-  /** Reads the body of a response. Throws an error if the body has more than `most` bytes, or if
-   *  check(first bytes of the body) throws. */
+  /** Reads the body of a response. Throws an error if the body has more than `most` bytes. Calls
+   *  check() with the first bytes of the body; check() may throw. */
   async body(answer, most, signal, check) {
     const pieces = [];
     let length = 0;
@@ -229,14 +231,15 @@ class UrlBytes {
   async close() {}
 }
 
-/** Returns an object that fetches the bytes of a source. */
+/** Returns an object that fetches the bytes of a source: a BlobBytes, FileBytes or UrlBytes. */
 function opened(source, isDamaged, signal) {
   if (typeof source !== "string") return new BlobBytes(source);
   const url = new URL(source);
   return url.protocol === "file:" ? FileBytes.open(url) : UrlBytes.open(url, isDamaged, signal);
 }
 
-/** Fetched pieces in ascending order, without overlaps. The oldest pieces are dropped first. */
+/** The fetched pieces of a file, in ascending order and without overlaps. If there are too many
+ *  bytes, the oldest pieces are dropped first. */
 class Pieces {
   constructor() {
     this.pieces = []; // {first, end, bytes, age}
@@ -256,7 +259,7 @@ class Pieces {
     return low;
   }
 
-  /** Returns the missing parts of a range. */
+  /** Returns the parts of a range that have not been fetched. */
   gaps(first, end) {
     const gaps = [];
     let position = first;
@@ -274,7 +277,8 @@ class Pieces {
     this.bytes += bytes.length;
   }
 
-  /** Fills `into` with the bytes from `first` on, all of which must have been fetched. */
+  /** Fills `into` with the bytes of the file from `first` on. All of them must have been
+   *  fetched. */
   copy(first, into) {
     let position = first;
     for (let i = this.find(first); position < first + into.length; ++i) {
@@ -295,9 +299,10 @@ class Pieces {
   }
 }
 
-/** A file whose fetched bytes can be read, and whose missing bytes are fetched between calls. */
+/** A file from which a decoder call can read all bytes that have been fetched. Missing bytes
+ *  are fetched between two calls. */
 export class Source {
-  /** Opens a source. If `isDamaged`, the signature of the file is not checked. */
+  /** Opens a source. If `isDamaged` is true, the signature of the file is not checked. */
   static async open(source, isDamaged, signal) {
     const file = new Source();
     file.from = await opened(source, isDamaged, signal);
@@ -307,18 +312,19 @@ export class Source {
     file.kept = new Pieces();
     if (file.from.front !== undefined) file.kept.add(0, file.from.front);
     file.told = [];
-    file.missing = null; // the first range that the last call needed and that was not fetched
+    // the first range that was needed in the last call but had not been fetched
+    file.missing = null;
     file.misses = 0;
     return file;
   }
 
-  /** Announces ranges that will be read next: [{offset, bytes}]. */
+  /** Announces ranges that will be read next, a list of {offset, bytes}. */
   tell(ranges) {
     for (const { offset, bytes } of ranges) this.told.push([offset, offset + bytes]);
   }
 
-  /** Fills `into` and returns true if all its bytes have been fetched. Otherwise stores the missing
-   *  range in `missing` and returns false. */
+  /** Fills `into` with the bytes from `offset` on, if all of them have been fetched, and returns
+   *  true. Otherwise stores their range in `missing` and returns false. */
   read(offset, into) {
     if (this.kept.gaps(offset, offset + into.length).length > 0) {
       this.missing ??= [offset, offset + into.length];
@@ -333,10 +339,11 @@ export class Source {
     this.missing = null;
   }
 
-  /** Fetches the missing range. If the announced ranges contain it, fetches all of them. */
+  /** Fetches the missing range. If it is part of the announced ranges, fetches all announced
+   *  ranges. */
   async fetchMissing(signal) {
     const [first, end] = this.missing;
-    // One read may cover several announced ranges.
+    // One read may span several announced ranges, so adjacent ranges are merged first.
     const isTold = Source.merged(this.told, 0).some(([from, to]) => from <= first && end <= to);
     const wanted = isTold ? this.told : [this.guessed(first, end)];
     const gaps = wanted.flatMap(([from, to]) => this.kept.gaps(from, to));
@@ -347,7 +354,7 @@ export class Source {
     const fetchSome = async () => {
       for (const [from, to] of next) {
         const bytes = await this.from.fetch([from, to], signal);
-        // Skips bytes between the gaps of this run that were fetched earlier.
+        // A run can contain bytes that were fetched earlier, so only the missing bytes are added.
         for (const [first, end] of this.kept.gaps(from, to)) {
           this.kept.add(first, bytes.subarray(first - from, end - from));
         }
@@ -358,15 +365,16 @@ export class Source {
     for (const one of done) if (one.status === "rejected") throw one.reason;
   }
 
-  /** Returns a range around the missing range, since nearby bytes are likely to be read next. The
-   *  size of the range doubles with each miss. */
+  /** Returns a larger range that contains the missing range, because nearby bytes are likely to be
+   *  read next. The size of the returned range doubles each time. */
   guessed(first, end) {
     const least = Math.min(MOST_GUESSED, this.reach.guess * 2 ** this.misses++);
     const to = Math.min(this.size, Math.max(end, first + least));
     return [Math.max(0, Math.min(first, to - least)), to];
   }
 
-  /** Merges ranges that are closer than `near` bytes. Returns the result in ascending order. */
+  /** Merges ranges if the gap between them has at most `near` bytes. Returns the merged ranges in
+   *  ascending order. */
   static merged(ranges, near) {
     const runs = [];
     for (const [first, end] of [...ranges].sort((a, b) => a[0] - b[0])) {
@@ -377,7 +385,8 @@ export class Source {
     return runs;
   }
 
-  /** Ends a call: keeps the most recently fetched MOST_KEPT bytes, and drops all others. */
+  /** Ends a call. Keeps the most recently fetched pieces, at most MOST_KEPT bytes, and drops all
+   *  older pieces. */
   end() {
     this.begin();
     this.misses = 0;

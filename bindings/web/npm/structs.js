@@ -1,9 +1,10 @@
-// Layout of the structs of shmformat.h in WebAssembly memory: sizes and pointers have 32 bits, and
-// every member is aligned to its size. web_test.py compares the layout with the header.
+// Layout of the structs of shmformat.h in WebAssembly memory. size_t and pointers have 32 bits
+// there, and every member is aligned to its size. web_test.py compares this layout with the header.
 
 const SIZES = { i32: 4, u32: 4, i64: 8, u64: 8, f64: 8, pointer: 4, char: 1 };
 
-/** Computes the layout of a struct. Members are "type name", or "type[count] name" for arrays. */
+/** Computes the layout of a struct: offset of each member, and size of the struct. A member is
+ *  given as "type name", an array as "type[count] name". */
 function layout(...members) {
   const fields = {};
   let end = 0;
@@ -61,14 +62,14 @@ export const LAYOUTS = {
     "pointer array_values", "pointer array_bytes", "i32 coordinate_type", "i32 reserved"),
 };
 
-/** Converts a 64-bit integer to a Number. Throws RangeError above 2^53. */
+/** Converts a 64-bit integer to a Number. Throws RangeError if it exceeds 2^53. */
 export function toNumber(big) {
   if (big > BigInt(Number.MAX_SAFE_INTEGER)) throw new RangeError(`${big} is more than 2^53`);
   return Number(big);
 }
 
-/** Returns the members of the struct at `address`, with 64-bit integers as BigInt and arrays as
- *  Array. */
+/** Returns the members of the struct at `address`. A 64-bit integer becomes a BigInt, an array
+ *  becomes an Array. */
 export function readStruct(view, name, address) {
   const read = (type, place) => {
     switch (type) {
@@ -92,8 +93,8 @@ export function readStruct(view, name, address) {
   return struct;
 }
 
-/** Writes a struct at `address`: struct_size receives the size of the struct, the members in
- *  `values` their values, and all other members 0. */
+/** Writes a struct at `address`. Sets struct_size to the size of the struct, sets the members in
+ *  `values`, and sets all other members to 0. */
 export function writeStruct(view, name, address, values = {}) {
   const { fields, bytes } = LAYOUTS[name];
   for (let i = 0; i < bytes; ++i) view.setUint8(address + i, 0);

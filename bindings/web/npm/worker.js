@@ -1,6 +1,8 @@
-// Runs an Engine in a separate thread, in browsers and in Node.js. Receives the message {open:
-// [module, source, options]}, then {id, name, argument, watched} for each call, and {dropped: id}
-// when the caller no longer waits for a call. Sends {id, result}, {id, error} or {id, progress}.
+// Runs an Engine in a separate thread, in browsers and in Node.js. The first message that the
+// worker receives is {open: [module, source, options]}. Then it receives a message {id, name,
+// argument, watched} for each call, and {dropped: id} when the caller aborts the call with this id.
+// It sends {id, result} or {id, error} at the end of a call, and {id, progress} during the call if
+// `watched` is true.
 import { Engine, buffersOf } from "./engine.js";
 import { packed } from "./errors.js";
 

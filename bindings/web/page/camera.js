@@ -1,11 +1,11 @@
-// Camera: a parallel projection of the mesh. Uses frame coordinates (surface.js), which are
-// relative to the middle of the mesh and -1..1 along its largest side; z is up. A camera is
-// immutable, so each function returns a new camera.
+// Camera: a parallel projection of the mesh. The coordinates are frame coordinates (surface.js):
+// the middle of the mesh is 0, and the largest side of its bounding box is -1..1; z is up. A camera
+// is immutable, so functions that change a camera return a new camera.
 
 /** Default direction of view: the viewer looks from the right, the front, and above. */
 export const USUAL_VIEW = [1, -2, 1];
 
-/** Limits of the zoom, relative to the fitted mesh. */
+/** Limits of the zoom factor. At 1, the mesh fits the picture. */
 const MOST_ZOOM = 1e5;
 const LEAST_ZOOM = 0.05;
 
@@ -13,13 +13,13 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
   a[0] * b[1] - a[1] * b[0]];
 
-/** Returns a camera that looks from direction `view`, which must not be 0, at the middle of the
- *  frame. The member lift of a camera is the offset of the target above the middle of the picture,
- *  in halves of the picture's smaller side. */
+/** Returns a camera that looks at the middle of the frame. `view` is the direction from there to
+ *  the viewer, and must not be 0. A camera shows its `target` at a height of `lift` above the
+ *  middle of the picture; the unit is half the smaller side of the picture. */
 export function cameraFrom(view) {
   const across = Math.hypot(view[0], view[1]);
   const high = Math.atan2(view[2], across);
-  // In views from straight above or below, y is up.
+  // If the camera looks from straight above or below, y is up.
   const round = across < 1e-3 * Math.abs(view[2]) ? -Math.PI / 2 : Math.atan2(view[1], view[0]);
   return { round, high, zoom: 1, scale: 1, lift: 0, target: [0, 0, 0] };
 }
@@ -32,8 +32,9 @@ export function axesOf({ round, high }) {
   return { right, up: cross(view, right), view };
 }
 
-/** Returns the camera rotated by two angles: `round` around the mesh, and `high` upwards. The
- *  rotation upwards ends when the camera looks from straight above or below. */
+/** Returns the camera rotated by two angles in radians: `round` around the vertical axis, and
+ *  `high` upwards. The camera cannot rotate beyond the views from straight above and straight
+ *  below. */
 export function turned(camera, round, high) {
   const most = Math.PI / 2;
   return { ...camera,
@@ -46,14 +47,14 @@ export function turned(camera, round, high) {
 export function moved(camera, across, upwards) {
   const { right, up } = axesOf(camera);
   const size = 1 / (camera.scale * camera.zoom);
-  const most = 10; // a mesh moved further would be hard to find again
+  const most = 10; // limit of the movement, so that the user does not lose sight of the mesh
   return { ...camera,
     target: camera.target.map((coordinate, i) =>
       Math.min(Math.max(coordinate - size * (across * right[i] + upwards * up[i]), -most), most)) };
 }
 
-/** Returns the camera zoomed by the factor `times`. The point at (across, upwards), in the units of
- *  moved(), stays in place. */
+/** Returns the camera zoomed by the factor `times`. The point of the picture at (across, upwards),
+ *  in the units of moved(), does not move. */
 export function zoomed(camera, times, across = 0, upwards = 0) {
   const zoom = Math.min(Math.max(camera.zoom * times, LEAST_ZOOM), MOST_ZOOM);
   const real = zoom / camera.zoom;
@@ -63,8 +64,8 @@ export function zoomed(camera, times, across = 0, upwards = 0) {
 }
 
 /** Returns the camera that fits a box {least, most} of frame coordinates into the picture.
- *  `aspect`: width of the picture divided by its height. `below`: fraction of the height that stays
- *  free at the lower side. */
+ *  `aspect`: width of the picture divided by its height. `below`: fraction of the picture's height
+ *  that stays free at the bottom. */
 export function fitted(camera, { least, most }, aspect, below = 0) {
   const { right, up } = axesOf(camera);
   const half = most.map((to, i) => (to - least[i]) / 2);
@@ -82,17 +83,19 @@ export function matrixOf(camera, aspect) {
   const size = camera.scale * camera.zoom;
   const [wide, tall] = aspect >= 1 ? [aspect, 1] : [1, 1 / aspect];
   const rows = [right.map((part) => part * size / wide), up.map((part) => part * size / tall),
-    // The factor 1/4 keeps all points in the depth range: inFrame() limits coordinates to -2..2, so
-    // depth is at most 2 sqrt(3).
+    // The factor 1/4 keeps the depth of all points in -1..1: inFrame() limits coordinates to -2..2,
+    // so that the distance from the middle is at most 2 sqrt(3).
     view.map((part) => -part / 4)];
   const shift = rows.map((row) => -dot(row, camera.target));
   shift[1] += camera.lift / tall;
-  // The depth does not depend on the target, so that the whole mesh stays in the depth range.
+  // The depth of a point does not depend on the target, so that the whole mesh stays in the depth
+  // range.
   shift[2] = 0;
   return new Float32Array([0, 1, 2].flatMap((c) => [rows[0][c], rows[1][c], rows[2][c], 0])
     .concat(shift, 1));
 }
 
-/** Direction of view for each number key: the six sides of the mesh, and the usual view. */
+/** Direction of view for each number key: 1 to 6 show the sides of the mesh, 7 selects the default
+ *  view. */
 export const SIDES = { 1: [1, 0, 0], 2: [-1, 0, 0], 3: [0, 1, 0], 4: [0, -1, 0], 5: [0, 0, 1],
   6: [0, 0, -1], 7: USUAL_VIEW };

@@ -1,9 +1,10 @@
-// Choices: the options that a mesh offers, and the requests to the package for the options that the
-// user chooses.
+// Choices: lists the options that a mesh offers to the user, and converts the user's choices to
+// arguments of the package.
 
-/** Returns the arrays of field data, which can be shown as colours, as [{label, name, location,
- *  components, steps, parts}]. parts: indices of the arrays in the file. Cell arrays on different
- *  blocks with the same name, components and steps form one entry. */
+/** Returns the arrays that can be shown as colours (arrays with field data), as a list of {name,
+ *  location, components, steps, parts}. `parts` contains indices of arrays in the file: cell arrays
+ *  on different blocks form one entry if they have the same name, number of components and
+ *  steps. */
 export function colourings(arrays) {
   const found = new Map();
   for (const array of arrays) {
@@ -29,10 +30,11 @@ export function nearStep(steps, step) {
 }
 
 /**
- * Returns the selection of the cells to show, as the package expects it; undefined: all cells.
+ * Returns the cells to show as a Selection of the package, or undefined for all cells.
  *
- * hidden: a Set of block indices. segment: an element of segments(), or null. clip: {axis, from,
- * sign} or null; shows cells with a vertex at sign * coordinate <= sign * from.
+ * hidden: a Set of the indices of hidden blocks. segment: an element of segments(), or null. clip:
+ * null, or {axis, from, sign}; only cells with a vertex at sign * coordinate <= sign * from are
+ * shown.
  */
 export function selection({ hidden, segment, clip }, blockCount) {
   const select = {};
@@ -42,7 +44,7 @@ export function selection({ hidden, segment, clip }, blockCount) {
       .filter((i) => !hidden.has(i));
   }
   if (clip !== null) {
-    // Boxes must be finite; no mesh needs coordinates this large.
+    // The numbers of a box must be finite. MAX_VALUE replaces infinity.
     const box = [...Array(3).fill(-Number.MAX_VALUE), ...Array(3).fill(Number.MAX_VALUE)];
     box[clip.axis + (clip.sign > 0 ? 3 : 0)] = clip.from;
     select.box = box;

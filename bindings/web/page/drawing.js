@@ -1,10 +1,10 @@
 // Drawing: draws a surface on a canvas with WebGL 2. Textures store the data of vertices and faces.
-// Each corner of a triangle is a pair of a vertex index and a face index. A new time step changes
-// only the texture of values.
+// A corner of a triangle consists of a vertex index and a face index, by which the shader finds
+// this data. A new time step changes only the texture of values.
 import { BLOCK_COLOURS, NO_VALUE, blockColour, valueTable } from "./colours.js";
 import { axesOf, matrixOf } from "./camera.js";
 
-const WIDE = 2048; // width of the textures that store lists, in elements
+const WIDE = 2048; // width in elements of the textures in which lists are stored
 
 const VERTEX = `#version 300 es
 precision highp float;
@@ -15,7 +15,7 @@ uniform sampler2D places, shares;
 uniform usampler2D blocks;
 uniform mat4 matrix;
 uniform mat3 turned;
-uniform int colouredBy; // colours show 0: blocks, 1: values of vertices, 2: values of faces
+uniform int colouredBy; // meaning of the colours: 0 blocks, 1 values of vertices, 2 values of faces
 uniform float pointSize;
 in uvec2 corner;
 out vec3 seen, place, across;
@@ -45,7 +45,7 @@ uniform sampler2D table;
 uniform vec3 noValue;
 uniform int colouredBy;
 uniform bool isLit, hasEdges;
-uniform vec4 clip; // clip plane: fragments with dot(clip.xyz, place) <= clip.w are kept
+uniform vec4 clip; // clip plane: only fragments with dot(clip.xyz, place) <= clip.w are drawn
 in vec3 seen, place, across;
 in float share, hasValue;
 flat in uint block, edges;
@@ -90,7 +90,8 @@ function compiled(gl, type, source) {
   return shader;
 }
 
-/** Formats of list textures: the count of numbers per element, and the texture format. */
+/** Returns the format of each texture that stores a list: `parts` is the count of numbers per
+ *  element, the other members are the texture unit and the format for WebGL. */
 function kindsOf(gl) {
   return {
     places: { unit: 0, parts: 4, internal: gl.RGBA32F, format: gl.RGBA, type: gl.FLOAT,
@@ -103,8 +104,8 @@ function kindsOf(gl) {
 }
 
 export class Drawing {
-  /** Throws Error if WebGL 2 is not available. Calls `lost` with a sentence when the graphics
-   *  context is lost, and with null when it is restored. */
+  /** Throws Error if WebGL 2 is not available. When the graphics context is lost, `lost` is called
+   *  with a sentence for the user; when it is restored, with null. */
   constructor(canvas, lost) {
     this.canvas = canvas;
     this.gl = canvas.getContext("webgl2", { antialias: true, alpha: true });
@@ -165,9 +166,9 @@ export class Drawing {
     return texture;
   }
 
-  /** Stores a list as a texture with rows of WIDE elements. Throws RangeError if the list is too
-   *  long. While the graphics context is lost, does nothing: all lists are stored again when the
-   *  context is restored. */
+  /** Stores a list in a texture whose rows have WIDE elements. Throws RangeError if the list is too
+   *  long. Does nothing while the graphics context is lost, because all lists are stored again when
+   *  the context is restored. */
   list(name, values) {
     const { gl } = this;
     if (this.isLost) return;
@@ -186,9 +187,9 @@ export class Drawing {
     gl.texImage2D(gl.TEXTURE_2D, 0, internal, WIDE, rows, 0, format, type, padded);
   }
 
-  /** Sets the surface to draw: {places, corners, blocks}. surface.js computes places and corners.
-   *  blocks: Uint8Array with the colour of each face. The arrays are borrowed until the next
-   *  call. */
+  /** Sets the surface to draw: {places, corners, blocks}. `places` and `corners` come from
+   *  placesOf() and cornersOf() in surface.js. `blocks` is a Uint8Array with the index of the block
+   *  colour of each face. The arrays are borrowed until the next call. */
   show(surface) {
     const { gl } = this;
     this.surface = surface;
@@ -207,7 +208,8 @@ export class Drawing {
     this.change({});
   }
 
-  /** Sets the values that determine the colours, {shares, ofPoints}. null: colours show the
+  /** Sets the values that determine the colours: {shares, ofPoints}, with the scaled values of the
+   *  vertices if ofPoints is true, otherwise of the faces. If `shares` is null, colours show the
    *  blocks. */
   colour(shares) {
     this.shares = shares;
@@ -215,8 +217,9 @@ export class Drawing {
     this.change({});
   }
 
-  /** Changes settings, and redraws with the next animation frame. edges: true or false. clip: [x,
-   *  y, z, most] in frame coordinates, or null. camera: a camera of camera.js. */
+  /** Changes some settings, and redraws with the next animation frame. edges: whether edges are
+   *  drawn. clip: null, or [x, y, z, most]; only points p in frame coordinates with x * p.x + y *
+   *  p.y + z * p.z <= most are drawn. camera: a camera of camera.js. */
   change(settings) {
     Object.assign(this.set, settings);
     if (this.wanted) return;

@@ -1,18 +1,21 @@
-// Builds tables of a file's contents. Text from a file is always inserted as text, never as markup.
+// Builds HTML tables of a file's contents. Text from a file is always inserted as text, never as
+// markup.
 import { bytesText, countText, nameText, plural, valueText } from "./numbers.js";
 
-const MOST_ROWS = 500; // maximum number of rows of a table; a last row counts the omitted rows
+// maximum number of rows of a table; if there are more, an extra row contains the number of omitted
+// rows
+const MOST_ROWS = 500;
 
-/** Returns an element that contains text or other elements. */
+/** Returns a new HTML element that contains text or other elements. */
 export function element(tag, ...inside) {
   const made = document.createElement(tag);
   made.append(...inside);
   return made;
 }
 
-/** Returns a table. heads: headings of the columns. rows: lists with a string or a number for each
- *  column. Numbers are right-aligned. Columns with an empty heading are right-aligned too, except
- *  the first column. */
+/** Returns an HTML table. heads: the heading of each column. rows: lists with a string or a number
+ *  for each column. Columns of numbers are right-aligned. Columns with an empty heading, except the
+ *  first column, are also right-aligned. */
 function table(caption, heads, rows) {
   const isRight = (i) => (heads[i] === "" ? i > 0 : typeof rows[0]?.[i] === "number");
   const cell = (tag) => (inside, i) => {
@@ -41,7 +44,7 @@ function stepsText(array, times) {
   return array.steps.length === times.length ? count : `${count} of ${countText(times.length)}`;
 }
 
-/** Returns tables of the mesh's properties. */
+/** Returns tables with the properties, the blocks and the arrays of a mesh. */
 export function factsOf(mesh) {
   const rows = [["vertices", mesh.vertexCount], ["cells", mesh.cellCount],
     ["of which hexahedra", mesh.hexahedronCount], ["bytes", mesh.fileBytes],
@@ -69,14 +72,15 @@ export function factsOf(mesh) {
   return parts;
 }
 
-/** Returns a table of the result of sets(). */
+/** Returns a table of the sets that the package's sets() returned, or a sentence if there are
+ *  none. */
 export function setsOf(sets) {
   if (sets.length === 0) return [element("p", "No sets.")];
   return [table(plural(sets.length, "set", "sets"), ["kind", "id", "name", "members"],
     sets.map(({ kind, id, name, numbers }) => [kind, String(id), nameText(name), numbers.length]))];
 }
 
-/** Returns a table of the result of segments(). */
+/** Returns a table of the segments that the package's segments() returned. */
 export function segmentsOf(segments) {
   return [table(plural(segments.length, "segment", "segments"), ["", "cells", "vertices", "bytes"],
     segments.map(({ cells, vertices, bytes }, i) =>

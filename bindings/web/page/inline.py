@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Builds the page: a single file that contains everything it needs.
+"""Builds the page shm.html: a single HTML file that contains its scripts, its style and the decoder.
 
     inline.py PAGE MODULES PACKAGE OUT
 
-PAGE: the folder of index.html, style.css and main.js. MODULES: the folder of the web package's JavaScript. PACKAGE:
-the built web package, with shmformat.wasm, LICENSE and licences/. Modules become functions in one script, each after
-its dependencies; the decoder is compressed with gzip. With the same version of zlib, the same sources produce the
-same bytes. The page's Content-Security-Policy allows only its script and its style, identified by their hashes.
+PAGE: the folder of index.html, style.css and main.js. MODULES: the folder of the web package's JavaScript. PACKAGE: the
+folder of the built web package, with shmformat.wasm, LICENSE and licences/. OUT: the file to write. All modules are
+joined into one script, in which each module is a function and comes after its dependencies. The decoder is compressed
+with gzip. With the same version of zlib, the same sources produce the same bytes. The page's Content-Security-Policy
+allows only the script and the style of the page, identified by their hashes.
 """
 import base64
 import hashlib
@@ -19,12 +20,13 @@ from pathlib import Path
 IMPORT = re.compile(r"^import (\{[^}]*\})\s*from \"(\.[^\"]+)\";\n", re.M)
 EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const) (\w+))", re.M)
 EXPORTED = re.compile(r"^export \{([^}]*)\};\n", re.M)
-# The expressions with which the package starts its worker in browsers and in Node.js; bundlers
-# recognize them. The page uses a classic script as worker, because Chromium does not start module
-# workers from a Blob URL of a page that was opened from file://.
+# The expressions in remote.js that locate the worker: in browsers (WORKER) and in Node.js (NODES_WORKER). This script
+# replaces them. The page uses a classic script as worker, because Chromium does not start a module worker from a Blob
+# URL if the page was opened from file://.
 WORKER = 'new URL("./worker.js", import.meta.url), { type: "module" }'
 NODES_WORKER = 'new URL("./worker.js", import.meta.url)'
-# The page passes its embedded decoder to the package, so this location is never used.
+# The expression that locates the decoder. It is replaced by null, because the page passes its embedded decoder to the
+# package.
 DECODER = 'new URL("./shmformat.wasm", import.meta.url)'
 
 
@@ -37,7 +39,8 @@ def name_of(path):
 
 
 def module(path, done, into):
-    """Adds a module to the list `into`, after its dependencies."""
+    """Adds the modules that a module imports, and then the module itself, to the list `into`. Modules in `done` are
+    skipped."""
     if path in done:
         return
     done.add(path)
@@ -59,7 +62,8 @@ def module(path, done, into):
 
 
 def script_of(entry, worker_url=None):
-    """Returns one script made of a module and all its imports. The module itself comes last, outside of any function."""
+    """Returns a script that consists of a module and all modules that it imports. The module itself comes last, and is
+    not inside a function."""
     modules = []
     module(entry.resolve(), set(), modules)
     names = [name_of(path) for path, _, _ in modules]
@@ -82,13 +86,13 @@ def script_of(entry, worker_url=None):
 
 
 def packed(decoder):
-    """Returns the decoder, compressed with gzip without a time stamp, as base64."""
+    """Compresses the decoder with gzip, without a time stamp, and returns the result as base64."""
     make = zlib.compressobj(9, zlib.DEFLATED, 31)
     return base64.b64encode(make.compress(decoder) + make.flush()).decode("ascii")
 
 
 def licences(package):
-    """Returns the licences of the project and of the libraries in the decoder."""
+    """Returns the texts of the licences of the project and of the libraries in the decoder."""
     text = ""
     for path in [package / "LICENSE", *sorted((package / "licences").glob("*.txt"))]:
         text += f"\n==== {path.stem}\n\n{path.read_text(encoding='utf-8')}"
@@ -105,14 +109,15 @@ def main():
     if len(sys.argv) != 5:
         sys.exit(__doc__)
     page, modules, package, out = map(Path, sys.argv[1:])
-    # The package normally loads its decoder and its worker from files next to itself. In the page, opening.js supplies
-    # them.
+    # The package normally loads its decoder and its worker from files in its own folder. In the page, opening.js
+    # supplies them instead.
     script = "\n" + script_of(page / "main.js", "globalThis.shmWorkerUrl()")
     style = "\n" + (page / "style.css").read_text(encoding="utf-8")
     inside = {
         "style": style,
         "script": script,
-        # The module of the worker uses top-level await, which a classic script may use only inside a function.
+        # The script of the worker is wrapped in an async function, because it uses top-level await, which is not
+        # allowed in a classic script.
         "worker": f"\n(async () => {{\n\"use strict\";\n{script_of(modules / 'worker.js')}}})();\n",
         "licences": licences(package),
         "decoder": packed((package / "shmformat.wasm").read_bytes()),
@@ -124,7 +129,7 @@ def main():
     if sorted(used) != sorted(inside):
         fail(f"index.html has the placeholders {used}, and {sorted(inside)} were expected, each once")
     whole = re.sub(r"\{(\w+)\}", lambda match: inside[match[1]], template)
-    # OUT must not appear under its name before it is complete.
+    # Writes a temporary file first, so that OUT is complete when it appears under its name.
     part = out.with_name(out.name + ".part")
     part.write_text(whole, encoding="utf-8", newline="\n")
     os.replace(part, out)

@@ -1,6 +1,7 @@
-// The page: opens a file, shows its surface with the chosen options, and describes the file. All
-// state is in one object. Every change calls look(), which reads the data for the latest choices as
-// soon as the current read has ended. Text from a file is always inserted as text, never as markup.
+// The page: opens a file, shows its surface with the options that the user chooses, and describes
+// the file. The object `state` contains the whole state. Every change of a choice calls look(),
+// which reads the data for the latest choices as soon as the current read has ended. Text from a
+// file is always inserted as text, never as markup.
 import { axesOf, cameraFrom, fitted, SIDES, USUAL_VIEW } from "./camera.js";
 import { colourings, nearStep, selection, wantedOf } from "./choices.js";
 import { BLOCK_COLOURS, blockColour, valueColour } from "./colours.js";
@@ -12,9 +13,11 @@ import { cameraKey, takePointers } from "./pointing.js";
 import { boxOf, cornersOf, frameOf, joined, numbersOf, placesOf, rangeOf, sharesOf, viewOfPlane }
   from "./surface.js";
 
-const LARGE = 64e6; // size in bytes; larger files on a server are first shown by one segment only
-const MOST_BLOCKS = 1000; // maximum number of blocks in the list of blocks
-const MOST_VERTICES = 4e6; // maximum number of vertices drawn if a mesh has no faces
+// size in bytes; if a file on a server is larger, the page at first shows only one of its segments
+const LARGE = 64e6;
+const MOST_BLOCKS = 1000; // maximum number of blocks that the page lists
+// a mesh without faces is drawn as points if it has at most this number of vertices
+const MOST_VERTICES = 4e6;
 
 /** The surface of an empty selection. */
 const NOTHING = { vertexCount: 0, faceCount: 0, leftOut: 0, points: new Float32Array(0),
@@ -133,8 +136,8 @@ function fit() {
 
 // --- the surface
 
-/** Returns the clip plane in frame coordinates. The graphics card cuts with it while the slider
- *  moves; the cells are read again only afterwards. */
+/** Returns the clip plane in frame coordinates. While the user moves the slider, the graphics card
+ *  clips the surface at this plane. When the slider stops, the remaining cells are read again. */
 function clipInFrame(clip) {
   if (clip === null) return null;
   const plane = [0, 0, 0, 0];
@@ -143,13 +146,14 @@ function clipInFrame(clip) {
   return plane;
 }
 
-/** Reads the surface of the chosen part of the mesh, with the chosen array. */
+/** Reads the surface of the chosen part of the mesh, and the values of the chosen array on the
+ *  surface. */
 async function readSurface(mesh, choice, step) {
   const select = selection({ hidden: state.hidden, clip: state.clip,
     segment: state.segment === null ? null : state.segments[state.segment] }, mesh.blocks.length);
   const parts = choice === null ? [] : choice.parts.map((index) => (step === null ? { index }
     : { index, step }));
-  // If all blocks are off, there is nothing to read.
+  // If all blocks are switched off, there is nothing to read.
   if (select?.blocks?.length === 0) return NOTHING;
   const progress = (done) => { $("progress").value = done; };
   const surface = await mesh.boundary({ arrays: parts, select, progress });
@@ -167,8 +171,8 @@ async function readSurface(mesh, choice, step) {
     arrays: ofPoints.length > 0 ? read.arrays : null };
 }
 
-/** Returns one number per vertex or face from the chosen array, or null if the array has no
- *  values. */
+/** Returns the values of the chosen array on the surface, as one number per vertex or face. Returns
+ *  null if no array is chosen or the array has no values. */
 function numbersOfChoice({ mesh, choice, component }, surface) {
   if (choice === null || surface.arrays === null || surface.arrays.length === 0) return null;
   const parts = surface.arrays.map(({ values, components, index }) => ({
@@ -204,11 +208,11 @@ function putColours() {
   if (numbers === null && state.choice !== null) drawing.colour(null);
 }
 
-let looking = null; // the current run of look()
-let isStale = false; // true if the choices have changed since the current run of look() began
+let looking = null; // promise of the current run of look(), or null
+let isStale = false; // true if the choices have changed since the most recent read began
 
-/** Shows the mesh with the current choices. Only one read runs at a time; if the choices change
- *  during a read, another read follows. */
+/** Shows the mesh with the current choices. Only one read runs at a time. If the choices change
+ *  during a read, the mesh is read again afterwards. */
 function look() {
   if (state.mesh === null) return Promise.resolve();
   isStale = true;
@@ -236,7 +240,8 @@ async function lookOnce(mesh, choice, place) {
     if (mesh !== state.mesh || choice !== state.choice) return;
     if (!drawing.isLost) $("error").hidden = true;
     putSurface(read);
-    // Shows the cells that were read as a whole, even if the clip plane cuts them.
+    // Once the remaining cells have been read, they are shown as a whole, even if the clip plane
+    // intersects them.
     if (state.clip === clip) drawing.change({ clip: null });
     putColours();
     drawLegend();
@@ -394,7 +399,8 @@ function showStep() {
 function chooseArray(index) {
   const before = state.choice;
   const choice = index === "" ? null : state.choices[Number(index)];
-  // Arrays may have different steps: chooses the step that is closest to the shown step.
+  // The new array may have other steps than the old array: chooses the last step that is not later
+  // than the shown step.
   let place = 0;
   if (choice !== null && choice.steps !== null) {
     place = before?.steps ? nearStep(choice.steps, before.steps[state.place])
@@ -427,7 +433,7 @@ function stop() {
   $("play").setAttribute("aria-pressed", "false");
 }
 
-/** Plays the steps, at most four per second. */
+/** Shows the time steps one after the other, at most four per second. */
 async function play() {
   if (state.isPlaying || !state.choice?.steps) return stop();
   state.isPlaying = true;
@@ -441,8 +447,8 @@ async function play() {
   return undefined;
 }
 
-/** Applies the clip controls. While the slider moves, the graphics card cuts; when it stops, the
- *  remaining cells are read. */
+/** Applies the clip controls. While the slider moves (`isMoving`), the graphics card clips the
+ *  surface. When the slider stops, the remaining cells are read. */
 function chooseClip(isMoving) {
   if (state.frame === null) return;
   const axis = $("clip").value;
@@ -495,7 +501,9 @@ function connectControls() {
   $("clip-at").addEventListener("change", () => chooseClip(false));
   $("segment").addEventListener("change", ({ target }) => {
     state.segment = target.value === "" ? null : Number(target.value);
-    state.frame = null; // computed again, since the chosen part may be small in the whole mesh
+    // null: frame coordinates are defined again for the chosen segment, which may be much smaller
+    // than the mesh
+    state.frame = null;
     state.clip = null;
     $("clip").value = "";
     $("clip-more").hidden = true;

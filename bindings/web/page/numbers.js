@@ -1,6 +1,6 @@
 // Converts numbers and names to human-readable text. The results do not depend on the locale.
 
-/** Returns a value with six significant digits, formatted like %g of printf. */
+/** Formats a value with six significant digits, as printf("%g") does. */
 export function valueText(value) {
   if (Number.isNaN(value)) return "no number";
   if (!Number.isFinite(value)) return value < 0 ? "-inf" : "inf";
@@ -13,17 +13,17 @@ export function valueText(value) {
   return `${plain(digits)}e${sign}${String(Math.abs(power)).padStart(2, "0")}`;
 }
 
-/** Formats a count, a Number or a BigInt: "1,234,567". */
+/** Formats a count (a Number or a BigInt), e.g. "1,234,567". */
 export function countText(count) {
   return String(count).replace(/\B(?=(\d{3})+$)/g, ",");
 }
 
-/** Returns a count with the singular or plural of a noun: "1 cell", "2 cells". */
+/** Returns a count together with the singular or plural of a noun, e.g. "1 cell" or "2 cells". */
 export function plural(count, one, many) {
   return `${countText(count)} ${count === 1 ? one : many}`;
 }
 
-/** Formats a size in decimal units: "940 bytes", "12.3 kB". */
+/** Formats a size in decimal units, e.g. "940 bytes" or "12.3 kB". */
 export function bytesText(bytes) {
   if (bytes < 1000) return plural(bytes, "byte", "bytes");
   let size = bytes / 1000;
@@ -36,8 +36,8 @@ export function bytesText(bytes) {
   return `${size.toFixed(digits)} ${["kB", "MB", "GB", "TB"][unit]}`;
 }
 
-/** Formats a name from a file for one line. Control characters, and characters that change the text
- *  direction, are shown as escapes; long names are cut. */
+/** Formats a name from a file so that it fits on one line. Control characters and characters that
+ *  change the text direction become escapes; long names are cut. */
 export function nameText(name, most = 80) {
   const shown = Array.from(name, (one) => (/[\p{Cc}\p{Cf}\p{Zl}\p{Zp}]/u.test(one)
     ? `\\u${one.codePointAt(0).toString(16).padStart(4, "0")}` : one));

@@ -1,9 +1,10 @@
-// Controls the camera by mouse, touch and keys. Arguments: the element of the picture, and a
-// function `change`. `change` is called with a function that converts the old camera to the new
-// camera.
+// Controls the camera by mouse, touch and keys. takePointers() calls its argument `change` for each
+// movement, with a function that converts the old camera to the new camera. Its argument `element`
+// is the HTML element of the picture.
 import { moved, turned, zoomed } from "./camera.js";
 
-const TURN = 2.5; // rotation in radians per pointer movement of half the picture's smaller side
+// rotation in radians when the pointer moves by half the smaller side of the picture
+const TURN = 2.5;
 const KEY_TURN = Math.PI / 24;
 const KEY_MOVE = 0.1;
 const KEY_ZOOM = 1.25;
@@ -11,7 +12,8 @@ const KEY_ZOOM = 1.25;
 export function takePointers(element, change) {
   const pointers = new Map(); // pressed pointers, by id: {x, y}
   const size = () => Math.max(Math.min(element.clientWidth, element.clientHeight) / 2, 1);
-  /** Returns a point relative to the middle of the picture, in halves of its smaller side. */
+  /** Converts a point to coordinates relative to the middle of the picture; the unit is half its
+   *  smaller side. */
   const placeOf = (x, y) => {
     const box = element.getBoundingClientRect();
     return [(x - box.left - box.width / 2) / size(), (box.top + box.height / 2 - y) / size()];
@@ -60,8 +62,8 @@ export function takePointers(element, change) {
   element.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
-/** Returns a function that converts the old camera to the new camera for a key, or null if the key
- *  does not change the camera. */
+/** Returns the effect of a key on the camera: a function that converts the old camera to the new
+ *  camera, or null if the key has no effect. */
 export function cameraKey({ key, shiftKey }) {
   const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   if (Object.hasOwn(arrows, key)) {

@@ -1,9 +1,9 @@
-// Surface: converts the result of the package's boundary() for the graphics card. Coordinates and
-// values from a file may be any numbers. Points with coordinates that are not finite are not drawn,
-// and values that are not finite are shown as missing.
+// Surface: converts the result of the package's boundary() to arrays for the graphics card.
+// Coordinates and values in a file may be any numbers. Points with coordinates that are not finite
+// are not drawn, and values that are not finite are shown as missing.
 
-/** Returns the frame of the mesh. Frame coordinates are relative to the middle of all finite
- *  points, and -1..1 along the largest side. */
+/** Returns the frame of the mesh, which defines frame coordinates: the middle of the bounding box
+ *  of all finite points is 0, and the largest side of the box is -1..1. */
 export function frameOf(points) {
   const least = [Infinity, Infinity, Infinity];
   const most = [-Infinity, -Infinity, -Infinity];
@@ -17,27 +17,28 @@ export function frameOf(points) {
   }
   const isEmpty = least[0] > most[0];
   if (isEmpty) return { middle: [0, 0, 0], half: 1, least: [0, 0, 0], most: [0, 0, 0], isEmpty };
-  // Halves the numbers before adding them, since sums and differences of the largest numbers would
-  // be infinite.
+  // The numbers are halved before they are added or subtracted; otherwise the result could be
+  // infinite for very large numbers.
   const middle = least.map((from, i) => from / 2 + most[i] / 2);
   const half = Math.max(...least.map((from, i) => most[i] / 2 - from / 2));
   return { middle, half: half > 0 ? half : 1, least, most, isEmpty };
 }
 
-/** Converts one coordinate to the frame. If the size of the mesh is close to the smallest
- *  floating-point numbers, halving can cause an error as large as the mesh. */
+/** Converts a coordinate on one axis to a frame coordinate, limited to -2..2. Without the limit, a
+ *  mesh whose size is close to the smallest floating-point numbers could leave this range, because
+ *  halving such numbers is inexact. */
 export function inFrame(frame, axis, coordinate) {
   return Math.min(Math.max((coordinate - frame.middle[axis]) / frame.half, -2), 2);
 }
 
-/** Returns the box of a frame in frame coordinates, for camera.js. */
+/** Returns the bounding box of a frame in frame coordinates, for camera.js. */
 export function boxOf(frame) {
   return { least: frame.least.map((coordinate, i) => inFrame(frame, i, coordinate)),
     most: frame.most.map((coordinate, i) => inFrame(frame, i, coordinate)) };
 }
 
-/** Returns 4 numbers per vertex: its three frame coordinates and 1. If a coordinate is not finite,
- *  all 4 numbers are 0. */
+/** Returns 4 numbers per vertex: its three frame coordinates, and 1. If a coordinate of the vertex
+ *  is not finite, all 4 numbers are 0. */
 export function placesOf(frame, points) {
   const count = points.length / 3;
   const places = new Float32Array(4 * count);
@@ -50,9 +51,9 @@ export function placesOf(frame, points) {
   return places;
 }
 
-// The second number of a corner contains the face number in its lower 29 bits. The bits above mark
-// those sides of the triangle that are edges of the polygon. A side leads from one corner to the
-// next.
+// cornersOf() returns two numbers per corner of a triangle. The second number contains the index of
+// the face in its lower 29 bits. The upper 3 bits mark the sides of the triangle that are edges of
+// the polygon. Side i of a triangle leads from its corner i to the next corner.
 const EDGE = 29;
 export const MOST_FACES = 2 ** EDGE;
 
@@ -70,9 +71,10 @@ function fanCorner(points, connectivity, from, end) {
   return best;
 }
 
-/** Returns two numbers per corner: the index of its vertex, and the index of its face with the edge
- *  bits above (EDGE). A triangle has three corners, a line two, a point one. Faces with a vertex
- *  that is not finite are left out. offsets: Uint32Array or BigUint64Array. */
+/** Returns lists of triangles, lines and points, with two numbers per corner: the index of its
+ *  vertex, and the index of its face combined with the edge bits (see EDGE). A triangle has three
+ *  corners, a line has two, a point has one. Faces with a vertex that is not finite are left out.
+ *  `offsets` may be a Uint32Array or a BigUint64Array. */
 export function cornersOf({ points, connectivity, offsets, faceCount }, places) {
   if (faceCount > MOST_FACES) throw new RangeError(`${faceCount} faces are more than can be drawn`);
   const begin = (f) => Number(offsets[f]);
@@ -136,8 +138,8 @@ function lengthOf(values, from, components) {
   return most * Math.sqrt(sum);
 }
 
-/** Returns one number for each element of an array. component: index of the component, or null for
- *  the length of the vector. */
+/** Returns one number for each element of an array: the component with the index `component`, or
+ *  the length of the vector if `component` is null. */
 export function numbersOf(values, components, component) {
   const count = Math.floor(values.length / components);
   const numbers = new Float64Array(count);
@@ -149,8 +151,9 @@ export function numbersOf(values, components, component) {
   return numbers;
 }
 
-/** Combines cell arrays that have the same name and cover different blocks. `blocks`: block index
- *  of each face. The blocks of a part are null if the part covers all blocks. */
+/** Combines the parts of a cell array: arrays that have the same name and cover different blocks.
+ *  Returns one number per face. `blocks` contains the block index of each face. The member `blocks`
+ *  of a part is null if the part covers all blocks. */
 export function joined(parts, blocks) {
   const numbers = new Float64Array(blocks.length).fill(NaN);
   for (const part of [...parts].reverse()) {
@@ -162,7 +165,7 @@ export function joined(parts, blocks) {
   return numbers;
 }
 
-/** Returns the range {least, greatest} of the finite numbers, or null if no number is finite. */
+/** Returns {least, greatest}, the range of all finite numbers, or null if no number is finite. */
 export function rangeOf(numbers) {
   let least = Infinity;
   let greatest = -Infinity;
@@ -174,8 +177,8 @@ export function rangeOf(numbers) {
   return least <= greatest ? { least, greatest } : null;
 }
 
-/** Scales a number to 0..1: 0 for the least number of the range, 1 for the greatest, 0.5 if they
- *  are equal. Returns NaN for numbers that are not finite. */
+/** Scales a number of the range to 0..1: the least number becomes 0, the greatest number becomes 1.
+ *  If both are equal, the result is 0.5. Returns NaN for numbers that are not finite. */
 export function shareOf(number, range) {
   if (range === null || !Number.isFinite(number)) return NaN;
   const whole = range.greatest - range.least;
@@ -183,7 +186,8 @@ export function shareOf(number, range) {
   return (number / 2 - range.least / 2) / (range.greatest / 2 - range.least / 2);
 }
 
-/** Scales all numbers for the graphics card. NaN becomes -1, as some cards do not support NaN. */
+/** Scales all numbers to 0..1 for the graphics card. Numbers that are not finite become -1, because
+ *  some cards do not support NaN. */
 export function sharesOf(numbers, range) {
   const shares = new Float32Array(numbers.length);
   for (let i = 0; i < numbers.length; ++i) {
@@ -193,7 +197,8 @@ export function sharesOf(numbers, range) {
   return shares;
 }
 
-/** Returns the direction of view onto a flat mesh; null if the mesh is not flat. */
+/** Returns the direction from which a flat mesh is seen from the front, or null if the mesh is not
+ *  flat. */
 export function viewOfPlane(frame) {
   const sides = frame.most.map((to, i) => to / 2 - frame.least[i] / 2);
   const flat = sides.findIndex((side) => side <= 1e-6 * frame.half);

@@ -1,10 +1,11 @@
-// The environment of the decoder in WebAssembly. It consists of three JavaScript functions, which
-// are the callbacks of shmformat.h, and of functions that end the WebAssembly instance where native
-// code would throw or abort. JavaScript calls the shmf_* functions directly.
+// Connects the decoder, compiled to WebAssembly, to JavaScript. This file declares three JavaScript
+// functions, which are the callbacks of shmformat.h, and defines functions that end the WebAssembly
+// instance when native code would throw an exception or abort. JavaScript calls the shmf_*
+// functions directly.
 //
 // The module is built without exceptions. If memory runs out, the module stores a message at an
-// address that JavaScript knows, and traps. JavaScript then discards the instance with everything
-// that was open in it. So no code runs after a failed allocation.
+// address that JavaScript knows, and traps. JavaScript then discards the instance and all files
+// that were open in it, so no code of the instance runs after a failed allocation.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -27,14 +28,14 @@ void page_prefetch(void* context, const shmf_range* ranges, size_t count);
 SHM_FROM_PAGE("progress")
 int page_progress(void* context, double done);
 
-// Structs that JavaScript copies before it fills in context and size. JavaScript cannot create the
-// function pointers in these structs.
+// Templates of two structs, because JavaScript cannot create the function pointers in them.
+// JavaScript copies a template and sets the other members.
 extern const shmf_source shmf_page_source = {sizeof(shmf_source), nullptr, 0,
                                              page_read_at,        nullptr, page_prefetch};
 extern const shmf_run_options shmf_page_run = {sizeof(shmf_run_options), page_progress, nullptr, 0,
                                                0};
 
-// A sentence with the reason why the instance ended; null while the instance is usable.
+// A sentence that says why the instance ended; null while the instance can be used.
 extern const char* shmf_page_last_words;
 const char* shmf_page_last_words = nullptr;
 }
@@ -53,8 +54,9 @@ void* allocated(std::size_t bytes) {
   end(kNoMemory);
 }
 
-/// Returns true if shmf_* would return SHMF_NO_MEMORY for an exception with this name. Such
-/// exceptions mean that memory ran out, or that a size exceeds the limit of a container.
+/// Returns true if an exception with this name means that memory ran out, or that a size exceeds
+/// the limit of a container. The native functions shmf_* return SHMF_NO_MEMORY for these
+/// exceptions.
 bool is_of_memory(const char* name) {
   for (const char* one : {"bad_alloc", "length_error", "bad_array_new_length"})
     if (std::strstr(name, one) != nullptr) return true;
@@ -74,7 +76,7 @@ void operator delete[](void* place) noexcept { std::free(place); }
 void operator delete(void* place, std::size_t) noexcept { std::free(place); }
 void operator delete[](void* place, std::size_t) noexcept { std::free(place); }
 
-// Called by throw expressions.
+// Throw expressions call these two functions.
 extern "C" void* __cxa_allocate_exception(std::size_t bytes) noexcept {
   alignas(16) static char only[64];
   return bytes <= sizeof only ? only : allocated(bytes);
@@ -84,14 +86,14 @@ extern "C" [[noreturn]] void __cxa_throw(void* /*thrown*/, std::type_info* type,
   end_of_throw(type->name());
 }
 
-// The C++ library, which is compiled without exceptions, calls this function instead of throwing.
-// The text contains the name of the exception.
+// The C++ library is compiled without exceptions, and calls this function instead of throwing.
+// `text` contains the name of the exception.
 _LIBCPP_BEGIN_NAMESPACE_STD
 [[noreturn]] void __libcpp_verbose_abort(const char* text, ...) { end_of_throw(text); }
 _LIBCPP_END_NAMESPACE_STD
 
-// Ends the instance for errors that never occur in correct code, such as the call of a pure virtual
-// function.
+// Ends the instance. The C++ library calls this function for errors that never occur in correct
+// code, such as a call to a pure virtual function.
 extern "C" [[noreturn]] void abort_message(const char* /*text*/, ...) {
   end("the C++ library aborted");
 }

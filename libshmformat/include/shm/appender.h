@@ -2,8 +2,8 @@
 // the old file without decoding them. It then writes the new steps, encoded exactly as the Writer
 // of the old file would have encoded them. The old file does not change. If a caller replaces the
 // old file only after finish() has succeeded (a FileSink does so), either the old or the new file
-// is in place at every instant. An Appender needs the memory of a Writer after end_mesh, plus that
-// of a StepReader that has read the last steps.
+// is in place at every instant. An Appender needs the memory of a Writer after end_mesh() plus that
+// of a StepReader that has read the final steps of the old file.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
@@ -21,10 +21,10 @@ namespace shm {
 
 struct AppendOptions {
   Level level = Level::standard;
-  /// Distance between key steps, as in WriteOptions::key_steps: of this many consecutive steps of
-  /// an array, at least one is a key step. 0: the longest distance between key steps in the old
-  /// file, but at least 8. The schema of the old file limits the number of earlier steps to which a
-  /// new step may refer (Schema::step_references).
+  /// Distance between key steps, as in WriteOptions::key_steps: among any `key_steps` consecutive
+  /// steps of an array, at least one is a key step. If 0, the Appender uses the longest distance
+  /// between key steps in the old file, but at least 8. The schema of the old file limits the
+  /// number of earlier steps to which a new step may refer (Schema::step_references).
   std::uint32_t key_steps = 0;
 };
 
@@ -36,7 +36,8 @@ struct AppendOptions {
 class SHM_API Appender {
  public:
   /// Opens `file`, a complete .shm file that is not an archive. Both arguments are borrowed and
-  /// must outlive the Appender. Nothing is written to `sink` before the first step, times or extra.
+  /// must outlive the Appender. Nothing is written to `sink` before the first call that adds a
+  /// step, times or an extra.
   static Result<Appender> open(RandomSource& file, ByteSink& sink,
                                const AppendOptions& options = {}, const ReadLimits& limits = {});
   Appender(Appender&&) noexcept;
@@ -51,12 +52,14 @@ class SHM_API Appender {
   std::uint64_t steps() const;
   /// Returns the number of elements of a stepped array.
   std::uint64_t elements(std::uint32_t array) const;
-  /// Returns the old file without its step values, as a .shm file. A Reader of this file yields the
-  /// mesh, static arrays, times and extras. Its MeshBlock::vertex_numbers and cell_numbers show the
-  /// coding order. The source is valid as long as the Appender and `file`.
+  /// Returns a source that yields the old file without its step values, as a complete .shm file. A
+  /// Reader of this source yields the mesh, static arrays, times and extras. The
+  /// MeshBlock::vertex_numbers and cell_numbers that it yields show the coding order. The source is
+  /// valid as long as the Appender and `file` exist.
   Result<std::unique_ptr<ByteSource>> without_steps();
 
-  /// Leaves out the extras of the old file. Must be called before steps, times or extras are added.
+  /// Omits the extras of the old file from the new file. Call this function before the first call
+  /// that adds a step, times or an extra.
   Result<void> drop_extras();
   /// Adds values of a stepped array at a step, as Writer::add_step_values() does. New steps of an
   /// array must come after the last step that the array has in the old file. Quantized arrays keep

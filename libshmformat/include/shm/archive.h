@@ -20,7 +20,7 @@ namespace shm {
 /// File in an archive.
 struct ArchiveMember {
   std::string name;          ///< file name of the member, for which is_member_name() is true
-  std::uint64_t offset = 0;  ///< offset of its first byte in the archive
+  std::uint64_t offset = 0;  ///< offset of the member's first byte in the archive
   std::uint64_t bytes = 0;
 };
 
@@ -40,8 +40,8 @@ class SHM_API ArchiveWriter {
 
   /// Ends the previous member and begins a member with the name `name`, which must be a valid
   /// member name that is not in use yet. The bytes written to the returned sink until the next call
-  /// of the ArchiveWriter must form one .shm file that is not itself an archive. Only the first
-  /// bytes are checked. The sink lives as long as the ArchiveWriter.
+  /// to the ArchiveWriter must form one .shm file that is not itself an archive. The ArchiveWriter
+  /// checks only the file start (the first 16 bytes). The sink lives as long as the ArchiveWriter.
   Result<ByteSink*> add_member(const std::string& name);
   /// Ends the last member, writes the list of members and commits the sink. The file is valid only
   /// if finish() succeeds; the destructor reports no errors. Returns the total number of bytes

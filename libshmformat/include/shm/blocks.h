@@ -57,25 +57,26 @@ struct MeshBlock {
   /// Offsets of the cells in `corners`; cells + 1 entries.
   std::vector<std::uint64_t> corner_begin;
   std::vector<std::uint64_t> corners;   ///< vertex numbers of the corners
-  std::vector<std::uint64_t> last_use;  ///< last uses of vertices, per cell: bit i is set if the
-                                        ///< cell finalizes its corner i
+  std::vector<std::uint64_t> last_use;  ///< one bit mask per cell: bit i is set if the cell
+                                        ///< finalizes its corner i (no later cell uses that vertex)
   std::vector<std::uint64_t> vertices_before_cell;
-  /// Imported vertices. Empty if each vertex occurs once, in the segment that owns it. If a single
-  /// segment is read: 1 for each vertex that an earlier segment owns, otherwise 0.
+  /// Import flag of each vertex, set if a single segment is read: 1 if an earlier segment owns the
+  /// vertex, otherwise 0. If a whole file or a piece of a mesh is read, each vertex occurs only
+  /// once, and this vector is empty.
   std::vector<std::uint8_t> imported;
   /// Values of static arrays, by array index. Point arrays have a value for each vertex; cell
-  /// arrays have a value for each cell whose block they cover. Empty for stepped arrays.
+  /// arrays have a value for each cell in a block that they cover. Empty for stepped arrays.
   std::vector<std::vector<std::byte>> arrays;
 
   std::size_t vertex_count() const { return vertex_numbers.size(); }
   std::size_t cell_count() const { return cell_blocks.size(); }
 };
 
-/// Segment as described by the index. Reading the segment fails if its contents differ from this
+/// Index entry that describes a segment. Reading the segment fails if its contents differ from this
 /// description.
 struct SegmentInfo {
   std::uint64_t first_cell = 0, cells = 0;  ///< range of cells in coding order
-  /// Range of vertices that the segment owns, by stream number.
+  /// Range of stream numbers of the vertices that the segment owns.
   std::uint64_t first_vertex = 0, vertices = 0;
   std::uint64_t bytes = 0;  ///< size in bytes of the segment's groups in the file
   /// Smallest x y z and largest x y z of the segment's vertices, imported vertices included; +inf
@@ -99,15 +100,17 @@ struct Totals {
   std::uint64_t max_active_vertices = 0;
   /// Position of each segment's first cell in coding order.
   std::vector<std::uint64_t> segment_starts;
-  /// Connectivity codec of each segment; automatic for a segment without cells.
+  /// Connectivity codec of each segment; `automatic` if the segment has no cells.
   std::vector<ConnectivityCodec> segment_connectivity;
-  std::uint64_t imported_vertices = 0;  ///< vertices coded again by segments that do not own them
+  std::uint64_t imported_vertices = 0;  ///< number of vertices coded again by a segment that does
+                                        ///< not own them, summed over all segments
   std::uint64_t total_bytes = 0;
   /// Size in bytes of each kind of stream, as in SizeReport.
   std::map<std::string, std::uint64_t> streams;
   std::uint64_t steps = 0;
   std::vector<std::uint64_t> block_cells;
-  /// Number of ignored bytes after the end record, which an interrupted append has left.
+  /// Number of bytes after the end record. An interrupted append leaves such bytes; readers ignore
+  /// them.
   std::uint64_t trailing_bytes = 0;
 };
 

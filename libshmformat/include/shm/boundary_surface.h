@@ -1,6 +1,7 @@
-// BoundaryFinder and read_boundary: find the boundary surface of a mesh. The boundary consists of
-// the faces that belong to exactly one cell, for pictures, web pages and other views from outside.
-// It is found in one pass. Memory grows with the active surface and the size of the result.
+// BoundaryFinder and read_boundary: find the boundary surface of a mesh, e.g. for pictures and web
+// pages that show the mesh from outside. The boundary consists of the faces that belong to exactly
+// one cell. The file is read only once. Memory grows with the active surface and the size of the
+// result.
 //   shm::FileRandomSource& file = ...;
 //   const auto surface = shm::read_boundary(file);
 //   if (!surface) return complain(surface.error().message());
@@ -26,26 +27,27 @@ namespace shm {
 /// BoundaryFinders are independent. A BoundaryFinder must not be used after an error.
 class SHM_API BoundaryFinder {
  public:
-  /// `schema` is copied. ErrorCode::misuse if a requested array does not exist.
+  /// Copies `schema`. Fails with ErrorCode::misuse if a requested array does not exist.
   static Result<BoundaryFinder> create(const Schema& schema, const BoundaryOptions& options = {});
   BoundaryFinder(BoundaryFinder&&) noexcept;
   BoundaryFinder& operator=(BoundaryFinder&&) noexcept;
   ~BoundaryFinder();
 
-  /// Adds the next block, as returned by a Reader, or by a MeshExtractor with the requested arrays.
-  /// The blocks of a MeshExtractor result in the boundary of the piece. Since the cells of a piece
-  /// do not finalize vertices, memory then grows with the size of the piece. Other blocks fail with
-  /// ErrorCode::misuse, or with ErrorCode::corrupt if a cell uses a vertex that does not exist.
+  /// Adds the next block that a Reader or a MeshExtractor has returned. A MeshExtractor must
+  /// extract the requested arrays; the result is then the boundary of the extracted piece. Since
+  /// the cells of a piece do not finalize vertices, memory grows with the size of the piece. Fails
+  /// with ErrorCode::misuse if the block is incomplete or not the next block, and with
+  /// ErrorCode::corrupt if a cell uses a vertex that does not exist.
   Result<void> add(const MeshBlock& block);
   /// Adds values of a stepped array, in coding order. Call this function after the last block.
   /// Values that were not requested are ignored.
   Result<void> add(const StepPiece& piece);
   /// Adds values of an array at a step, as returned by a StepReader or MeshExtractor. If `values`
   /// has element numbers, the values are assigned by these numbers, otherwise by coding order.
-  /// Values of a piece must have numbers.
+  /// Values that belong to a piece of a mesh must have element numbers.
   Result<void> add(std::uint32_t array, std::uint64_t step, const StepValues& values);
-  /// Ends the input and returns the boundary. ErrorCode::misuse if a requested stepped array has
-  /// values but none were added, or if finish() was called before.
+  /// Ends the input and returns the boundary. Fails with ErrorCode::misuse if a requested stepped
+  /// array has elements but none of its values were added, or if finish() was called before.
   Result<BoundarySurface> finish();
 
  private:
@@ -55,9 +57,9 @@ class SHM_API BoundaryFinder {
 };
 
 /// Finds the boundary of a file with random access. The function reads only the requested values.
-/// `reading` sets the number of threads. A wrong index can hide cells, as in a MeshExtractor.
-/// ErrorCode::misuse if a requested array does not exist or has no values at its step. `source` is
-/// borrowed during the call.
+/// `reading` sets the number of threads. If the index is wrong, cells can be missing, as with a
+/// MeshExtractor. Fails with ErrorCode::misuse if a requested array does not exist or has no values
+/// at its step. `source` is borrowed during the call.
 SHM_API Result<BoundarySurface> read_boundary(RandomSource& source,
                                               const BoundaryOptions& options = {},
                                               const ReadLimits& limits = {},

@@ -1,6 +1,7 @@
 // Damage: functions that find all damage in a .shm file, and restore files whose chunks are intact.
-// Damage is found by the marks and checksums of chunks and bitstreams, without decoding values.
-// MeshExtractor::open_damaged() (shm/mesh_extract.h) reads the intact parts of a damaged file.
+// To find damage, the functions check the marks and checksums of chunks and bitstreams, and decode
+// no values. MeshExtractor::open_damaged() (shm/mesh_extract.h) reads the intact parts of a damaged
+// file.
 // spec: "Container", "Recovery"
 #pragma once
 
@@ -20,16 +21,16 @@ namespace shm {
 /// Finds all damage in `source`, which is borrowed during the call. Fails if the source cannot be
 /// read, is an archive (ErrorCode::unsupported) or contains no part of a .shm file
 /// (ErrorCode::corrupt). Chunks with correct checksums are not decoded; a Reader decodes and checks
-/// them. Each byte is read a few times at most. The function needs memory for the largest chunk
+/// them. The function reads each byte at most a few times. It needs memory for the largest chunk
 /// (ReadLimits::max_chunk_bytes) and a few hundred bytes per chunk.
 SHM_API Result<DamageReport> find_damage(RandomSource& source, const ReadLimits& limits = {});
 
-/// Writes a file with exactly its original bytes. All chunks of `source` must be intact, but may be
-/// out of place, repeated or mixed with stray bytes. The file start and the trailer are rebuilt. A
-/// lost index is rebuilt from everything that a Decoder finds; the bytes of this index may differ
-/// from the original if DamageReport::has_other_ranges is true. Fails without writing anything
-/// unless DamageReport::restorable is true, or DamageReport::lacks_index is true and the index
-/// could be rebuilt.
+/// Restores a file: writes exactly its original bytes to the sink. All chunks of `source` must be
+/// intact, but may be out of place, repeated or mixed with stray bytes. The file start and the
+/// trailer are rebuilt. A lost index is rebuilt from everything that a Decoder finds; if
+/// DamageReport::has_other_ranges is true, the bytes of this index may differ from the original.
+/// The function succeeds if DamageReport::restorable is true, or if DamageReport::lacks_index is
+/// true and the index can be rebuilt. Otherwise it fails without writing anything.
 SHM_API Result<void> write_in_order(RandomSource& source, ByteSink& sink,
                                     const ReadLimits& limits = {});
 

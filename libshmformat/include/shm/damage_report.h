@@ -30,8 +30,8 @@ struct Damage {
   /// Position of the part in the file and its size in bytes. For a missing part: its expected
   /// position, and size 0.
   std::uint64_t offset = 0, bytes = 0;
-  /// Number of chunks lost at this position; more than 1 only if the headers of these chunks are
-  /// lost too.
+  /// Number of chunks lost at this position. It can exceed 1 only if the headers of these chunks
+  /// are lost too.
   std::uint64_t chunks = 1;
   /// Number of the segment to which a group or step values belong, if known.
   std::optional<std::uint32_t> segment{};
@@ -47,21 +47,22 @@ struct Damage {
 };
 
 struct DamageReport {
-  std::vector<Damage> damages;  ///< damages in file order; empty if all checksums are correct
-  /// True if all chunks and the index are intact, at any position in the file. write_in_order()
-  /// then restores the file.
+  /// All damage found, in file order. Empty if all checksums are correct.
+  std::vector<Damage> damages;
+  /// True if all chunks and the index are intact, even if some of them are not in their place.
+  /// write_in_order() then restores the file.
   bool restorable = false;
-  /// True if all chunks with values are intact. Only parts that locate other parts, such as the
-  /// index, can then be lost.
+  /// True if all chunks with values are intact. Other parts, such as the index, may be lost. Such
+  /// parts only help to find the chunks.
   bool complete = false;
-  /// True if the index is lost and all other known losses are parts that only locate other parts.
-  /// write_in_order() rebuilds the index if the values can be decoded. If `complete` is false, the
-  /// file may have had further chunks at its end. The rebuilt index must then fit into the bytes
+  /// True if the index is lost but all known chunks with values are intact. write_in_order() then
+  /// rebuilds the index if the values can be decoded. If `complete` is false, further chunks at the
+  /// end of the file may have been lost. In that case the rebuilt index must fit into the bytes
   /// after the last chunk.
   bool lacks_index = false;
-  /// True if a rebuilt index may contain ranges of values that differ from the original, for arrays
-  /// with an error bound: it then contains the ranges of the restored values. This is possible only
-  /// for files from before 0.10.
+  /// True if the value ranges in a rebuilt index may differ from those in the original index. The
+  /// reason is that a rebuilt index contains the ranges of the restored values, which differ from
+  /// the source's values in arrays with an error bound. Possible only for files from before 0.10.
   bool has_other_ranges = false;
   std::optional<Schema> schema;  ///< schema of the file; empty if all copies are lost
   std::optional<std::uint64_t> vertices, cells,

@@ -30,8 +30,8 @@ class SHM_API ByteSink {
   virtual Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes);
   /// Declares the output complete. Writer::finish() and all other calls that finish a file call
   /// commit() once, after the last byte. Most sinks do nothing here. A sink that passes its bytes
-  /// on to another sink also passes on this call. The exception is a sink after whose bytes more
-  /// bytes follow, such as the sink of an archive member.
+  /// on to another sink also passes on this call, unless more bytes will follow in the other sink,
+  /// as after an archive member.
   virtual Result<void> commit();
 };
 
@@ -70,11 +70,12 @@ class SHM_API NullSink final : public ByteSink {
 };
 
 /// Sink that writes a file, which appears complete or not at all. The bytes are written to an
-/// unnamed file in the same folder, which disappears with its process. commit() flushes this file
-/// to the disk and makes it visible under the final name. An existing file of that name is replaced
-/// by renaming. Writer, PartJoiner, Appender and ArchiveWriter call commit() in finish().
-/// write_mesh() and write_in_order() call commit() at their end. Callers that write bytes
-/// themselves must call commit() too: a FileSink that is destroyed without commit() leaves no file.
+/// unnamed file in the same folder. If the process ends before commit(), the operating system
+/// removes this file. commit() flushes this file to the disk and makes it visible under the final
+/// name. An existing file of that name is replaced by renaming. Writer, PartJoiner, Appender and
+/// ArchiveWriter call commit() in finish(). write_mesh() and write_in_order() call commit() at
+/// their end. Callers that write bytes themselves must call commit() too: a FileSink that is
+/// destroyed without commit() leaves no file.
 ///
 /// If the system has no unnamed files, or if the caller requests a named temporary file, the name
 /// of the temporary file is ".NAME.tmp" plus numbers that identify the process and the machine. The
@@ -91,8 +92,8 @@ class SHM_API FileSink final : public ByteSink {
   enum class Temporary : std::uint8_t { unnamed, named };
   enum class Existing : std::uint8_t { replace, refuse };
   /// Creates the temporary file for `path`. If `how` is `named`, the temporary file has a name. If
-  /// `existing` is `refuse`, create() or commit() fails with ErrorCode::output if the path exists
-  /// at that time, and leaves the existing file unchanged.
+  /// `existing` is `refuse`, an existing file is never changed: create() and commit() fail with
+  /// ErrorCode::output if the path exists when they are called.
   static Result<std::unique_ptr<FileSink>> create(const std::string& path,
                                                   Temporary how = Temporary::unnamed,
                                                   Existing existing = Existing::replace);
@@ -109,7 +110,7 @@ class SHM_API FileSink final : public ByteSink {
   Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
   /// Completes the file. After commit() has succeeded, further calls do nothing, and nothing more
   /// can be written. All operations that can fail happen before the file appears under its name,
-  /// except flushing the folder. The message of an error in flushing the folder says that the file
+  /// except flushing the folder. If flushing the folder fails, the error message says that the file
   /// exists.
   Result<void> commit() override;
 
@@ -134,8 +135,8 @@ class SHM_API FileSink final : public ByteSink {
     std::uint32_t mode = 0, group = 0;
   };
   int descriptor_ = -1;
-  bool named_ = false;    // true: a temporary file has to be removed
-  bool scratch_ = false;  // true: this file is a scratch file and never gets a final name
+  bool named_ = false;    // true if a temporary file has to be removed
+  bool scratch_ = false;  // true for a scratch file, which never gets a final name
   bool committed_ = false;
   bool replaces_ = true;  // true: commit() replaces an existing file
   std::optional<Permissions> permissions_;
@@ -189,7 +190,7 @@ class SHM_API MemoryRandomSource final : public RandomSource {
   std::span<const std::byte> bytes_;
 };
 
-/// Source that makes another source usable by several threads: only one thread at a time reads.
+/// Wraps another source so that several threads can use it. Only one thread at a time reads.
 class SHM_API SharedSource final : public RandomSource {
  public:
   explicit SharedSource(std::unique_ptr<RandomSource> source);

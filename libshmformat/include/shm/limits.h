@@ -13,7 +13,8 @@ struct ReadLimits {
   /// Maximum size in bytes of the payload of one chunk.
   std::uint64_t max_chunk_bytes = std::uint64_t{1} << 30;
   /// Maximum unpacked size in bytes of one chunk group. For step values this is also the maximum
-  /// size of a group's neighbourhoods.
+  /// size in bytes of the neighbourhoods of a group, i.e. of the lists of neighbours from which
+  /// each element is predicted.
   std::uint64_t max_group_bytes = std::uint64_t{1} << 30;
   /// Maximum unpacked size in bytes of one extra.
   std::uint64_t max_extra_bytes = std::uint64_t{1} << 30;
@@ -23,10 +24,10 @@ struct ReadLimits {
   /// bytes; with the patterns codec as 72, with the shifts codec as 16.
   std::uint64_t max_active_bytes = std::uint64_t{1} << 26;
   static constexpr std::uint64_t kActiveBytesEach = 256;
-  /// Memory limit in bytes for the values kept for active vertices and cells of a segment: this
-  /// value plus 512 bytes per byte of the segment read so far. Arrays in which almost all values
-  /// are equal need no memory. Time steps have a separate limit: this value plus 256 bytes per byte
-  /// of the file read so far.
+  /// Memory limit in bytes for values of the active vertices and cells of a segment: this value
+  /// plus 512 bytes per byte of the segment read so far. Arrays in which almost all values are
+  /// equal need no memory. Time steps have a separate limit: this value plus 256 bytes per byte of
+  /// the file read so far.
   std::uint64_t max_column_bytes = std::uint64_t{1} << 25;
   /// Memory limit in bytes for the unpacked schema, step times and extras together: this value plus
   /// 256 bytes per byte of the file. Files written by a Writer need less.
@@ -49,13 +50,15 @@ struct ReadLimits {
 
 /// Options of a Reader, which do not affect the results of reading.
 struct ReadOptions {
-  /// Number of threads that decode segments ahead of the caller's thread. 1: no such threads, 0:
-  /// one thread per core.
+  /// Number of threads that decode segments in advance, before the caller requests their contents.
+  /// If 1, no threads are started. If 0, one thread per core is started.
   unsigned threads = 1;
   /// Memory limit in bytes for groups that wait for a thread and for blocks that wait for the
-  /// caller, together. Each thread may hold one more group. Unused without threads.
+  /// caller, together. In addition, each thread may hold one group. Without threads this limit has
+  /// no effect.
   std::uint64_t max_ahead_bytes = std::uint64_t{256} << 20;
-  /// Memory limit in bytes for the neighbourhoods of the mesh, as in WriteOptions.
+  /// Memory limit in bytes for the neighbourhoods of the mesh, from which step values are
+  /// predicted. See WriteOptions::kept_topology_bytes.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
 };
 

@@ -70,7 +70,7 @@ struct Mesh {
     if (array >= schema.arrays.size()) return {};
     return numbers_as<T>(schema.arrays[array].type, values(array, step));
   }
-  /// Returns the values of an array, as values_as() does, but as raw bytes of the array's type.
+  /// Returns the same values as values_as(), but as raw bytes of the array's type.
   SHM_API std::span<const std::byte> values(std::size_t array, std::size_t step = 0) const;
 
   /// Makes a mesh with one block of hexahedra from the coordinates of each vertex and the eight
@@ -112,12 +112,12 @@ class NumberSpan {
 
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  /// Must hold: i < size().
+  /// Precondition: i < size().
   std::uint64_t operator[](std::size_t i) const {
     return narrow_ != nullptr ? narrow_[i] : wide_[i];
   }
-  /// Returns the `count` numbers from index `first` on; 32-bit numbers are converted into `room`.
-  /// Must hold: first + count <= size().
+  /// Returns the `count` numbers from index `first` on. Numbers of 32 bits are converted to 64 bits
+  /// and stored in `room`; the result then refers to `room`. Precondition: first + count <= size().
   std::span<const std::uint64_t> part(std::size_t first, std::size_t count,
                                       std::vector<std::uint64_t>& room) const {
     if (narrow_ == nullptr) return {wide_ + first, count};
@@ -135,10 +135,10 @@ class NumberSpan {
 struct MeshArrays {
   std::span<const std::byte> xyz;  ///< 3 coordinates for each vertex
   std::uint64_t cells = 0;
-  /// Block index of each cell; empty: all cells are in block 0.
+  /// Block index of each cell. If empty, all cells are in block 0.
   std::span<const std::uint32_t> cell_blocks;
-  NumberSpan corner_begin;  ///< offsets of the cells in `corners`; empty: each cell has
-                            ///< nodes_per_cell corners, as its block declares
+  NumberSpan corner_begin;  ///< Offsets of the cells in `corners`. If empty, each cell has the
+                            ///< fixed number of corners (nodes_per_cell) that its block declares.
   NumberSpan corners;
   std::vector<std::span<const std::byte>> arrays;  ///< values of static arrays, as in Mesh::arrays
 };
@@ -146,14 +146,14 @@ struct MeshArrays {
 /// Writes a whole mesh. The vertices are interleaved with the cells and finalized as early as
 /// possible (vertex compaction). Unless the order is Order::keep, references in extras are
 /// renumbered to the numbers that a Reader will see. Only the delay buffer reorders cells. Fails
-/// with ErrorCode::misuse if sizes contradict each other. Needs 16 bytes per vertex and cell in
-/// addition to the memory of a Writer.
+/// with ErrorCode::misuse if the sizes of the arrays are inconsistent. Needs 16 bytes per vertex
+/// and cell in addition to the memory of a Writer.
 SHM_API Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh,
                                       const WriteOptions& options = {});
 
 /// Reads a whole file. With Order::keep all vertices and cells have their original numbers,
-/// otherwise the numbers of the stream. Needs one and a half times the memory of the mesh, plus a
-/// second copy of all corners if a delay buffer reordered cells of several shapes. `limits` protect
+/// otherwise their stream numbers. Needs one and a half times the memory of the mesh, plus a second
+/// copy of all corners if a delay buffer reordered cells of several shapes. `limits` protect
 /// against hostile files. If the source is a MemorySource, the function reads the size of the mesh
 /// from the index in advance, as read_file() does.
 SHM_API Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits = {},
@@ -164,9 +164,10 @@ SHM_API Result<Mesh> read_mesh(MemorySource& source, const ReadLimits& limits = 
 /// Write and read a file, as write_mesh() and read_mesh() do. A written file appears complete or
 /// not at all. An existing file is kept unless `existing` allows replacing it. Errors contain the
 /// file name. If the file is seekable, read_file() reads the size of the mesh from the index in
-/// advance. Reading then needs memory for the mesh and for a Reader, and 4 bytes for each vertex
-/// and cell that arrives out of order, at the end 12 bytes. For a million hexahedra with two fields
-/// this is 1.3 times the mesh.
+/// advance. Reading then needs the memory of the mesh and of a Reader. Each vertex and cell that
+/// arrives out of order needs 4 more bytes while the file is read, and 12 more bytes at the end,
+/// when the mesh is sorted. For a million hexahedra with two fields, the total is 1.3 times the
+/// size of the mesh.
 SHM_API Result<SizeReport> write_file(const std::string& path, const Mesh& mesh,
                                       const WriteOptions& options = {},
                                       FileSink::Existing existing = FileSink::Existing::refuse);

@@ -1,9 +1,10 @@
 // MeshExtractor: reads a piece of a mesh from a .shm file: some of its cells with their vertices
 // and values. The extractor reads the index, the schema, and only the segments that may contain
 // such cells. From these segments it reads only the requested streams and, for stepped arrays, only
-// the requested steps. It needs memory for one chunk group (with threads: as in ReadOptions), for
-// the vertices that wait for their last use, and 8 to 16 bytes for each vertex and cell of the
-// piece. For steps it also needs the memory of a StepReader.
+// the requested steps. It needs memory for one chunk group, for the vertices that later cells may
+// use, and 8 to 16 bytes for each vertex and cell of the piece. With threads, more groups are in
+// memory at the same time (see ReadOptions). To read steps, it also needs the memory of a
+// StepReader.
 // spec: "Segments", "Index and trailer"
 #pragma once
 
@@ -27,8 +28,8 @@ namespace shm {
 /// Reads pieces of a mesh. The extractor skips segments that, according to the index, cannot
 /// contain selected cells. A wrong index can therefore hide cells, which are then missing in the
 /// piece, but has no other effect. The data that the extractor reads must agree with the index,
-/// including boxes; otherwise reading fails. A MeshExtractor is not thread safe; distinct
-/// MeshExtractors are independent.
+/// including its bounding boxes; otherwise reading fails. A MeshExtractor is not thread safe;
+/// distinct MeshExtractors are independent.
 class SHM_API MeshExtractor {
  public:
   /// Reads the index and the schema. `source` is borrowed and must outlive the MeshExtractor.
@@ -38,7 +39,7 @@ class SHM_API MeshExtractor {
   /// - values of arrays whose bitstreams are intact;
   /// - step values of these groups, if everything that the step values refer to is intact.
   ///
-  /// segments() then lists the segments of which anything is left. vertices(), cells() and
+  /// segments() then lists the segments that are at least partly intact. vertices(), cells() and
   /// block_cells() return the known counts of the whole file. A request for all cells returns all
   /// cells that are left. The whole file is read once, and then the requested parts. Undamaged
   /// files are accepted too. Fails if no schema is left or the file cannot be read.
@@ -54,11 +55,11 @@ class SHM_API MeshExtractor {
   /// arrays are NaN, or 0 for integers, unless another segment has the vertex too. Empty unless the
   /// file is damaged.
   std::span<const std::uint32_t> lost_arrays(std::size_t segment) const;
-  /// Returns the number of a segment in the file. This number differs from the index in segments()
-  /// if segments are lost.
+  /// Returns the number of a segment in the original file. It differs from the index of the segment
+  /// in segments() if earlier segments are lost.
   std::uint32_t segment_number(std::size_t segment) const;
-  /// Returns true if a damaged file has or may have had values of a stepped array at a step. These
-  /// values may be lost.
+  /// Returns true if a damaged file has values of a stepped array at a step, or may have had such
+  /// values before it was damaged. Even if the result is true, the values may be lost.
   bool had_values(std::uint32_t array, std::uint64_t step) const;
   // Totals of the whole file, according to the index.
   std::uint64_t vertices() const;
@@ -68,7 +69,8 @@ class SHM_API MeshExtractor {
   std::uint64_t step_count() const;
   const std::vector<std::uint64_t>& block_cells() const;
 
-  /// Reads all extras of the file. References in these extras are numbers of the whole mesh.
+  /// Reads all extras of the file. Vertex and cell numbers in these extras refer to the whole mesh,
+  /// not to the piece.
   Result<std::vector<Extra>> extras();
   /// Returns the time of each step; empty if the file has no step times.
   Result<std::vector<double>> step_times();
@@ -80,13 +82,13 @@ class SHM_API MeshExtractor {
   /// begin_values(), and vice versa.
   Result<StepReader*> step_reader();
 
-  /// Starts a request, and drops the previous piece. next() then returns the parts of the requested
-  /// piece. If the index shows which ranges will be read, begin() announces these ranges to the
-  /// source. Only the thread options of `options` are used; the source is always read in the
-  /// caller's thread. Results and errors are the same for any number of threads. If the piece has
-  /// to be searched for (by a box, or by numbers that are not in file order), the threads work on
-  /// one group at a time. ErrorCode::misuse if the request refers to anything that the file does
-  /// not have.
+  /// Starts a request for a piece, and cancels the previous request. next() then returns the parts
+  /// of the requested piece. If the index shows which ranges will be read, begin() announces these
+  /// ranges to the source. Only the thread options of `options` are used; the source is always read
+  /// in the caller's thread. Results and errors are the same for any number of threads. If the
+  /// piece has to be searched for (by a box, or by numbers that are not in file order), the threads
+  /// work on one group at a time. Fails with ErrorCode::misuse if the request refers to anything
+  /// that does not exist in the file.
   Result<void> begin(const ExtractRequest& request, const ReadOptions& options = {});
   /// Returns the next part of the piece; null at the end. The part is valid until the next call.
   /// Parts come segment by segment, not always in order. Numbers are those of the whole mesh. Each
@@ -98,17 +100,17 @@ class SHM_API MeshExtractor {
   /// empty too.
   Result<MeshBlock*> next();
 
-  /// Return the numbers of the vertices and cells of the piece, ascending. Complete only after
-  /// next() has returned null.
+  /// Return the numbers of the vertices and cells of the piece, ascending. The lists are complete
+  /// only after next() has returned null.
   const std::vector<std::uint64_t>& vertex_numbers() const;
   const std::vector<std::uint64_t>& cell_numbers() const;
   /// Starts reading a stepped array at a step, for next_values(). Call this function after next()
-  /// has returned null. Reading in ascending order of steps is fastest. ErrorCode::misuse if the
-  /// array has no values at that step.
+  /// has returned null. Reading in ascending order of steps is fastest. Fails with
+  /// ErrorCode::misuse if the array has no values at that step.
   Result<void> begin_values(std::uint32_t array, std::uint64_t step);
-  /// Returns values of elements of the piece with their numbers (StepValues::first is 0); null at
-  /// the end. Each element occurs once. Elements of a damaged file whose values are lost are left
-  /// out. The values are valid until the next call.
+  /// Returns values of some elements of the piece together with the numbers of these elements, or
+  /// null at the end. StepValues::first is 0. Each element occurs once. Elements of a damaged file
+  /// whose values are lost are left out. The values are valid until the next call.
   Result<StepValues*> next_values();
 
  private:

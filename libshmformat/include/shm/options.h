@@ -29,36 +29,38 @@ struct WriteOptions {
   /// Codec of the cells. If it is `automatic`, the level chooses, by trying codecs on the first
   /// cells of each segment.
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
-  /// Distance between key steps, for step values. Of this many consecutive steps of an array, at
-  /// least one is a key step. A key step refers to no other step, so that reading can begin there.
-  /// 1: every step is a key step; the schema in the file records this, and neither Writer nor
-  /// Reader then stores earlier steps. Schema::step_references can restrict references further.
+  /// Distance between key steps: among any `key_steps` consecutive steps of an array, at least one
+  /// is a key step. A key step refers to no other step, so that reading can begin there. If the
+  /// distance is 1, every step is a key step; the schema then states that no step refers to
+  /// another, so that neither Writer nor Reader keeps earlier steps in memory.
+  /// Schema::step_references can restrict references further.
   std::uint32_t key_steps = 8;
   /// Memory limit in bytes for the neighbourhoods of the mesh, from which step values are
   /// predicted. If the neighbourhoods of all cells and vertices need more memory, they are derived
-  /// again for each array and step, which takes longer. For arrays on few elements, the
-  /// neighbourhoods of these elements are kept as well, within a second limit of the same size (at
-  /// least 1 MiB). The file does not depend on this limit.
+  /// again for each array and step, which takes longer. For arrays that cover only few elements,
+  /// the neighbourhoods of these elements are kept as well, within a second limit of the same size
+  /// (at least 1 MiB). The file does not depend on this limit.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
-  /// Number of threads that encode segments in addition to the caller's thread. 1: no additional
-  /// threads, 0: one thread per core. The file does not depend on this number. Each thread may hold
-  /// 64 MiB of waiting cells.
+  /// Number of threads that encode segments in addition to the caller's thread. If 1, there are no
+  /// additional threads. If 0, there is one thread per core. The file does not depend on this
+  /// number. Each thread may hold 64 MiB of waiting cells.
   unsigned threads = 1;
 
   // A segment is a run of cells that can be decoded independently of other segments, also by
   // several threads at the same time. If a segment uses vertices that an earlier segment owns, the
   // segment codes these vertices again ("imports" them).
-  /// Maximum fraction of vertices that are imported because of a new segment. A new segment begins
-  /// when the number of vertices that it may have to import is at most this fraction of the
-  /// vertices that the previous segment introduced. 0: no new segments.
+  /// Limit on imported vertices, as a fraction. A new segment begins when the number of vertices
+  /// that it may have to import is at most this fraction of the vertices that the previous segment
+  /// introduced. If 0, no new segment begins.
   double restart_budget = .002;
-  /// Number of cells of every segment; overrides restart_budget. 0: restart_budget applies.
+  /// Number of cells of every segment. If it is not 0, it overrides restart_budget.
   std::uint64_t segment_cells = 0;
-  /// Numbers of the cells before which segments begin, ascending; 0 is ignored. If empty, the other
-  /// options decide.
+  /// Numbers of the first cells of segments, ascending. A 0 has no effect, since the first segment
+  /// always begins at cell 0. If the list is empty, the other options decide.
   std::vector<std::uint64_t> segment_starts{};
-  /// Connectivity codec of each segment, in order. Further segments use the last codec of the list.
-  /// If empty, `connectivity` applies to all segments.
+  /// Connectivity codec of each segment, in order. If there are more segments than codecs, the last
+  /// codec applies to the remaining segments. If the list is empty, `connectivity` applies to all
+  /// segments.
   std::vector<ConnectivityCodec> segment_connectivity{};
 };
 
@@ -67,7 +69,8 @@ struct SizeReport {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
   std::uint64_t segments = 0;
-  std::uint64_t imported_vertices = 0;  ///< vertices coded again by segments that do not own them
+  std::uint64_t imported_vertices = 0;  ///< number of vertices coded again by a segment that does
+                                        ///< not own them, summed over all segments
   std::uint64_t total_bytes = 0;
   /// Size in bytes of each kind of stream. The keys are "connectivity", "corner order", "vertex
   /// numbers", "cell numbers", "geometry", the array_stream_name() of each array, "extras" and

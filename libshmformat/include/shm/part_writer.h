@@ -1,24 +1,26 @@
 // PartWriter and PartJoiner: several writers (ranks of an MPI program, processes, threads) write
 // one file together. Each writer writes one part: some consecutive segments of the mesh. The file
 // has the same bytes as the file that one Writer would produce from the whole mesh with the same
-// schema and options. The library does not communicate between the writers: the caller passes on
-// the data that they exchange.
+// schema and options. The library does not communicate between the writers: the caller transfers
+// data from one writer to another.
 //
-// Each part:
-//   create                 needs the start of the part: its first segment, its first cell, and the
-//                          number of vertices that earlier parts own
-//   add_...                adds its cells, each vertex before its first cell in the part
-//   end_mesh               codes all pending cells
-//   set_imported_numbers   sets the numbers of the vertices of earlier parts; not in Order::keep
-//   mesh_chunks            returns chunks: place() them after the chunks of the previous part, and
-//                          write them
-//   begin_steps            begins the time steps; then for each array and step:
-//     begin_step, add_step_values, end_step   one part chooses the reference to earlier steps
-//   end_steps              matches begin_steps; returns chunks, as end_step does
-// One PartJoiner, anywhere:
-//   create                 writes everything before the parts
-//   add                    receives the index data of the chunks of each part, in file order
-//   times, extras, finish  write everything after the parts
+// Calls for each part, in order:
+// - create(): needs the start of the part: its first segment, its first cell, and the number of
+//   vertices that earlier parts own.
+// - add_...(): adds the cells of the part. Each vertex is added before its first cell in the part.
+// - end_mesh(): codes all pending cells.
+// - set_imported_numbers(): sets the numbers of the vertices that earlier parts own. Not in
+//   Order::keep.
+// - mesh_chunks(): returns chunks. Pass them to place(), and write them after the chunks of the
+// previous part.
+// - begin_steps(): begins the time steps.
+// - begin_step(), add_step_values(), end_step(), for each array and step: code the values. One part
+//   chooses the reference to earlier steps.
+// - end_steps(): ends the time steps. Returns chunks, as end_step() does.
+// Calls for the single PartJoiner, which can be in any process:
+// - create(): writes everything before the parts.
+// - add(): receives the index data of the chunks of each part, in file order.
+// - set_step_times(), add_extra(), finish(): write everything after the parts.
 // spec: "Segments", "Container", "Index and trailer"
 #pragma once
 
@@ -39,7 +41,7 @@ namespace shm {
 struct PartStart {
   std::uint32_t segment = 0;     ///< number of its first segment
   std::uint64_t first_cell = 0;  ///< number of cells in all earlier parts
-  /// Number of vertices that earlier parts own: their cells use these vertices first.
+  /// Number of vertices that earlier parts own: the vertices that cells of earlier parts use.
   std::uint64_t first_vertex = 0;
 };
 
@@ -49,29 +51,31 @@ struct PartChunks {
   std::vector<std::byte> index;  ///< index entries of these chunks; pass them to PartJoiner::add
   std::uint32_t count = 0;       ///< number of chunks
 };
-/// Numbers the chunks of a part. `first` is the number of chunks before them in the file, including
-/// the schema (PartJoiner::chunks). ErrorCode::corrupt if `chunks` did not come from a PartWriter.
+/// Numbers the chunks of a part. `first` is the number of chunks that precede the part in the file,
+/// including the schema (PartJoiner::chunks). Fails with ErrorCode::corrupt if `chunks` did not
+/// come from a PartWriter.
 SHM_API Result<void> place(PartChunks& chunks, std::uint32_t first);
 
 /// Position of a part's elements among the elements of the whole mesh, needed for time steps.
 struct PartSteps {
-  std::uint32_t first_group = 0;  ///< number of chunks of mesh_chunks() in all earlier parts
-  /// Both lists have an entry for each array of the schema. The entries of arrays without time
-  /// steps are ignored.
+  /// Number of chunks that mesh_chunks() returned in all earlier parts.
+  std::uint32_t first_group = 0;
+  /// `first_elements` and `elements` have one entry for each array of the schema. The entries of
+  /// arrays without time steps are ignored.
   std::vector<std::uint64_t> first_elements;  ///< number of elements in all earlier parts
   std::vector<std::uint64_t> elements;        ///< number of elements in the whole mesh
 };
 
-/// Writes one part of a file. A PartWriter needs the memory of a Writer, plus that of the finished
-/// chunks until the caller takes them. Except in Order::keep it also needs 16 bytes per vertex
-/// until then. After the first error every call returns that error. A PartWriter is not thread
-/// safe; distinct PartWriters are independent.
+/// Writes one part of a file. A PartWriter needs the memory of a Writer, plus the size of the
+/// finished chunks until the caller takes them. Unless the order is Order::keep, it also needs 16
+/// bytes per vertex until then. After the first error every call returns that error. A PartWriter
+/// is not thread safe; distinct PartWriters are independent.
 class SHM_API PartWriter {
  public:
   /// Begins a part. Segments must begin at cells that are known in advance: set
   /// options.segment_cells or options.segment_starts, or set options.restart_budget to 0.
-  /// options.coding_order is borrowed. It receives the part's own vertices, and the part's cells,
-  /// whose numbers start at start.first_cell.
+  /// options.coding_order is borrowed. It receives the vertices that the part owns, and the cells
+  /// of the part, whose numbers start at start.first_cell.
   static Result<PartWriter> create(Schema schema, const WriteOptions& options,
                                    const PartStart& start);
   PartWriter(PartWriter&&) noexcept;
@@ -94,32 +98,34 @@ class SHM_API PartWriter {
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {});
   /// Codes all pending cells. After this call options.coding_order has received all vertices and
-  /// cells of the part. Unless the order is Order::keep, own vertex i of the part has number
-  /// start.first_vertex + i.
+  /// cells of the part. Unless the order is Order::keep, the vertices that the part owns have the
+  /// numbers start.first_vertex, start.first_vertex + 1, ..., in coding order.
   Result<void> end_mesh();
-  /// Sets the numbers of the imported vertices, in the order of the calls of add_imported_vertex.
-  /// Call this function after end_mesh, except in Order::keep.
+  /// Sets the numbers of the imported vertices, in the order of the calls to add_imported_vertex().
+  /// Call this function after end_mesh. If the order is Order::keep, do not call it.
   Result<void> set_imported_numbers(std::span<const std::uint64_t> numbers);
-  /// Returns the chunks of the mesh. Call this function once, after all functions above.
+  /// Returns the chunks of the mesh. Call this function once, after end_mesh() and, unless the
+  /// order is Order::keep, after set_imported_numbers().
   Result<PartChunks> mesh_chunks();
 
   /// Begins the time steps. Call this function after mesh_chunks, before the first step.
   Result<void> begin_steps(const PartSteps& steps);
-  /// Returns true if this part chooses the references of the array's steps to earlier steps,
-  /// because the part has the first element of the array.
+  /// Returns true if this part contains the first element of the array. For each step of the array,
+  /// this part then chooses which earlier steps the values refer to.
   bool chooses(std::uint32_t array) const;
-  /// Begins a step of an array. All parts must process steps in the same order, and steps of an
-  /// array must ascend. `basis` is the reference that the choosing part has chosen; in the choosing
-  /// part it is std::nullopt. If a part has no elements of the array, `basis` is ignored.
+  /// Begins a step of an array. All parts must process the arrays and steps in the same order, and
+  /// the steps of each array must ascend. Pass as `basis` the reference to earlier steps that the
+  /// choosing part has chosen (step_basis()). In the choosing part itself, pass std::nullopt. If a
+  /// part has no elements of the array, `basis` is ignored.
   Result<void> begin_step(std::uint32_t array, std::uint64_t step,
                           std::optional<StepReference> basis = std::nullopt);
-  /// Adds values of the part's own elements in coding order, in pieces of any size.
+  /// Adds values of the elements that the part owns, in coding order, in pieces of any size.
   Result<void> add_step_values(std::span<const std::byte> values);
-  /// Returns the reference that the choosing part has chosen, in that part. The reference is known
-  /// after one group of values; before, the result is std::nullopt.
+  /// In the choosing part: returns the chosen reference to earlier steps. The part chooses after it
+  /// has received the values of one group. Until then the result is std::nullopt.
   std::optional<StepReference> step_basis() const;
-  /// Ends the step, and returns the chunks that are finished. Small values are held back, so that
-  /// they can share a chunk with later values.
+  /// Ends the step, and returns the chunks that are finished. If the step has few values, they are
+  /// held back, so that they can share a chunk with later values.
   Result<PartChunks> end_step();
   /// Ends the time steps, and returns the chunks that were held back.
   Result<PartChunks> end_steps();
@@ -130,14 +136,16 @@ class SHM_API PartWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Writes the file parts before, after and between the parts of the PartWriters. Order of calls:
-/// create; add the mesh chunks of all parts, then the chunks of each step; then times and extras;
-/// then finish. After the first error every call returns that error.
+/// Writes all of the file that the PartWriters do not write: the beginning, the end, and everything
+/// between the parts. Order of calls: create; add the mesh chunks of all parts, then the chunks of
+/// each step; then times and extras; then finish. After the first error every call returns that
+/// error.
 class SHM_API PartJoiner {
  public:
   /// Writes everything before the parts. `sink` is borrowed. It receives only the bytes that the
-  /// joiner itself writes. Bytes that a call writes belong at the file offset that offset()
-  /// returned before this call. `schema` and `options` must be those of the parts.
+  /// joiner itself writes, not the chunks of the parts. The bytes that a call writes must be stored
+  /// in the file at the offset that offset() returned before this call. `schema` and `options` must
+  /// be those of the parts.
   static Result<PartJoiner> create(ByteSink& sink, Schema schema, const WriteOptions& options);
   PartJoiner(PartJoiner&&) noexcept;
   PartJoiner& operator=(PartJoiner&&) noexcept;
@@ -147,7 +155,7 @@ class SHM_API PartJoiner {
   std::uint64_t offset() const;
   std::uint32_t chunks() const;
   /// Adds the next chunks of the file, from offset() on. `index` and `bytes` are the index data of
-  /// these chunks and their size in bytes. ErrorCode::corrupt if the two do not match.
+  /// these chunks and their size in bytes. Fails with ErrorCode::corrupt if the two do not match.
   Result<void> add(std::span<const std::byte> index, std::uint64_t bytes);
 
   /// Work like the functions of the same name in Writer.

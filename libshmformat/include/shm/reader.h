@@ -2,8 +2,8 @@
 // one chunk, not with the mesh. For a file with stepped arrays both also store the compressed
 // connectivity, up to 64 MiB of neighbourhoods (ReadOptions::kept_topology_bytes), and one step of
 // all stepped arrays if that step needs 128 MiB or less.
-//   Decoder   push: receives bytes and yields items; uses no I/O, no threads, no global state
-//   Reader    pull: reads from a ByteSource and yields items; uses threads if requested
+// - Decoder (push): receives bytes and yields items. It uses no I/O, no threads, no global state.
+// - Reader (pull): reads from a ByteSource and yields items. It uses threads if requested.
 // spec: "Decoding a file"
 #pragma once
 
@@ -42,30 +42,31 @@ class SHM_API Decoder {
   enum class Progress : std::uint8_t {
     need_input,  ///< no item is ready; feed more bytes
     item_ready,  ///< take() returns an item
-    finished,    ///< all items up to end_of_input() have been taken
+    finished,    ///< the input has ended, and the caller has taken all items
   };
-  /// Copies `bytes` into the decoder's buffer. In addition to these bytes the buffer contains at
-  /// most one chunk.
+  /// Copies `bytes` into the decoder's buffer. Apart from these bytes, the buffer contains at most
+  /// one chunk.
   Result<void> feed(std::span<const std::byte> bytes);
-  /// Declares the end of the input. From now on a missing end record is ErrorCode::truncated.
+  /// Declares the end of the input. If the end record is then missing, decoding fails with
+  /// ErrorCode::truncated.
   void end_of_input();
   /// Decodes until an item is ready or more input is needed.
   Result<Progress> advance();
-  /// Moves the ready item out of the decoder. Must hold: advance() returned item_ready.
+  /// Moves the ready item out of the decoder. Precondition: advance() returned item_ready.
   Item take();
   /// Hands back a block that the caller no longer needs, so that the decoder uses its memory for a
   /// later block. This call is optional and only saves time.
   void reuse(MeshBlock&& block);
-  /// Returns the schema; null until the schema has been decoded. The pointer is then valid for the
-  /// decoder's life.
+  /// Returns the schema, or null until the schema has been decoded. The pointer remains valid until
+  /// the decoder is destroyed.
   const Schema* schema() const;
 
  private:
   friend class Reader;
   friend class IndexBuilder;
   Decoder(const ReadLimits& limits, const ReadOptions& options);
-  /// Returns the index of everything decoded so far, without entries and ranges. ErrorCode::corrupt
-  /// if step values are incomplete.
+  /// Returns an index with the totals of everything decoded so far. It contains no entries of
+  /// chunks and no value ranges. Fails with ErrorCode::corrupt if step values are incomplete.
   Result<container::Index> held() const;
 
   class Impl;

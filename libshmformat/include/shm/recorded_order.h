@@ -33,15 +33,16 @@ struct SHM_API RecordedOrder final : public CodingOrder {
   /// element of a point array is a vertex number. An element of a cell array is the index of a
   /// cell, counted in input order among the cells that have values. `cell_blocks` contains the
   /// block of each cell, in input order; it may be empty if the array covers all blocks.
-  /// ErrorCode::misuse if the vertices were not numbered 0 to n - 1, each number once, or if
-  /// `cell_blocks` does not have one entry per cell.
+  /// Fails with ErrorCode::misuse if the vertices were not numbered 0 to n - 1, each number once,
+  /// or if `cell_blocks` does not have one entry per cell.
   Result<std::vector<std::uint64_t>> elements(const Schema& schema, std::size_t array,
                                               std::span<const std::uint32_t> cell_blocks) const;
 
   /// Converts the references of an extra from the numbers that the Writer received to the numbers
-  /// that a Reader will see. This is necessary unless the order is Order::keep. Numbers of vertices
-  /// or cells that do not exist are kept. Needs 8 bytes per vertex or cell during the call.
-  /// ErrorCode::misuse as in elements(), or if the references are neither int32 nor int64.
+  /// that a Reader will see. This is necessary unless the order is Order::keep. If a number does
+  /// not refer to an existing vertex or cell, it does not change. Needs 8 bytes per vertex or cell
+  /// during the call. Fails with ErrorCode::misuse if the references are neither int32 nor int64,
+  /// or under the same conditions as elements().
   Result<void> renumber(Extra& extra) const;
 };
 

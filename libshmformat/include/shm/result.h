@@ -53,8 +53,8 @@ struct Error {
 };
 
 /// Either a value or an Error. The value may be of a move-only type. A Result never throws by
-/// itself. Requesting the value of an Error, or the error of a value, is a bug of the caller and
-/// ends the program (std::terminate).
+/// itself. Requesting the value of an Error, or the error of a value, is a bug in the calling code
+/// and ends the program (std::terminate).
 template <class T = void>
 class [[nodiscard]] Result {
  public:
@@ -62,7 +62,7 @@ class [[nodiscard]] Result {
   Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}
 
   explicit operator bool() const noexcept { return state_.index() == 0; }
-  /// Must hold: the result is a value.
+  /// Precondition: the result is a value.
   T& value() & noexcept { return checked(std::get_if<0>(&state_)); }
   const T& value() const& noexcept { return checked(std::get_if<0>(&state_)); }
   T&& value() && noexcept { return std::move(checked(std::get_if<0>(&state_))); }
@@ -71,7 +71,7 @@ class [[nodiscard]] Result {
   T&& operator*() && noexcept { return std::move(*this).value(); }
   T* operator->() noexcept { return &value(); }
   const T* operator->() const noexcept { return &value(); }
-  /// Must hold: the result is an Error.
+  /// Precondition: the result is an Error.
   const Error& error() const noexcept { return checked(std::get_if<1>(&state_)); }
 
  private:
@@ -86,11 +86,11 @@ class [[nodiscard]] Result {
 template <>
 class [[nodiscard]] Result<void> {
  public:
-  Result() noexcept {}  // "= default" would fill the storage of the Error with zeros
+  Result() noexcept {}  // not "= default", which would fill the storage of the Error with zeros
   Result(Error error) : error_(std::move(error)) {}
 
   explicit operator bool() const noexcept { return !error_.has_value(); }
-  /// Must hold: the result is an Error.
+  /// Precondition: the result is an Error.
   const Error& error() const noexcept {
     if (!error_) std::terminate();
     return *error_;

@@ -73,7 +73,7 @@ SHM_API std::string_view scalar_name(ScalarType type);
 /// bottom, 4..7 the top, with corner 4 above corner 0. Converters permute the nodes of formats with
 /// another order. The values are the bytes of the format (spec "Cell shapes").
 enum class CellShape : std::uint8_t {
-  other = 0,  ///< a list of vertices whose geometry the library does not know
+  other = 0,  ///< a list of vertices; the library does not know the shape that they form
   vertex = 1,
   line = 2,
   triangle = 3,
@@ -94,7 +94,7 @@ struct BlockInfo {
   std::int64_t id = 0;  ///< id of the block in the source; the id need not be unique or positive
   std::string name;
   CellShape shape = CellShape::hexahedron;
-  /// Number of nodes of each cell; 0: the number differs from cell to cell.
+  /// Number of nodes of each cell, or 0 if the cells have different numbers of nodes.
   std::uint32_t nodes_per_cell = 8;
   bool operator==(const BlockInfo&) const = default;
 };
@@ -113,10 +113,13 @@ enum class Location : std::uint8_t { point = 0, cell = 1 };
 struct Quantization {
   static constexpr std::uint32_t kAbsolute = 64;  ///< value of `bits` for an absolute bound
 
-  std::uint32_t bits = 0;  ///< 1..52: bits of the box; kAbsolute: absolute bound; 0: lossless
-  /// Finite minimum per component; for an absolute bound: the value of k = 0.
+  /// Number of bits N (1..52) if the step is defined by N bits of a box; kAbsolute for an absolute
+  /// bound; 0 for lossless storage.
+  std::uint32_t bits = 0;
+  /// Finite minimum of the box per component. For an absolute bound: the restored value of k = 0.
   std::vector<double> minimum;
-  /// Finite maximum per component, >= minimum; for an absolute bound: empty.
+  /// Finite maximum of the box per component, not less than the minimum. For an absolute bound:
+  /// empty.
   std::vector<double> maximum;
   double max_abs = 0;  ///< maximum error for an absolute bound; otherwise 0
   double spacing = 0;  ///< quantization step for an absolute bound; otherwise 0
@@ -124,13 +127,13 @@ struct Quantization {
 
   /// Returns a quantization that guarantees |restored - v| <= max_abs for every finite value. Must
   /// hold: 0 < max_abs < 1e300. Restored values are multiples of a step slightly smaller than 2 *
-  /// max_abs. Few values then exceed the bound after rounding to the stored type and have to be
-  /// stored exactly. A caller who knows the values may change `spacing`: the bound holds for any
-  /// step.
+  /// max_abs. Because of the smaller step, only a few values exceed the bound after rounding to the
+  /// stored type and have to be stored exactly. A caller who knows the values may change `spacing`:
+  /// the bound holds for any step.
   SHM_API static Quantization absolute(double max_abs, std::uint32_t components);
   bool lossy() const { return bits != 0; }
   SHM_API double step() const;
-  /// Returns the guaranteed bound of |restored - v| for a value stored as `type`. For an absolute
+  /// Returns the guaranteed bound on |restored - v| for a value stored as `type`. For an absolute
   /// bound this is max_abs for every type. For N bits of a box it is half a step plus the rounding
   /// to the stored type at the largest magnitude of the box.
   SHM_API double max_error(ScalarType type) const;
@@ -142,13 +145,13 @@ struct ArrayInfo {
   Location location = Location::point;
   ScalarType type = ScalarType::float64;
   std::uint32_t components = 1;  ///< 1..65535
-  /// True: the array has one set of values per time step; false: the array is static.
+  /// True if the array has one set of values per time step, false if it is static.
   bool per_step = false;
   /// Indices of the blocks whose cells have values, ascending (cell arrays only). If empty, all
   /// blocks have values.
   std::vector<std::uint32_t> blocks;
-  /// Name that the source format has for this kind of array, e.g. "exodus:node_num_map"; empty for
-  /// field data. Writers of other formats may leave out an array with a role.
+  /// Role of the array in its source format, e.g. "exodus:node_num_map"; empty for field data.
+  /// Writers of other formats may leave out an array with a role.
   std::string role;
   Quantization quantization;
   bool operator==(const ArrayInfo&) const = default;
@@ -157,8 +160,8 @@ struct ArrayInfo {
 /// Order in which a Reader returns vertices and cells (spec "Order").
 enum class Order : std::uint8_t {
   keep = 0,    ///< vertex numbers, cell order and corner order are exactly as in the source
-  stream = 1,  ///< cells are in input order except for the delay buffer; vertices are numbered by
-               ///< first use
+  stream = 1,  ///< cells are in input order, except that a delay buffer may reorder them; vertices
+               ///< are numbered by first use
   free = 2,    ///< the mesh is the same, but its cells may have been reordered before writing;
                ///< vertices are numbered by first use
 };
@@ -168,16 +171,17 @@ SHM_API std::string_view order_name(Order order);
 /// Codec of the cells of a segment. A Reader accepts all codecs.
 enum class ConnectivityCodec : std::uint8_t {
   automatic = 0,  ///< the Writer's level chooses the codec
-  paper = 1,      ///< the published scheme, kept as a baseline (spec "Connectivity stream")
+  paper = 1,      ///< the published scheme, for comparison (spec "Connectivity stream")
   rows = 2,       ///< hexahedra are predicted from the neighbouring row (spec "Row hexahedra")
   replay = 3,  ///< hexahedra and their numbers repeat earlier hexahedra (spec "Replay hexahedra")
   /// The rows codec with mixed predictions: files are smaller, coding is slower (spec "Mixed
   /// rows").
   mixed = 4,
   /// A cell is coded as the previous cell plus constant offsets (spec "Shifts"). This codec is many
-  /// times faster than the others if vertices are numbered in rows and layers. Values are coded in
-  /// the same way and become larger. The codec supports any order without a delay buffer, cells of
-  /// 1 to 64 nodes, and no stepped array with more than 32 components.
+  /// times faster than the others if vertices are numbered in rows and layers. Values are also
+  /// coded as differences from earlier values, which makes files larger. The codec supports any
+  /// order without a delay buffer, cells of 1 to 64 nodes, and no stepped array with more than 32
+  /// components.
   shifts = 5,
   /// A cell is coded by the positions of its vertices in earlier cells, which is fast for all kinds
   /// of meshes (spec "Patterns"). The codec supports any order without a delay buffer, and cells of
@@ -192,10 +196,9 @@ SHM_API std::string_view codec_name(ConnectivityCodec codec);
 enum class Level : std::uint8_t {
   fast = 0,  ///< the shifts codec if it suits the mesh; otherwise the patterns codec, or rows if
              ///< patterns are not possible
-  standard = 1,  ///< the smallest of the codecs shifts, replay, rows and mixed, or a faster codec
-                 ///< that is nearly as small
-  best = 2,  ///< the smallest of the codecs shifts, replay, rows and mixed; values are coded with
-             ///< mixed predictions, which is slower
+  standard = 1,  ///< the codec among shifts, replay, rows and mixed with the smallest result, or a
+                 ///< faster codec with a result that is nearly as small
+  best = 2,      ///< as `standard`, but values are coded with mixed predictions, which is slower
 };
 
 /// Earlier steps to which the values of a stepped array at one step refer.
@@ -208,22 +211,23 @@ enum class StepReference : std::uint8_t {
 /// Description of a mesh, stored before its first vertex.
 struct Schema {
   Order order = Order::keep;
-  /// False: a cell may be restored with rotated corners (not allowed in Order::keep).
+  /// If false, a cell may be restored with rotated corners. Order::keep requires true.
   bool corner_order = true;
-  std::uint32_t delay = 0;  ///< number of cells in the delay buffer; 0: none
+  /// Capacity of the delay buffer in cells; 0 if there is no delay buffer.
+  std::uint32_t delay = 0;
   ScalarType coordinate_type = ScalarType::float64;  ///< float32 or float64
   Quantization coordinate_quantization;
   std::vector<BlockInfo> blocks;
   std::vector<ArrayInfo> arrays;
   std::string source_format;  ///< format from which the mesh was converted: "exodus", "vtk",
                               ///< "gmsh", ...; may be empty
-  /// The largest reference that step values may have. Writer and Reader store the corresponding
-  /// number of earlier steps of all stepped arrays. A Writer lowers this value if
-  /// WriteOptions::key_steps rules out such references.
+  /// The highest StepReference that step values may use. Writer and Reader keep in memory the
+  /// number of earlier steps that this reference needs (0, 1 or 2), for all stepped arrays. A
+  /// Writer lowers this value if WriteOptions::key_steps rules out such references.
   StepReference step_references = StepReference::trend;
   /// True if values may be coded by reference to earlier values, and if the other features of
   /// format 0.10 may be used. False in files of versions 0.9 and 0.1. Readers set this member. A
-  /// Writer always sets it for a new file and ignores the value given here.
+  /// Writer ignores it: in a new file it is always true.
   bool earlier_values = true;
   bool operator==(const Schema&) const = default;
 
@@ -240,8 +244,8 @@ SHM_API std::string array_stream_name(const Schema& schema, std::size_t array);
 /// array, which scans all arrays before it.
 SHM_API std::vector<std::string> array_stream_names(const Schema& schema);
 
-/// Meaning of the numbers in an Extra. If the mesh is renumbered, numbers that refer to vertices or
-/// cells are changed too.
+/// States to which objects the numbers in an Extra refer. If the mesh is renumbered, numbers that
+/// refer to vertices or cells are changed too.
 enum class Reference : std::uint8_t {
   nothing = 0,
   vertex = 1,  ///< vertex numbers, from 0

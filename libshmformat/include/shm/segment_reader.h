@@ -27,8 +27,9 @@ class SHM_API SegmentReader {
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
   /// Reads all of segment `index`: its cells and every vertex that these cells use.
-  /// MeshBlock::imported marks vertices that an earlier segment owns; these vertices have the same
-  /// numbers and values in both segments. Only the last segment that uses a vertex finalizes it.
+  /// MeshBlock::imported marks vertices that an earlier segment owns; such a vertex has the same
+  /// number and the same values in both segments. Only the last segment that uses a vertex
+  /// finalizes it.
   Result<std::vector<MeshBlock>> read(std::size_t index);
 
  private:

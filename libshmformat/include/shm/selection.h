@@ -28,18 +28,18 @@ struct CellSelection {
 
 struct ExtractRequest {
   CellSelection cells{};
-  /// If given: selects these vertices (ascending numbers, as in MeshBlock::vertex_numbers) and no
-  /// cells. The only condition of CellSelection that may be given as well is a box. Then only the
-  /// vertices inside the box are selected.
+  /// If set: selects these vertices (ascending numbers, as in MeshBlock::vertex_numbers) and no
+  /// cells. The CellSelection may then contain only a box as its condition, which restricts the
+  /// selection to the vertices inside the box.
   std::optional<std::vector<std::uint64_t>> vertices{};
-  /// Indices of the requested static arrays. If not given, all static arrays are requested.
+  /// Indices of the requested static arrays. If not set, all static arrays are requested.
   std::optional<std::vector<std::uint32_t>> arrays{};
   /// Requests coordinates. If false, MeshBlock::xyz is empty unless a condition needs coordinates.
   bool coordinates = true;
-  /// Also selects vertices that no cell uses. They come from all segments that are read for the
-  /// cells and from all segments without cells. (The Writer codes such vertices after the last
-  /// cell, unless the caller adds them earlier.) These vertices are always included if all cells
-  /// are selected.
+  /// Also selects vertices that no cell uses. Such vertices are returned from the segments that are
+  /// read for the selected cells, and from all segments without cells. (The Writer codes such
+  /// vertices after the last cell, unless its caller adds them earlier.) These vertices are always
+  /// included if all cells are selected.
   bool unused_vertices = false;
 };
 

@@ -53,23 +53,23 @@ struct SetBounds {
 };
 
 /// Returns all sets, in the order of their first extras. Fails with ErrorCode::corrupt if a set is
-/// invalid: it has members or blocks that the mesh does not have, its numbers of sides and members
-/// differ, or its values have a wrong type. Error::section is then the common prefix of the set's
-/// keys. The sets need at most 8 times the memory of their extras.
+/// invalid: it has members or blocks that the mesh does not have, the number of its sides differs
+/// from the number of its members, or its values have a wrong type. Error::section is then the
+/// common prefix of the set's keys. The sets need at most 8 times the memory of their extras.
 SHM_API Result<std::vector<MeshSet>> sets_of_extras(std::span<const Extra> extras,
                                                     const SetBounds& bounds);
 /// Returns the sets of mesh.extras.
 SHM_API Result<std::vector<MeshSet>> sets_of(const Mesh& mesh);
 
 /// Returns the extras that store the sets: id, name (if there is one), members, sides, blocks,
-/// factors. The id is left out if it is the set's number in the keys plus 1 and members or blocks
-/// show that the set exists. The sets of each kind are numbered from 0, in the order of `sets`.
-/// Integers are stored with 32 bits if all numbers of an extra fit. Factors are stored as float32
-/// if no precision is lost. ErrorCode::misuse if the numbers of sides and members differ, or if a
-/// set has data that its kind cannot have.
+/// factors. The id is not stored if it equals the set's number in the keys plus 1 and if members or
+/// blocks are stored, which show that the set exists. The sets of each kind are numbered from 0, in
+/// the order of `sets`. Integers are stored with 32 bits if all numbers of an extra fit. Factors
+/// are stored as float32 if no precision is lost. Fails with ErrorCode::misuse if the number of
+/// sides differs from the number of members, or if a set has data that its kind cannot have.
 SHM_API Result<std::vector<Extra>> extras_of_sets(std::span<const MeshSet> sets);
 
-// Conversions of single sets, for callers that continue after an invalid set.
+// Functions that convert single sets, for callers that continue after an invalid set.
 
 /// Extras that store one set.
 struct SetPlace {

@@ -1,10 +1,10 @@
 // StepReader: reads one stepped array at one step, without the rest of the file. The StepReader
-// reads the index, the schema, and the chunks of that array from the last key step at or before the
-// requested step on. It reads the connectivity of the mesh only if values are predicted from it or
-// if element numbers are requested, and no other data of the mesh. As a Reader does, it stores the
-// compressed connectivity that was read, and up to 64 MiB of neighbourhoods decoded from it. It
-// also stores the most recently read steps of arrays whose steps refer to each other, at most 128
-// MiB.
+// reads the index, the schema, and the chunks of that array's steps, from the most recent key step
+// up to the requested step. It reads the connectivity of the mesh only if values are predicted from
+// it or if element numbers are requested, and no other data of the mesh. As a Reader does, it
+// stores the compressed connectivity that was read, and up to 64 MiB of neighbourhoods decoded from
+// it. It also stores the most recently read steps of arrays whose steps refer to each other, at
+// most 128 MiB.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
@@ -26,10 +26,10 @@ class IndexedFile;
 struct StepRequest {
   std::uint32_t array = 0;  ///< index of a stepped array
   std::uint64_t step = 0;
-  /// Only segment to read. If not given, all segments are read, in order.
+  /// Index of the segment to read. If not given, all segments are read, in order.
   std::optional<std::size_t> segment{};
-  /// Requests the numbers of the elements. Without the numbers fewer bytes are read if the file
-  /// keeps the source's numbers. The numbers are the same at every step.
+  /// Requests the numbers of the elements. If the file keeps the source's numbers, a request
+  /// without numbers reads fewer bytes. The numbers are the same at every step.
   bool numbers = true;
 };
 
@@ -51,8 +51,8 @@ class SHM_API StepReader {
   /// StepReader.
   static Result<StepReader> open(RandomSource& source, const ReadLimits& limits = {});
   /// Opens a damaged file for reading its intact parts, as MeshExtractor::open_damaged() does.
-  /// segments() then lists the segments of which anything is left, and steps() lists the steps with
-  /// values in any of these segments. next() skips segments whose values are lost.
+  /// segments() then lists the segments that are at least partly intact, and steps() lists the
+  /// steps with values in any of these segments. next() skips segments whose values are lost.
   static Result<StepReader> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   StepReader(StepReader&&) noexcept;
   StepReader& operator=(StepReader&&) noexcept;
@@ -67,12 +67,11 @@ class SHM_API StepReader {
   /// Returns the steps at which the array has values, ascending.
   std::vector<std::uint64_t> steps(std::uint32_t array) const;
 
-  /// Starts a request, and drops the rest of the previous request. next() then returns the
-  /// requested values.
+  /// Starts a request, and cancels the previous request. next() then returns the requested values.
   Result<void> begin(const StepRequest& request);
   /// Returns the values of the next group that has elements of the array, in coding order; null at
-  /// the end. The values are valid until the next call. The values of a vertex are in the segment
-  /// that owns it.
+  /// the end. The values are valid until the next call. The value of a vertex is stored in the
+  /// segment that owns the vertex.
   Result<StepValues*> next();
   /// Reads all values of a request, as begin() and next() would return them.
   Result<std::vector<StepValues>> read(const StepRequest& request);
@@ -83,7 +82,7 @@ class SHM_API StepReader {
   explicit StepReader(std::unique_ptr<Impl> impl);
   /// Creates a StepReader for a file that is already open.
   static Result<StepReader> of(std::shared_ptr<IndexedFile> file);
-  /// Checks a request for `array` at `step`. Fails under the same conditions as begin().
+  /// Checks a request for `array` at `step`. Fails in the cases in which begin() fails.
   Result<void> expect(std::uint32_t array, std::uint64_t step) const;
   std::unique_ptr<Impl> impl_;
 };

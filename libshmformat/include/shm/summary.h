@@ -19,16 +19,16 @@ struct Summary {
   Totals totals;                   ///< totals of the whole file, as a Reader yields them at the end
 };
 
-/// Reads the index, schema, extras and step times completely. Of all other chunks, including groups
-/// and parts of step values, only the headers are read. These headers must match the index, and the
-/// file must not have other chunks. Bytes after the end record (left by an interrupted append) are
-/// counted in `totals`. `source` is borrowed during the call.
+/// Reads the index, schema, extras and step times completely. Reads only the headers of all other
+/// chunks, including groups and parts of step values. These headers must match the index, and the
+/// file must not have chunks that the index does not list. An interrupted append leaves bytes after
+/// the end record; Totals::trailing_bytes counts them. `source` is borrowed during the call.
 ///
 /// Damage to bitstreams is not detected, and the number of cells of each block is taken from the
 /// index without a check; use a Reader to verify them. The members max_active_vertices and
 /// max_group_bytes of `limits`, and the limits on the size of the result, are ignored, so that a
-/// file that is too large to be read can still be reported. ErrorCode::truncated if the end of the
-/// file is missing.
+/// file that is too large to be read can still be summarized. Fails with ErrorCode::truncated if
+/// the end of the file is missing.
 SHM_API Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits = {});
 
 }  // namespace shm

@@ -18,8 +18,9 @@ struct BoundaryArray {
 
 struct BoundaryOptions {
   std::vector<BoundaryArray> arrays{};
-  /// Memory limit in bytes for the surface and for the search. A mesh that needs more fails with
-  /// ErrorCode::over_limit. The memory of a Reader or a MeshExtractor is not counted.
+  /// Memory limit in bytes for the surface and for the data needed to find it. A mesh that needs
+  /// more fails with ErrorCode::over_limit. The memory of a Reader or a MeshExtractor is not
+  /// counted.
   std::uint64_t max_bytes = std::uint64_t{1} << 32;
 };
 
@@ -34,8 +35,9 @@ struct BoundaryOptions {
 /// - A side of three or more cells is not part of the boundary.
 /// - If a vertex occurs twice in a row in a side, the repetition is ignored. A side with fewer than
 ///   three corners after that is ignored, so a collapsed hexahedron matches the wedge next to it.
-/// - A side that occurs twice in one cell, as in a hexahedron with zero volume, does not count,
-///   since the cell is on both sides of it. A side that occurs three times in one cell counts once.
+/// - If a side occurs twice in one cell, as in a hexahedron with zero volume, the two occurrences
+///   cancel each other, since the cell is on both sides. A side that occurs three times in one cell
+///   therefore counts once.
 /// - A triangle or quad that coincides with a side of a volume cell does not affect this side: both
 ///   the triangle or quad and, if it belongs to one cell only, the side are part of the boundary.
 struct BoundarySurface {
@@ -48,17 +50,18 @@ struct BoundarySurface {
   /// offsets of the faces in `corners` (faces + 1 entries). `corners` contains indices into
   /// `vertex_numbers`. The corners of a side of a volume cell go around counter-clockwise as seen
   /// from outside, starting with any corner, provided that the corners of the cell are ordered as
-  /// in schema.h. A mirrored cell has mirrored sides. Two orders are in use for wedges; the
-  /// coordinates of a wedge decide which order it has. The corners of other cells are stored as in
-  /// the mesh.
+  /// in schema.h. A mirrored cell has mirrored sides. Files order the corners of wedges in two
+  /// ways; the coordinates of a wedge show which order it has. The corners of other cells are
+  /// stored as in the mesh.
   std::vector<std::uint64_t> face_begin;
   std::vector<std::uint32_t> corners;
   /// Origin of each face: the number of its cell, as in MeshBlock::cell_numbers, and the block
   /// index of that cell.
   std::vector<std::uint64_t> cell_numbers;
   std::vector<std::uint32_t> blocks;
-  /// Side of its cell that each face is, counted from 1, as in MeshSet::sides. The sides of a
-  /// polyhedron are counted in the order of its faces. 0: the face is the cell itself.
+  /// For each face, the side of the cell that forms the face, counted from 1 as in MeshSet::sides.
+  /// The sides of a polyhedron are counted in the order of its faces. The value is 0 if the cell
+  /// itself is the face.
   std::vector<std::uint32_t> sides;
   /// Values of BoundaryOptions::arrays, in the same order. Point arrays have one element per
   /// vertex. Cell arrays have one element per face: the value of the face's cell, or NaN (0 for

@@ -34,10 +34,11 @@ class SHM_API Writer {
   Writer& operator=(Writer&&) noexcept;
   ~Writer();
 
-  /// Adds a vertex. `number` identifies the vertex in later calls. It must be free: never used
-  /// before, or (except in Order::keep) finalized. With Order::keep a Reader returns the same
-  /// number. `xyz` contains 3 scalars of the coordinate type. `data` contains the packed values of
-  /// the static point arrays, in schema order.
+  /// Adds a vertex. `number` identifies the vertex in later calls. The number must not be in use:
+  /// either no earlier vertex had this number, or that vertex has been finalized (reuse is not
+  /// allowed with Order::keep). With Order::keep a Reader returns the same number. `xyz` contains 3
+  /// scalars of the coordinate type. `data` contains the packed values of the static point arrays,
+  /// in schema order.
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                           std::span<const std::byte> data = {});
   /// Adds a vertex that no cell uses. The Writer codes this vertex immediately and does not keep it
@@ -45,10 +46,11 @@ class SHM_API Writer {
   /// too, but stay in memory until then.
   Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                  std::span<const std::byte> data = {});
-  /// Adds a cell. `corners` contains nodes_per_cell numbers of live vertices; repeats are allowed.
-  /// Bit i (i < 64) of `last_use` is set if no later cell uses corner i. Vertices that are never
-  /// marked stay in memory to the end, in Writer and Reader. `data` contains the packed values of
-  /// the static cell arrays that cover this block, in schema order.
+  /// Adds a cell. `corners` contains nodes_per_cell numbers of live vertices; a vertex may occur
+  /// more than once. Bit i (i < 64) of `last_use` marks corner i as a vertex that no later cell
+  /// uses. Vertices that are never marked stay in memory to the end, in both Writer and Reader.
+  /// `data` contains the packed values of the static cell arrays that cover this block, in schema
+  /// order.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {});
   /// Adds vertices, as add_vertex() does for one vertex. `xyz` and `data` contain the coordinates
@@ -63,9 +65,9 @@ class SHM_API Writer {
                          std::span<const std::byte> data = {});
   /// Adds a whole mesh, whose vertices are numbered from 0. The vertices are interleaved with the
   /// cells and finalized as early as possible (vertex compaction). No other vertices or cells may
-  /// be added; continue with end_mesh(). Fails with ErrorCode::misuse if sizes contradict each
-  /// other, or if a vertex or block number does not exist. `mesh` is borrowed during the call. The
-  /// call needs 8 bytes of memory per vertex.
+  /// be added; continue with end_mesh(). Fails with ErrorCode::misuse if the sizes of the arrays
+  /// are inconsistent, or if a vertex or block number does not exist. `mesh` is borrowed during the
+  /// call. The call needs 8 bytes of memory per vertex.
   Result<void> add_mesh(const MeshArrays& mesh);
 
   /// Codes all pending vertices and cells; unused vertices come last. No vertices or cells may
@@ -83,8 +85,8 @@ class SHM_API Writer {
   /// that a Reader will see.
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes the index and the totals, and commits the sink. The file is valid, and the file of a
-  /// FileSink exists, only if finish() succeeds. The destructor reports no errors.
+  /// Writes the index and the totals, and commits the sink. The file is valid only if finish()
+  /// succeeds; a FileSink makes its file visible only then. The destructor reports no errors.
   Result<SizeReport> finish();
 
  private:

@@ -23,7 +23,7 @@ using container::ChunkKind;
 using container::IndexEntry;
 
 constexpr std::uint32_t kLeastKeySteps = 8;
-/// Largest possible size in bytes of a chunk of step values to which further parts may be added.
+/// Maximum size in bytes of a chunk of step values to which the Appender may add parts.
 constexpr std::uint64_t kMostUnfinished =
     container::kLongHeaderBytes + container::kMostStepHeadBytes + container::kPartBytesTogether;
 
@@ -53,9 +53,9 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   /// State of a stepped array in the old file.
   struct Array {
     std::optional<std::uint64_t> last_step;
-    std::uint32_t run = 0;     ///< number of steps since the last key step, key step included
-    bool last_refers = false;  ///< true: the last step refers to other steps
-    /// True: remember() has passed the last steps of the array to the encoder.
+    std::uint32_t run = 0;     ///< number of steps from the array's final key step on
+    bool last_refers = false;  ///< true if the array's final step refers to other steps
+    /// True if remember() has passed the array's final steps to the encoder.
     bool remembered = false;
   };
 
@@ -80,7 +80,7 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   Calls calls_;
   bool with_extras_ = true;
 
-  // Writer of the new file; created when the old chunks have been copied.
+  // Writer of the new file; created after the old chunks have been copied.
   std::optional<FileWriter> writer_;
   std::optional<StepTopology> topology_;
   StepEncoder* encoder_ = nullptr;
@@ -95,8 +95,8 @@ Result<void> Appender::Impl::open() {
   return {};
 }
 
-/// Records the state of each array. Must hold: the StepReader has checked that the chunks of a step
-/// are contiguous and that the steps of an array are in ascending order.
+/// Records the state of each array. Precondition: the StepReader has checked that the chunks of a
+/// step are contiguous and that the steps of an array are in ascending order.
 void Appender::Impl::look_at_steps() {
   arrays_.resize(schema().arrays.size());
   const auto end_step = [&](Array& array) {
@@ -117,8 +117,8 @@ void Appender::Impl::look_at_steps() {
     if (array.last_step) end_step(array);
 }
 
-/// Selects the chunks to copy. A repetition of the schema is never copied; finish() repeats the
-/// schema if necessary.
+/// Selects the chunks to copy. The second copy of the schema is never copied; finish() writes a new
+/// second copy if necessary.
 Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras,
                                           const IndexEntry* without) {
   return ChunkCopy::of(*source_, file_.index().entries, file_.index_offset(),
@@ -132,8 +132,7 @@ Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool
                        });
 }
 
-/// Returns the last chunk of step values if further parts may be added to this chunk, otherwise
-/// null.
+/// Returns the last chunk of step values, or null if no further parts may be added to this chunk.
 const IndexEntry* Appender::Impl::unfinished_parts() const {
   const auto& entries = file_.index().entries;
   const auto last = std::find_if(entries.rbegin(), entries.rend(), [](const IndexEntry& entry) {
@@ -146,8 +145,8 @@ const IndexEntry* Appender::Impl::unfinished_parts() const {
   return waits && last->bytes <= kMostUnfinished ? &*last : nullptr;
 }
 
-/// Returns the coded size in bytes of the copied chunks, by stream name. If `with_steps` is true,
-/// includes all step values.
+/// Returns the coded size in bytes of each stream in the copied chunks, by stream name. If
+/// `with_steps` is true, all step values are included.
 Result<Appender::Impl::Streams> Appender::Impl::streams(const ChunkCopy& copy,
                                                         bool with_steps) const {
   const auto summary = read_summary(*source_, file_.limits());
@@ -247,7 +246,7 @@ Result<std::vector<std::byte>> Appender::Impl::read_step(std::uint32_t array, st
   }
 }
 
-/// Passes to the encoder those old steps of the array to which the next step may refer.
+/// Passes old steps of the array to the encoder: the steps to which the next step may refer.
 Result<void> Appender::Impl::remember(std::uint32_t array) {
   Array& known = arrays_[array];
   if (std::exchange(known.remembered, true) || !known.last_step) return {};

@@ -43,8 +43,8 @@ class MemberSink final : public ByteSink {
     bytes_ = 0;
     open_ = true;
   }
-  /// Ends the member and returns its size in bytes. Fails with ErrorCode::misuse if the member does
-  /// not begin like a .shm file of one mesh.
+  /// Ends the member and returns its size in bytes. Fails with ErrorCode::misuse if the first bytes
+  /// of the member are not those of a .shm file with one mesh.
   Result<std::uint64_t> end() {
     open_ = false;
     if (error_) return *error_;

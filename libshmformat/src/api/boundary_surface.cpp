@@ -101,8 +101,8 @@ std::vector<std::uint32_t> static_arrays_of(const Schema& schema, const Boundary
   return arrays;
 }
 
-/// Returns the requested steps, without duplicates, in the order in which reading them needs the
-/// least work.
+/// Returns the requested steps, without duplicates, sorted by array and step. Reading them in this
+/// order needs the least work.
 std::vector<BoundaryArray> steps_of(const Schema& schema, const BoundaryOptions& options) {
   std::vector<BoundaryArray> steps;
   for (const BoundaryArray& array : options.arrays)
@@ -130,7 +130,7 @@ Result<void> read_steps(StepReader& reader, const std::vector<BoundaryArray>& st
   return {};
 }
 
-/// Counts how many elements of the requested steps a stream of step values has contained so far.
+/// Counts the elements of the requested steps that have been read from a stream so far.
 class AwaitedSteps {
  public:
   AwaitedSteps(const Schema& schema, std::vector<BoundaryArray> steps)
@@ -184,7 +184,8 @@ Result<BoundarySurface> read_boundary(RandomSource& source, const BoundaryOption
     const auto opened = mesh->step_reader();
     if (!opened) return opened.error();
     step_reader = *opened;
-    // If an array has no values at its step, this call fails before the mesh is read.
+    // Begin each request once before the mesh is read, to fail early if an array has no values at
+    // its step.
     for (const BoundaryArray& wanted : steps)
       if (auto status = step_reader->begin({wanted.array, wanted.step, {}, false}); !status)
         return status.error();

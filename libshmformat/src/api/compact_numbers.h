@@ -18,7 +18,7 @@ class CompactNumbers {
     for (std::size_t i = 0; i < count; ++i) numbers.set(i, i);
     return numbers;
   }
-  /// Returns a list of `count` zeros, which the caller will replace by numbers below `count`.
+  /// Returns a list of `count` zeros, which the caller will replace with numbers below `count`.
   static CompactNumbers zeros(std::size_t count) {
     CompactNumbers numbers;
     numbers.is_wide_ = count > kMostNarrow;
@@ -37,7 +37,7 @@ class CompactNumbers {
     else
       narrow_.reserve(count);
   }
-  /// Access the number at index `i`. Must hold: i < size().
+  /// Access the number at index `i`. Precondition: i < size().
   std::uint64_t operator[](std::size_t i) const { return is_wide_ ? wide_[i] : narrow_[i]; }
   void set(std::size_t i, std::uint64_t number) {
     if (number > kMostNarrow) widen();
@@ -63,8 +63,9 @@ class CompactNumbers {
     narrow_ = std::vector<std::uint32_t>();
   }
 
-  bool is_wide_ = false;  // true: all numbers are in wide_, since at least one number needs 64
-                          // bits; false: all numbers are in narrow_
+  // True if all numbers are in wide_, because at least one number needs 64 bits; otherwise all
+  // numbers are in narrow_.
+  bool is_wide_ = false;
   std::vector<std::uint32_t> narrow_;
   std::vector<std::uint64_t> wide_;
 };

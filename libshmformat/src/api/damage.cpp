@@ -28,15 +28,15 @@ bool is_of_locations(const Damage& damage) {
          damage.kind == DamageKind::stray;
 }
 
-/// Returns true if no chunk with contents is known to be damaged. Only chunks with information
-/// about the location of other chunks may then be damaged.
+/// Returns true if no chunk that contains data is known to be damaged. Chunks that only state the
+/// positions of other chunks, such as the index, may be damaged.
 bool has_all_that_is_known(const FoundChunks& found) {
   return found.schema() &&
          std::all_of(found.damages().begin(), found.damages().end(), is_of_locations);
 }
 
-/// Returns true if the file can be restored with its own index. A repeated schema replaces a lost
-/// schema.
+/// Returns true if the file can be restored with its own index. If the first copy of the schema is
+/// lost, its second copy replaces it.
 bool is_restorable(const FoundChunks& found) {
   if (!found.index() || !has_all_that_is_known(found)) return false;
   const auto& entries = found.index()->entries;
@@ -52,7 +52,8 @@ bool is_restorable(const FoundChunks& found) {
   return true;
 }
 
-/// Returns the file start as repeated in the schema chunk, or nullopt if no schema is undamaged.
+/// Returns the copy of the file start that the schema chunk contains, or nullopt if all copies of
+/// the schema are damaged.
 std::optional<container::FileStart> start_of(const FoundChunks& found) {
   container::FileStart start;
   const std::vector<std::byte> beginning = found.beginning();
@@ -62,8 +63,8 @@ std::optional<container::FileStart> start_of(const FoundChunks& found) {
 }
 
 /// Returns true if the array ranges in the rebuilt index would differ from those in the original
-/// index. Only version 0 has ranges. The ranges of quantized arrays describe original values, which
-/// the file does not contain.
+/// index. Only an index of version 0 has ranges. The ranges of quantized arrays describe original
+/// values, which the file does not contain.
 bool has_other_ranges(const FoundChunks& found) {
   const auto start = start_of(found);
   if (!found.schema() || !start || container::version_of_chunk(ChunkKind::index, *start) != 0)
@@ -74,9 +75,10 @@ bool has_other_ranges(const FoundChunks& found) {
   });
 }
 
-/// Rebuilds the index. If a chunk after the last known chunk is lost, nothing else shows the loss.
-/// Unless it is certain that no such chunk is lost, the index must therefore fill the rest of the
-/// file, with a difference of a few bytes.
+/// Rebuilds the index. If chunks at the end of the file are lost, no other part of the file shows
+/// this loss. Unless it is certain that no such chunks are lost, the function therefore compares
+/// the size of the rebuilt index with the number of bytes after the last known chunk. Both must
+/// agree up to a few bytes.
 Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
   if (!has_all_that_is_known(found)) return corrupt("some chunks are damaged", "index");

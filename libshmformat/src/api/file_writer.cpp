@@ -14,11 +14,11 @@ namespace {
 
 using container::ChunkKind;
 
-/// Size in bytes from which on a file repeats the schema before the index. The repetition helps a
-/// reader that must repair the file.
+/// Minimum size in bytes of a file that repeats the schema before the index. The second copy helps
+/// to repair the file.
 constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
-/// Limit in bytes for the extras that are packed together. Because of the limit, one damaged byte
-/// does not damage more than these extras.
+/// Limit in bytes for the extras that are packed into one chunk. A damaged byte makes all extras of
+/// its chunk unreadable, so the limit keeps the loss small.
 constexpr std::uint64_t kExtrasTogether = std::uint64_t{1} << 18;
 
 }  // namespace
@@ -204,15 +204,16 @@ Result<void> FileWriter::add_extra(const Extra& extra) {
   return {};
 }
 
-/// Writes the extras that were added since the last chunk.
+/// Writes the extras that were added since the previous chunk was written.
 Result<void> FileWriter::write_extras() {
   const std::vector<Extra> extras = std::exchange(extras_, {});
   extra_bytes_ = 0;
   const bool together = container::version_of_chunk(ChunkKind::extra, start_) > 0;
   for (std::size_t i = 0; i < extras.size(); i += together ? extras.size() : 1) {
     auto payload = together ? extras_payload(extras) : extra_payload(extras[i]);
-    // If the extras exceed a reader's budget for unpacked data, they are packed less tightly. The
-    // budget grows with the size of the file, and grows fast enough for such a chunk.
+    // If the unpacked extras exceed a reader's memory budget, they are packed less tightly. The
+    // chunk is then larger. Since the budget grows with the size of the file, the extras then fit
+    // into it.
     std::uint64_t bytes = 0;
     for (const Extra& extra : extras) bytes += bytes_of(extra);
     if (together && bytes > budget_.left(chunks_.offset() + payload.size()))

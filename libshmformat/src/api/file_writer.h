@@ -46,7 +46,7 @@ class Calls {
 
 class FileWriter {
  public:
-  /// Creates a writer. `sink` and `schema` are borrowed. Must hold: `schema` has been checked.
+  /// Creates a writer. `sink` and `schema` are borrowed. Precondition: `schema` has been checked.
   FileWriter(ByteSink& sink, const Schema& schema)
       : schema_(&schema), chunks_(sink), array_keys_(array_stream_names(schema)) {}
   FileWriter(const FileWriter&) = delete;
@@ -54,25 +54,26 @@ class FileWriter {
 
   /// Starts a new file of the current version: writes the file start and the schema.
   Result<void> start();
-  /// Continues a file of which the sink already contains some chunks. `schema` is the payload of
-  /// the schema chunk of this file; its version applies to all further chunks. `streams` lists the
-  /// coded size in bytes of the existing chunks by stream name, as in the index.
+  /// Continues a file if the sink already contains its first chunks. `schema` is the payload of the
+  /// schema chunk of this file; further chunks are written in the version that it states. `streams`
+  /// lists the coded size in bytes of the existing chunks by stream name, as in the index.
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
 
-  /// Continues with the last chunk of step values of the old file. Must be called after go_on() if
-  /// that chunk has not been copied. The parts of the chunk are written again, so that small parts
+  /// Continues the last chunk of step values of the old file. If that chunk has not been copied,
+  /// call this function after go_on(). It writes the parts of the chunk again, so that small parts
   /// added later can share the chunk, as if the file had been written without interruption.
   /// `payload` is the payload of the chunk, in the version of the file. Fails with
   /// ErrorCode::corrupt if the payload is invalid.
   Result<void> go_on_with_parts(std::span<const std::byte> payload);
 
-  /// Adds to the index those chunks that the sink already contains after the chunks written here.
-  /// `part` is an index that take_part() returned; its totals are ignored. Fails with
+  /// Adds to the index the chunks that another writer has appended to the sink. `part` is the index
+  /// of these chunks, as returned by take_part(); its totals are ignored. Fails with
   /// ErrorCode::corrupt if the sizes of the chunks do not add up to `bytes` bytes.
   Result<void> adopt(const container::Index& part, std::uint64_t bytes);
-  /// Returns `totals` with the index entries and the stream sizes since the start or the last call.
-  /// Then resets entries and sizes. Must hold: no step of an array is being written.
+  /// Adds to `totals` the index entries and the stream sizes collected since the start or the
+  /// previous call, and returns the result. Then clears the collected entries and sizes.
+  /// Precondition: no step of an array is being written.
   container::Index take_part(container::Index totals);
   std::uint64_t offset() const { return chunks_.offset(); }
   std::uint32_t chunks() const { return chunks_.count(); }
@@ -87,22 +88,22 @@ class FileWriter {
                            std::uint32_t key_steps, Level level);
   /// Checks that the array is stepped and that `values` consist of whole elements.
   Result<void> check_step_values(std::uint32_t array, std::span<const std::byte> values) const;
-  /// Adds values of a step. Must hold: begin_steps() has been called, and check_step_values() has
-  /// accepted the values.
+  /// Adds values of a step. Precondition: begin_steps() has been called, and check_step_values()
+  /// has accepted the values.
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values) {
     return step_values_->add(array, step, values);
   }
   /// Ends the current step of an array, if there is one. If the part of this step is small, it may
-  /// wait for other small parts that share the chunk.
+  /// be held back until other small parts can share its chunk.
   Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
-  /// Writes the waiting parts, each of which contains all elements of its array.
+  /// Writes the parts that were held back. Each of them contains all elements of its array.
   Result<void> write_parts() { return write_parts(0); }
   bool has_times() const { return times_set_; }
   Result<void> set_step_times(std::span<const double> times);
   static Result<void> check(const Extra& extra);
-  /// Adds an extra. Must hold: check() has accepted the extra. The extra is written before the next
-  /// chunk of another kind, together with all other extras added before that chunk.
+  /// Adds an extra. Precondition: check() has accepted the extra. Extras are collected, and written
+  /// together before the next chunk of another kind.
   Result<void> add_extra(const Extra& extra);
 
   /// Writes the rest of the file: in a large file the schema again, then the index and the trailer.
@@ -125,9 +126,9 @@ class FileWriter {
   std::vector<std::string> array_keys_;
   std::map<std::string, std::uint64_t> stream_bytes_;
   container::FileStart start_;
-  UnpackBudget budget_{
-      ReadLimits().max_unpacked_bytes};  // memory budget of a reader with default limits
-  std::vector<Extra> extras_;            // extras that have not been written yet
+  // Memory budget that a reader with default limits has for unpacked data.
+  UnpackBudget budget_{ReadLimits().max_unpacked_bytes};
+  std::vector<Extra> extras_;  // extras that have not been written yet
   std::uint64_t extra_bytes_ = 0;
   std::vector<container::StepPart> parts_;  // parts of step values that have not been written yet
   std::vector<std::byte> part_bytes_;

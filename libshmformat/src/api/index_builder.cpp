@@ -46,7 +46,7 @@ Result<container::Index> IndexBuilder::make() {
   if (auto status = decode(beginning); !status) return status.error();
   for (const FoundChunk& chunk : found_->chunks()) {
     if (chunk.header.sequence == 0 && chunk.is(ChunkKind::schema))
-      continue;  // the schema has already been decoded as part of the beginning of the file
+      continue;  // The schema was decoded together with the file start.
     if (auto status = add(chunk); !status) return status.error();
   }
   auto made = decoder_.held();
@@ -74,8 +74,8 @@ Result<void> IndexBuilder::add(const FoundChunk& chunk) {
   return {};
 }
 
-/// Returns the index entry of a chunk without its offset. The entry of step values does not contain
-/// `first` either.
+/// Returns the index entry of a chunk, without its offset. In the entry of step values, the field
+/// `first` is not set either.
 Result<IndexEntry> IndexBuilder::entry_of(const FoundChunk& chunk) {
   if (!chunk.whole || chunk.header.sequence != index_.entries.size()) return not_all(chunk.offset);
   IndexEntry entry;

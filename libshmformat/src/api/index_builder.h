@@ -16,13 +16,13 @@ namespace shm {
 
 class IndexBuilder {
  public:
-  /// Creates a builder. All references are borrowed. Must hold: `found` has a schema.
+  /// Creates a builder. All references are borrowed. Precondition: `found` has a schema.
   IndexBuilder(RandomSource& source, const FoundChunks& found, const ReadLimits& limits,
                std::uint8_t version);
 
-  /// Returns the index. Its offsets are those in a file that contains all chunks in the order of
-  /// their numbers. Fails if a chunk is missing or damaged, or if values cannot be decoded. May be
-  /// called only once.
+  /// Returns the index. The offsets in the index are those of a file that contains all chunks in
+  /// the order of their numbers. Fails if a chunk is missing or damaged, or if values cannot be
+  /// decoded. May be called only once.
   Result<container::Index> make();
 
  private:

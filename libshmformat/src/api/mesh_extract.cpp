@@ -57,10 +57,10 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   Result<StepValues*> next_values();
 
  private:
-  /// Groups of a segment that may contain requested elements.
+  /// The groups of a segment that may contain requested elements.
   struct Groups {
     std::size_t next = 0, end = 0;
-    std::size_t end_box = 0;  // end of the groups that may have vertices in the box
+    std::size_t end_box = 0;  // end of the range of groups that may have vertices in the box
   };
 
   const Schema& schema() const { return file_->schema(); }
@@ -100,14 +100,16 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   std::optional<std::size_t> reading_;  // index of the segment that is being read
   Groups groups_;                       // groups of the segment that is being read
   bool all_read_ = false;
-  // True: the blocks taken have no influence on which groups must be read.
+  // True if further groups can be read before earlier blocks have been taken, since those blocks do
+  // not determine which groups are needed.
   bool runs_ahead_ = false;
-  // Error that next() reports after all earlier blocks have been taken.
+  // Error that occurred while reading ahead. next() reports it after all earlier blocks have been
+  // taken.
   std::optional<Error> error_ahead_;
 
   // State of taking blocks.
-  std::optional<std::size_t> segment_;  // segment of the last block that was passed to the picker
-  bool in_group_ = false;  // true: more blocks of the group of the last block will follow
+  std::optional<std::size_t> segment_;  // segment of the block most recently passed to the picker
+  bool in_group_ = false;               // true if the group of that block has further blocks
   std::optional<PiecePicker> picker_;
   const std::vector<std::uint64_t> no_numbers_;
   bool done_ = false;
@@ -182,8 +184,7 @@ void MeshExtractor::Impl::want(const ExtractRequest& request) {
   if (!all) wanted_.arrays = std::move(arrays);
 }
 
-/// Announces to the source the groups that the visits to segments will read, if these groups are
-/// already certain.
+/// Announces to the source the groups that will certainly be read for the requested segments.
 void MeshExtractor::Impl::prefetch_visits() {
   std::vector<std::size_t> all;
   for (const PieceRequest::Visit& visit : visits_) {
@@ -211,7 +212,8 @@ Result<MeshBlock*> MeshExtractor::Impl::next() {
 Result<MeshBlock*> MeshExtractor::Impl::next_part() {
   while (true) {
     auto output = next_output();
-    // Threads may have read more than was requested. Further blocks and errors are then ignored.
+    // If threads have read more than was requested, the surplus blocks and their errors are
+    // ignored.
     const bool enough = !in_group_ && has_all();
     if (!output && !enough) return output.error();
     if (enough || !*output) {
@@ -240,8 +242,9 @@ Result<MeshBlock*> MeshExtractor::Impl::next_part() {
   }
 }
 
-/// Returns the next output of the queue, or nullopt at the end. With threads, reads further groups
-/// while the queue accepts them, unless earlier blocks decide whether these groups are needed.
+/// Returns the next output of the queue, or nullopt at the end. With threads, also reads further
+/// groups as long as the queue accepts them. Reads no further groups if only the contents of
+/// earlier blocks show whether these groups are needed.
 Result<std::optional<DecodingQueue::Output>> MeshExtractor::Impl::next_output() {
   using Wait = DecodingQueue::Wait;
   while (true) {
@@ -405,7 +408,7 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
   }
   PiecePicker::Imports left = picker_->imports();
   std::vector<bool> seen(segments.size());
-  // Boxes are compared only if that is not slower than reading the segments.
+  // The boxes of segments are compared only if that is not slower than reading the segments.
   constexpr std::size_t kMostLooks = std::size_t{1} << 28;
   for (const bool by_box : {true, false}) {
     if (by_box && left.size() > kMostLooks / (segments.size() + 1)) continue;
@@ -418,8 +421,8 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
       "segment " + std::to_string(left.begin()->second.segment));
 }
 
-/// Searches the owners of imported vertices, from the nearest earlier segment on. If `by_box` is
-/// true, reads only segments whose box contains one of the vertices.
+/// Finds the segments that own the imported vertices. Searches earlier segments, beginning with the
+/// nearest. If `by_box` is true, reads only segments whose box contains one of the vertices.
 Result<void> MeshExtractor::Impl::find_owners(PiecePicker::Imports& left, bool by_box,
                                               std::vector<bool>& seen) {
   std::size_t segment = 0;
@@ -447,7 +450,7 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   if (!done_) return misuse("step values can be read only after the mesh", "piece");
   const auto reader = steps();
   if (!reader) return reader.error();
-  // This call fails if the array or the step does not exist.
+  // fails if the array or the step does not exist
   const auto known =
       request_->all() ? (*reader)->begin({array, step}) : (*reader)->expect(array, step);
   if (!known) return known;
@@ -474,7 +477,8 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   return more ? Result<void>() : more.error();
 }
 
-/// Moves to the next segment with values of the piece. Returns false after the last segment.
+/// Moves to the next segment that has step values of elements of the piece. Returns false after the
+/// last segment.
 Result<bool> MeshExtractor::Impl::next_segment_values() {
   in_values_ = values_left_ > 0 && next_value_segment_ < value_segments_.size();
   if (!in_values_) return false;

@@ -29,11 +29,12 @@ class MeshFeed {
 
  private:
   struct Vertex {
-    // Entry of the vertex in the encoder; kNone if the vertex has not been added yet.
+    // Entry that identifies the vertex in the encoder; kNone if the vertex has not been added yet.
     std::uint32_t entry = kNone;
-    std::uint32_t uses = 0;  // number of uses by cells that have not been added yet
+    std::uint32_t uses = 0;  // number of uses of the vertex by cells that have not been added yet
   };
-  /// Largest count of uses. A vertex with at least this number of uses is never finalized.
+  /// Maximum value of the use counter. A vertex with at least this number of uses is never
+  /// finalized.
   static constexpr std::uint32_t kEndless = std::numeric_limits<std::uint32_t>::max();
 
   std::uint32_t block_of(std::size_t cell) const {
@@ -56,7 +57,7 @@ class MeshFeed {
   std::vector<std::size_t> next_element_;  // index of the next element of each cell array
   std::size_t next_corner_ = 0;
   std::vector<std::uint64_t> corners_;  // corners of the current cell
-  std::vector<std::uint32_t> entries_;  // encoder entries of the corners of the current cell
+  std::vector<std::uint32_t> entries_;  // the encoder's entries for the corners of the current cell
   std::vector<std::byte> data_;
 };
 
@@ -147,11 +148,11 @@ const std::byte* MeshFeed::data_of_cell(std::uint32_t block) {
   return data_.data();
 }
 
-/// Returns a bit mask of those nodes of the current cell, up to node `last`, that are the vertex
-/// with this `entry`.
+/// Returns a bit mask of the nodes of the current cell, up to node `last`, whose vertex has this
+/// `entry` in the encoder.
 std::uint64_t MeshFeed::nodes_with(std::uint32_t entry, std::size_t last) const {
   std::uint64_t nodes = 0;
-  if (entries_.size() == 8) {  // a loop with a fixed number of iterations, which is faster
+  if (entries_.size() == 8) {  // a loop with a fixed number of iterations, since that is faster
     for (std::size_t i = 0; i < 8; ++i) nodes |= std::uint64_t{entries_[i] == entry} << i;
     return nodes & ((std::uint64_t{2} << last) - 1);
   }

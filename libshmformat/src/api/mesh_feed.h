@@ -10,8 +10,8 @@ namespace shm {
 
 /// Adds `mesh` to `encoder`, which was created for `schema` and must be new. Vertices that no cell
 /// uses are added last; the encoder stores them until the end of the mesh. Fails with
-/// ErrorCode::misuse, before adding anything, if sizes contradict each other or a number is out of
-/// range.
+/// ErrorCode::misuse, before adding anything, if the sizes of the arrays are inconsistent or a
+/// number is out of range.
 Result<void> feed_mesh(MeshEncoder& encoder, const Schema& schema, const MeshArrays& mesh);
 
 }  // namespace shm

@@ -1,4 +1,4 @@
-// Functions that are used for writing and for reading whole meshes.
+// Functions that both writing and reading of whole meshes use.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ inline std::size_t stride_of(const ArrayInfo& info) {
   return scalar_bytes(info.type) * info.components;
 }
 
-/// Adds the path of the file to an error that has no path.
+/// Adds the path of the file to the error, unless the error already has a path.
 template <class T>
 Result<T> of_file(Result<T> result, const std::string& path) {
   if (result || !result.error().file.empty()) return result;

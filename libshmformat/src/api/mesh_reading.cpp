@@ -38,21 +38,21 @@ void move_elements(void* elements, const CompactNumbers& from, std::size_t strid
   }
 }
 
-/// Returns the number of elements for which to reserve memory, if `size` elements have been read
-/// and `expected` elements are expected in total. The expected number comes from the index and may
-/// be wrong. It is therefore trusted only up to a multiple of `size`: 256 times for up to 2^24
+/// Returns the number of elements for which to allocate memory now, if `size` elements are needed
+/// and `expected` elements are expected in total. The expected number comes from the index, which
+/// may be wrong. It is therefore trusted only up to a multiple of `size`: 256 times for up to 2^24
 /// elements, and 4 times beyond.
 std::uint64_t believed(std::uint64_t size, std::uint64_t expected) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max() / 256;
-  // Number of elements from which on the index is trusted less.
+  // Number of elements beyond which the index is trusted only up to 4 times `size`.
   constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;
   if (size >= expected || expected > kMost) return size;
   return std::min(expected, std::max(std::min(size * 256, kMuch), size * 4));
 }
 
-/// Reserves memory for `size` elements. If the expected number can be trusted, reserves memory for
-/// all elements in one call, since repeated growth would need the memory twice and fragment the
-/// heap.
+/// Reserves memory for `size` elements. If the expected number of elements can be trusted, reserves
+/// memory for all of them in one allocation, since repeated growth would need twice the memory and
+/// fragment the heap.
 template <class Values>
 void make_room(Values& values, std::uint64_t size, std::uint64_t expected) {
   if (size <= values.capacity()) return;
@@ -66,8 +66,8 @@ void add(std::vector<T>& to, const std::vector<T>& more, std::uint64_t expected)
   to.insert(to.end(), more.begin(), more.end());
 }
 
-/// Numbers of vertices or cells, in the order in which they are read. Nothing is stored while the
-/// numbers are 0, 1, 2, ...
+/// Numbers of vertices or cells, in the order in which they are read. While this sequence is 0, 1,
+/// 2, ..., only its length is stored.
 class ComingNumbers {
  public:
   /// Adds numbers. `expected` is the expected total count of numbers, or 0 if unknown.
@@ -86,11 +86,11 @@ class ComingNumbers {
     }
   }
   bool in_order() const { return in_order_; }
-  /// Returns the numbers in the order in which they were read, and removes them. Must hold:
+  /// Moves the list of numbers, in the order in which they were read, to the caller. Precondition:
   /// in_order() is false.
   CompactNumbers take() { return std::exchange(numbers_, {}); }
-  /// Returns the position of each number, and removes the numbers. Fails unless each number from 0
-  /// to the count of numbers - 1 occurs exactly once. Must hold: in_order() is false.
+  /// Returns the index of each number in the list, and empties the list. Fails unless the list
+  /// contains each number from 0 to its length - 1 exactly once. Precondition: in_order() is false.
   Result<CompactNumbers> positions(const char* kind) {
     const CompactNumbers numbers = take();
     CompactNumbers positions = CompactNumbers::zeros(numbers.size());
@@ -109,7 +109,7 @@ class ComingNumbers {
 
  private:
   bool in_order_ = true;
-  std::uint64_t count_ = 0;  // count of numbers so far, while they are in order
+  std::uint64_t count_ = 0;  // length of the list while it is 0, 1, 2, ...
   CompactNumbers numbers_;
 };
 
@@ -134,8 +134,8 @@ class VertexPlaces {
   }
   /// Returns true if each vertex number has been recorded exactly once.
   bool are_taken() const { return make_sense_ && count_ == taken_.size(); }
-  /// Stores `values`, which have `stride` bytes per vertex, in `all`. Must hold: `numbers` were
-  /// passed to the last call of take().
+  /// Stores `values`, which have `stride` bytes per vertex, in `all`. Precondition: `numbers` were
+  /// passed to the most recent call to take().
   template <class Numbers>
   void put(const Numbers& numbers, const std::vector<std::byte>& values, std::size_t stride,
            std::vector<std::byte>& all) const {
@@ -232,7 +232,7 @@ class MeshCollector {
     std::optional<std::size_t> array;  // index of the point array; nullopt for the coordinates
     std::size_t stride = 0;
   };
-  /// Returns the values of a column in a mesh or a block.
+  /// Returns the values of a column (the coordinates or a point array) in a mesh or a block.
   template <class Values>
   static auto& values_of(Values& from, const VertexColumn& column) {
     return column.array ? from.arrays[*column.array] : from.xyz;
@@ -253,13 +253,13 @@ class MeshCollector {
 
   Mesh mesh_;
   ComingNumbers vertices_, cells_;
-  // Final position of each vertex. When it is set, vertices_ has no further use.
+  // Final position of each vertex. Once this is set, vertices_ is not used any more.
   std::optional<VertexPlaces> places_;
-  // False if a point array has steps: point data is then sorted at the end.
+  // False if a point array has steps. Point data is then sorted at the end, not while it is read.
   bool may_have_places_ = true;
   std::vector<VertexColumn> vertex_columns_;
   std::vector<std::uint64_t> begin_;  // corner_begin of the cells of the current block
-  // Largest expected size that is used; larger sizes would overflow in products.
+  // Larger sizes in the index are ignored, since products of such sizes could overflow.
   static constexpr std::uint64_t kMostTold = std::uint64_t{1} << 40;
   std::uint64_t told_vertices_ = 0, told_cells_ = 0, told_corners_ = 0;
   // Size in bytes of all elements of each array, according to the index.
@@ -288,7 +288,7 @@ void MeshCollector::take_vertices(const MeshBlock& block) {
   if (may_have_places_ && !vertices_.in_order()) give_places();
 }
 
-/// Creates places_ if the expected number of vertices can be trusted.
+/// Creates places_ if the number of vertices that the index states can be trusted.
 void MeshCollector::give_places() {
   for (const VertexColumn& column : vertex_columns_) {
     const std::uint64_t expected = told_vertices_ * column.stride;
@@ -324,7 +324,7 @@ Result<void> MeshCollector::reorder_vertices() {
 void MeshCollector::reorder_corners(const CompactNumbers& from) {
   const std::size_t cells = from.size();
   const std::size_t nodes = cells == 0 ? 0 : mesh_.corners.size() / cells;
-  bool alike = true;  // true: all cells have the same number of corners
+  bool alike = true;  // true if all cells have the same number of corners
   for (std::size_t c = 0; c <= cells; ++c) alike = alike && mesh_.corner_begin[c] == c * nodes;
   if (alike) {
     move_elements(mesh_.corners.data(), from, nodes * sizeof(std::uint64_t));

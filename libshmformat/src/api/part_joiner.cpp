@@ -1,4 +1,4 @@
-// PartJoiner: a FileWriter for a file whose groups and step values have been written by
+// PartJoiner: wraps a FileWriter. The groups and step values of the file have been written by
 // PartWriters.
 #include <algorithm>
 #include <optional>

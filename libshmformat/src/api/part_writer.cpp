@@ -15,8 +15,8 @@
 namespace shm {
 namespace {
 
-/// Checks that only cell numbers determine where segments begin, and that segment `start.segment`
-/// begins at cell `start.first_cell`.
+/// Checks that the options let segments begin only at cells known in advance, and that segment
+/// `start.segment` begins at cell `start.first_cell`.
 Result<void> check_start(const WriteOptions& options, const PartStart& start) {
   const auto& starts = options.segment_starts;
   if (!starts.empty()) {
@@ -31,7 +31,8 @@ Result<void> check_start(const WriteOptions& options, const PartStart& start) {
         start.first_cell / options.segment_cells == start.segment)
       return {};
   } else if (options.restart_budget > 0) {
-    return misuse("parts need segment_cells or segment_starts, or no restart_budget", "options");
+    return misuse("to write parts, set segment_cells or segment_starts, or set restart_budget to 0",
+                  "options");
   } else if (start.segment == 0 && start.first_cell == 0) {
     return {};
   }
@@ -130,8 +131,8 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
           "the reference must be passed to every part except the part with the first element",
           "steps");
     if (basis) steps_->choose(*basis);
-    // If other writers have elements of this array, waiting parts of other arrays must be written
-    // before the part of this array.
+    // If other writers also have elements of this array, parts of other arrays that were held back
+    // must be written before the part of this array.
     if (elements_of(array) < all_elements_[array])
       if (auto status = file_.write_parts(); !status) return status;
     phase_ = kInStep;
@@ -195,7 +196,8 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   std::uint32_t key_steps_;
   Level level_;
   std::size_t kept_topology_bytes_;
-  // Topology of the part; set if the schema has steps, or from begin_steps() on.
+  // Topology of the part, for step values. Set if the schema has steps, at the latest by
+  // begin_steps().
   std::optional<StepTopology> topology_;
   StepEncoder* steps_ = nullptr;  // encoder of step values; set by begin_steps()
   std::vector<std::uint64_t> first_elements_, all_elements_;

@@ -1,6 +1,5 @@
 // Decoder: finds chunks in the bytes that a caller feeds, and decodes items from the chunks.
-// Reader: a Decoder that reads the bytes from a source itself. The counterpart that writes files is
-// writer.cpp.
+// Reader: a Decoder that reads the bytes from a source itself. writer.cpp contains the Writer.
 #include "shm/reader.h"
 
 #include <algorithm>
@@ -34,7 +33,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
 
   void feed(std::span<const std::byte> bytes) {
     if (file_.state() ==
-        State::behind_end) {  // bytes after the end of the file are counted, but not stored
+        State::behind_end) {  // Bytes after the end of the file are counted, but not stored.
       trailing_bytes_ += bytes.size();
       return;
     }
@@ -106,13 +105,15 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   std::optional<Item> item_;
   std::vector<Extra> extras_;  // extras of the current chunk that have not been taken yet
   std::size_t next_extra_ = 0;
-  // Parts of step values in the current chunk; their bytes are in part_bytes_.
+  // Parts of step values in the current chunk that have not been decoded yet; their bytes are in
+  // part_bytes_.
   std::deque<container::StepPart> parts_;
   std::vector<std::byte> part_bytes_;
-  // Error that advance() reports after all earlier blocks have been taken.
+  // Error that occurred while reading ahead. advance() reports it after all earlier blocks have
+  // been taken.
   std::optional<Error> error_ahead_;
 
-  container::ChunkList chunks_;     // chunks read so far, against which the index is checked
+  container::ChunkList chunks_;     // chunks read so far, to check the index
   std::unique_ptr<Schema> schema_;  // schema; on the heap, since coders keep a pointer to it
   std::vector<std::byte> schema_bytes_;
   std::unique_ptr<MeshDecoder> mesh_;
@@ -180,8 +181,8 @@ Result<Decoder::Progress> Decoder::Impl::work() {
   return Progress::item_ready;
 }
 
-/// Returns true if the decoder may read on before all blocks have been taken. With threads, it may
-/// read further groups.
+/// Returns true if the decoder may read the next chunk header or group now. With threads, this is
+/// possible before the caller has taken all earlier blocks.
 bool Decoder::Impl::may_read_ahead() const {
   if (error_ahead_ || (ended_ && !has_next())) return false;
   const bool group = file_.state() == State::payload &&
@@ -231,7 +232,8 @@ Result<Decoder::Progress> Decoder::Impl::missing() {
 
 Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
   const container::ChunkHeader& header = file_.header();
-  if (!container::is_known(header)) {  // an unknown chunk, which is skipped because it is optional
+  // A chunk of an unknown kind is skipped. Earlier checks ensure that it is optional.
+  if (!container::is_known(header)) {
     chunks_.add(header);
     return {};
   }
@@ -247,14 +249,14 @@ Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
     case ChunkKind::extra: chunks_.add(header); return read_extra(payload);
     case ChunkKind::index: return read_index(payload);
     case ChunkKind::members:
-      break;  // this chunk occurs only in archives, which have been refused before
+      break;  // This chunk occurs only in archives, which an earlier check refuses.
   }
   return {};
 }
 
 Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
-  if (schema_) {  // a repetition of the schema, which helps to repair files, must equal the first
-                  // copy
+  // The second copy of the schema, which helps to repair files, must equal the first copy.
+  if (schema_) {
     if (payload.size() == schema_bytes_.size() &&
         std::equal(payload.begin(), payload.end(), schema_bytes_.begin()))
       return {};
@@ -359,7 +361,7 @@ Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
   if (!extras) return wrong(extras.error().detail, extras.error().code);
   for (const Extra& extra : *extras) file_.take_from_budget(bytes_of(extra));
   stream_bytes_["extras"] += payload.size();
-  extras_ = std::move(*extras);  // all extras of the previous chunk have been taken
+  extras_ = std::move(*extras);  // the caller has taken all extras of the previous chunk
   next_extra_ = 0;
   return {};
 }

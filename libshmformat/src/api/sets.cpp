@@ -18,8 +18,8 @@ namespace {
 
 using Kind = MeshSet::Kind;
 
-// Size in bytes of the parts into which long lists are cut. Long lists are cut since the values of
-// an extra are packed together and must be in memory at the same time.
+// Maximum size in bytes of one part of a list. The values of an extra are packed together and must
+// be in memory at the same time. Longer lists are therefore stored in several extras.
 constexpr std::size_t kPartBytes = std::size_t{16} << 20;
 
 constexpr std::array<std::string_view, 3> kFolders{"mesh/node_set/", "mesh/side_set/",
@@ -42,7 +42,7 @@ struct Key {
   Kind kind = Kind::nodes;
   std::uint64_t number = 0;
   std::string_view field;
-  std::uint64_t part = 0;  // number of this part of a list that is stored in several extras
+  std::uint64_t part = 0;  // number of this part, if the list is stored in several extras
 };
 
 std::optional<Key> parse(std::string_view key) {
@@ -68,8 +68,8 @@ std::optional<Key> parse(std::string_view key) {
   return parsed;
 }
 
-// Extras of one set, by field. If a list is stored in several parts, the list ends before the first
-// missing part.
+// Extras of one set, sorted by field. If parts of a list are missing, only the parts before the
+// first missing part are used.
 class Folder {
  public:
   Folder(std::span<const Extra> extras, const SetPlace& place) : place_(place) {
@@ -113,9 +113,9 @@ T value_at(const Extra& extra, std::size_t index) {
   return value;
 }
 
-// Returns the integers of a field. Integers must have 32 or 64 bits and be at least `least`. Unless
-// they are negative, they must be less than `end`. Their kind of reference must be `refers`. Errors
-// state the field.
+// Returns the integers of a field. Integers must have 32 or 64 bits and be at least `least`.
+// Non-negative integers must be less than `end`. The extra's kind of reference must be `refers`.
+// The errors name the field.
 template <class T>
 Result<std::vector<T>> integers(const Folder& folder, std::string_view field, Reference refers,
                                 std::int64_t least, std::uint64_t end) {
@@ -143,7 +143,7 @@ Result<std::vector<T>> integers(const Folder& folder, std::string_view field, Re
 Result<std::vector<double>> factors(const Folder& folder) {
   if (!folder.whole(kFactors)) return folder.error(kFactors, "a part of the list is missing");
   std::vector<double> values;
-  bool any_other = false;  // true: at least one factor is not 1
+  bool any_other = false;  // true if at least one factor is not 1
   for (const Extra* part : folder.parts(kFactors)) {
     const bool narrow = part->type == ScalarType::float32;
     const std::size_t width = narrow ? 4 : 8;

@@ -30,7 +30,7 @@ struct SegmentMesh {
   }
 
   StepTopology topology;
-  // Elements of arrays; created when the topology has all groups.
+  // Elements of arrays in the segment. Created as soon as the topology contains all groups.
   std::optional<StepElements> elements;
 };
 
@@ -40,7 +40,7 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
  public:
   explicit Impl(std::shared_ptr<IndexedFile> file) : file_(std::move(file)) {}
 
-  /// Opens the index of steps. Must hold: the file is open.
+  /// Opens the index of steps. Precondition: the file is open.
   Result<void> open();
   const IndexedFile& file() const { return *file_; }
   const StepIndex& index() const { return index_; }
@@ -70,17 +70,17 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   StepIndex index_;
   std::vector<double> times_;
   StepReference most_ = StepReference::nothing;
-  CellBytes cell_bytes_;  // list shared by the topologies of all segments
+  CellBytes cell_bytes_;  // size of a cell's data, by block
   CoverNumbers covers_;
-  std::map<std::size_t, SegmentMesh> meshes_;  // mesh of each segment that is in memory
-  std::size_t kept_bytes_ = 0;                 // memory in bytes of all meshes except mesh_
-  // Values that are stored between requests, by array and segment.
+  std::map<std::size_t, SegmentMesh> meshes_;  // meshes in memory, by segment
+  std::size_t kept_bytes_ = 0;                 // bytes used by all of meshes_ except mesh_
+  // Values stored from one request to the next, by array and segment.
   std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;
 
   // State of the current request.
   StepRequest request_;
   std::size_t wanted_ = 0;  // index of the requested step among the steps of the array
-  // Current segment, and end of the range of segments to read.
+  // Index of the current segment, and end of the range of segments to read.
   std::size_t segment_ = 0, end_segment_ = 0;
   std::optional<SegmentSteps> steps_;  // reader of the steps of the current segment
   SegmentMesh* mesh_ = nullptr;        // mesh of the current segment; null if it is not needed
@@ -135,7 +135,8 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
   return {};
 }
 
-/// Announces to the source which chunks of step values will be read, at most kMostRanges chunks.
+/// Announces to the source the chunks of step values that will be read, at most kMostRanges of
+/// them.
 void StepReader::Impl::prefetch_parts() {
   constexpr std::size_t kMostRanges = 1 << 14;
   const auto& steps = index_.steps(request_.array);
@@ -171,8 +172,8 @@ Result<StepValues*> StepReader::Impl::next() {
   return nullptr;
 }
 
-/// Moves to the next segment that has elements of the array, beginning with the current segment.
-/// Returns false if no such segment exists.
+/// Searches for a segment that has elements of the array, from the current segment on, and makes it
+/// the current segment. Returns false if no such segment exists.
 bool StepReader::Impl::find_segment() {
   const auto parts = index_.parts(index_.steps(request_.array)[wanted_],
                                   file_->first_group(segment_), file_->first_group(end_segment_));

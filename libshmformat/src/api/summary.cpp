@@ -1,5 +1,5 @@
-// Summary: computes the totals that a Reader counts, but from the headers of chunks, without
-// decoding.
+// Summary: computes the totals of a file from the headers of its chunks, without decoding. A Reader
+// counts the same totals while it decodes.
 #include "shm/summary.h"
 
 #include <algorithm>
@@ -146,7 +146,8 @@ Result<void> Summarizer::take_codec(std::size_t group, container::Codec codec) {
         ErrorCode::unsupported);
   ConnectivityCodec& of_segment = totals_.segment_connectivity[file_.groups()[group].segment];
   if (of_segment != ConnectivityCodec::automatic && of_segment != known->name)
-    return wrong_group(group, "connectivity: another codec than before in this segment");
+    return wrong_group(
+        group, "connectivity: its codec differs from that of earlier groups in this segment");
   of_segment = known->name;
   return {};
 }
@@ -203,7 +204,7 @@ Result<void> Summarizer::finish() {
   return steps ? Result<void>() : Result<void>(steps.error());
 }
 
-/// Checks version and features of the file before its first chunk is read.
+/// Checks the version and the features of the file before its first chunk is read.
 Result<void> check_start(RandomSource& source, const ReadLimits& limits) {
   std::vector<std::byte> start(
       static_cast<std::size_t>(std::min<std::uint64_t>(source.size(), container::kFileStartBytes)));
@@ -222,7 +223,8 @@ Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits) {
   const auto bytes = container::bytes_of_file(source);
   if (!bytes) return bytes.error();
   SectionSource file(source, 0, *bytes);
-  ReadLimits of_heads = limits;  // limits for reading only headers, since nothing is decoded
+  // Limits for reading headers. The size of the mesh is not limited, since it is not decoded.
+  ReadLimits of_heads = limits;
   of_heads.max_vertices = of_heads.max_cells = ReadLimits().max_cells;
   auto summary = Summarizer(file, of_heads).run();
   if (summary) summary->totals.trailing_bytes = source.size() - *bytes;

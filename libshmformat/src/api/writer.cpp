@@ -1,5 +1,5 @@
-// Writer: passes the mesh to the mesh encoder. Passes the groups that the mesh encoder returns, the
-// step values and the extras to the FileWriter.
+// Writer: passes the mesh to the mesh encoder. To the FileWriter it passes step values, extras, and
+// the groups that the mesh encoder returns.
 #include "shm/writer.h"
 
 #include <algorithm>
@@ -109,8 +109,9 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   Result<void> set_step_times(std::span<const double> times) { return file_.set_step_times(times); }
   Result<void> add_extra(const Extra& extra) {
     if (auto status = FileWriter::check(extra); !status) return status;
-    if (!mesh_ended_)  // only earlier calls may determine the position of the extra among the
-                       // groups
+    // Write all complete groups first: the extra's position among the groups must depend only on
+    // earlier calls, not on the speed of threads.
+    if (!mesh_ended_)
       if (auto status = mesh_.catch_up(); !status) return status;
     return file_.add_extra(extra);
   }

@@ -14,7 +14,8 @@ ReadLimits within_sizes(ReadLimits limits) {
     for (std::uint64_t* limit : {&limits.max_chunk_bytes, &limits.max_group_bytes,
                                  &limits.max_extra_bytes, &limits.max_unpacked_bytes})
       *limit = std::min(*limit, kMostBytes);
-    // The decoder needs about 100 bytes per active vertex.
+    // The decoder needs about 100 bytes per active vertex. With this limit, all active vertices
+    // need at most about 1.6 GiB.
     limits.max_active_vertices =
         std::min<std::uint64_t>(limits.max_active_vertices, std::uint64_t{1} << 24);
   }

@@ -20,11 +20,11 @@ namespace shm {
 
 struct ReadLimits;
 
-// Counts in the format have 64 bits, but sizes in memory have only 32 bits on some machines. Every
-// number read from a file is checked against the reader's limits before it is converted to a size.
-// within_sizes() restricts these limits to the range of std::size_t.
+// Counts in the format have 64 bits, but sizes in memory have only 32 bits on some machines. Before
+// a number from a file is converted to std::size_t, it is checked against the reader's limits.
+// within_sizes() ensures that these limits do not exceed the range of std::size_t.
 
-/// Returns the number as a size, or the largest possible size if the number is larger.
+/// Converts the number to std::size_t. Returns the largest std::size_t if the number is larger.
 inline std::size_t to_size(std::uint64_t number) {
   return static_cast<std::size_t>(
       std::min<std::uint64_t>(number, std::numeric_limits<std::size_t>::max()));
@@ -35,8 +35,8 @@ constexpr std::uint64_t limit_with(std::uint64_t limit, std::uint64_t each, std:
   return bytes > (kAll - limit) / each ? kAll : limit + each * bytes;
 }
 /// Returns the limits unchanged if sizes have 64 bits. If sizes have 32 bits, reduces each limit on
-/// bytes to at most 1 GiB. Data that needs more memory then fails with over_limit, even if the
-/// caller allows more.
+/// bytes to at most 1 GiB. Data that needs more memory is then refused with ErrorCode::over_limit,
+/// even if the caller allows more.
 ReadLimits within_sizes(ReadLimits limits);
 
 static_assert(std::endian::native == std::endian::little ||
@@ -153,8 +153,8 @@ class ByteReader {
   std::size_t left() const { return bytes_.size() - at_; }
   std::size_t position() const { return at_; }
   bool ok() const { return ok_; }
-  /// Reads a count of items. Fails if the remaining bytes are too few for that number of items of
-  /// at least `bytes_each` bytes.
+  /// Reads a count of items. Each item needs at least `bytes_each` bytes. Fails if the remaining
+  /// bytes are too few for all items.
   std::uint64_t get_count(std::size_t bytes_each) {
     const std::uint64_t count = get_varint();
     if (count > left() / bytes_each) {

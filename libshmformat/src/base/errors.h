@@ -1,6 +1,6 @@
-// Functions that make errors, one function for each common error code. An Error with a variable
-// code, with a path, or with the code io or output is written as an aggregate: Error{code, detail,
-// section, offset}, Error{.code = code, ...}.
+// Functions that make errors, one for each common error code. To make an error with a variable
+// code, with a path, or with the code io or output, write an aggregate instead: Error{code, detail,
+// section, offset} or Error{.code = code, ...}.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,8 @@ inline Error over_limit(std::string detail, std::string section = {},
   return {ErrorCode::over_limit, std::move(detail), std::move(section), offset};
 }
 
-/// Returns an error about a wrong call. `section` is the name of the function or argument; in other
-/// errors `section` is the name of a part of the file.
+/// Returns an error about a wrong call. `section` is the name of the function or argument. (In all
+/// other errors, `section` is the name of a part of the file.)
 inline Error misuse(std::string detail, std::string section = {}) {
   return {ErrorCode::misuse, std::move(detail), std::move(section)};
 }

@@ -1,7 +1,7 @@
-// Maps from 64-bit numbers, which files choose, to 32-bit slots.
-//   Scatter     computes the position of a number in a hash table
-//   IdMap       map for unrelated numbers
-//   NumberMap   map for numbers that are removed after a while and are often consecutive
+// Maps from arbitrary 64-bit numbers, which come from files, to 32-bit slots.
+// - Scatter: computes the position of a number in a hash table.
+// - IdMap: a map for unrelated numbers.
+// - NumberMap: a map for numbers that are often consecutive and are removed after a while.
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@ class Scatter {
   Scatter()
       : seed_(static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(this)) * kFirstFactor) {}
 
-  /// Returns a hash value of 32 well mixed bits. The caller uses only the lowest bits that it
-  /// needs.
+  /// Returns a 32-bit hash value whose bits are well mixed, so that the caller may use only its
+  /// lowest bits.
   std::uint64_t operator()(std::uint64_t number) const {
     std::uint64_t x = (number ^ seed_) * kFirstFactor;
     x = (x ^ x >> 32) * kSecondFactor;
@@ -49,19 +49,19 @@ class IdMap {
       if (entries_[i].id == id) return entries_[i].slot;
     }
   }
-  /// Inserts `id`. Must hold: `id` is absent, `slot` is not kNone.
+  /// Inserts `id`. Precondition: `id` is absent, `slot` is not kNone.
   void insert(std::uint64_t id, std::uint32_t slot) {
     if ((count_ + 1) * 2 > entries_.size()) grow();
     place({id, slot});
     ++count_;
   }
-  /// Removes `id`. Must hold: `id` is present.
+  /// Removes `id`. Precondition: `id` is present.
   void erase(std::uint64_t id) {
     std::size_t hole = home(id);
     while (entries_[hole].id != id || entries_[hole].slot == kNone) hole = (hole + 1) & mask();
     for (std::size_t i = (hole + 1) & mask(); entries_[i].slot != kNone; i = (i + 1) & mask()) {
-      // An entry may fill the hole unless its home position is between the hole and the entry
-      // itself.
+      // An entry may be moved into the hole unless its home position is between the hole and the
+      // entry.
       if (((i - home(entries_[i].id)) & mask()) < ((i - hole) & mask())) continue;
       entries_[hole] = entries_[i];
       hole = i;
@@ -101,8 +101,8 @@ class IdMap {
 
 /// Map that stores numbers in lines of sixteen consecutive numbers. Each line is a separate cache
 /// line, so that consecutive numbers are stored next to each other. The IdMap has one entry per
-/// line instead of one per number. An isolated number needs about 90 bytes, a number in a run about
-/// 6.
+/// line instead of one per number. An isolated number needs about 90 bytes. If all numbers of a
+/// line are present, each needs about 6 bytes.
 class NumberMap {
  public:
   /// Returns the slot of `number`, or kNone if `number` is absent.
@@ -110,8 +110,8 @@ class NumberMap {
     const std::uint32_t line = find_line(number);
     return line == kNone ? kNone : lines_[line].slot[number % kLine];
   }
-  /// Inserts `number`. If `number` is present, returns false and changes nothing. Must hold: `slot`
-  /// is not kNone.
+  /// Inserts `number`. If `number` is present, returns false and changes nothing. Precondition:
+  /// `slot` is not kNone.
   bool insert(std::uint64_t number, std::uint32_t slot) {
     std::uint32_t line = find_line(number);
     if (line == kNone) line = add_line(number);
@@ -121,7 +121,7 @@ class NumberMap {
     ++counts_[line];
     return true;
   }
-  /// Removes `number`. Must hold: `number` is present.
+  /// Removes `number`. Precondition: `number` is present.
   void erase(std::uint64_t number) {
     const std::uint32_t line = find_line(number);
     lines_[line].slot[number % kLine] = kNone;
@@ -142,7 +142,7 @@ class NumberMap {
     std::array<std::uint32_t, kLine> slot{};
   };
 
-  /// Result of an earlier search for a line of numbers.
+  /// Cached result of an earlier search for a line of numbers.
   struct Found {
     std::uint64_t number = 0;
     std::uint32_t line = kNone;
@@ -176,7 +176,7 @@ class NumberMap {
   std::vector<std::uint8_t> counts_;  // number of numbers present in each line
   std::vector<std::uint32_t> free_;
   static constexpr std::size_t kFound = 64;
-  // Recent search results: the cells of a row need the same few lines.
+  // Cache of recent search results, since consecutive cells of a row use the same few lines.
   mutable std::array<Found, kFound> found_{};
 };
 

@@ -1,16 +1,16 @@
-// OrderedTasks: runs several tasks at the same time and returns their outputs as if each task had
-// begun after the end of the previous task. The caller passes inputs to the newest task, and
-// receives the outputs of all tasks, task after task. Two limits restrict the memory: one for
-// inputs that wait for their task, one for outputs that wait for the caller.
+// OrderedTasks: runs several tasks at the same time, but returns their outputs in order, as if the
+// tasks had run one after the other. The caller passes inputs to the newest task, and receives
+// first all outputs of the oldest task, then those of the next task, and so on. Two limits restrict
+// the memory: one for inputs that wait for their task, one for outputs that wait for the caller.
 //
 // A single thread, the caller's thread, begins tasks, passes inputs and takes outputs. The inputs
 // of one task are processed one at a time. Starting threads takes as long as coding a small mesh.
-// While there is only one task with few inputs, next() therefore does the work in the caller's
-// thread. It also does so if the system cannot start threads.
+// As long as there is only one task with few inputs, next() therefore does the work in the caller's
+// thread, without threads. It does the same if the system cannot start threads.
 //
 // Outputs depend only on the inputs, not on the number of threads. If a task throws (in this
-// library only std::bad_alloc), next() rethrows the exception in the caller's thread when the turn
-// of that task has come.
+// library only std::bad_alloc), next() rethrows the exception in the caller's thread, after all
+// outputs of earlier tasks.
 #pragma once
 
 #include <algorithm>
@@ -44,11 +44,12 @@ class OrderedTasks {
   };
 
   struct Limits {
-    /// Limits in bytes on waiting inputs and outputs, not counting those in progress.
+    /// Limits in bytes for waiting inputs and for waiting outputs. Inputs and outputs that a thread
+    /// is processing do not count.
     std::size_t in = 0, out = 0;
 
-    /// Number of bytes of inputs after which threads are started. A second task that begins while
-    /// an earlier one is unfinished also starts the threads.
+    /// Threads are started when the inputs exceed this number of bytes, or when a second task
+    /// begins while an earlier task is unfinished.
     std::size_t alone = 0;
   };
   /// Uses at most `threads` threads.
@@ -96,7 +97,7 @@ class OrderedTasks {
     }
     wake_workers_.notify_all();
   }
-  /// Returns a used input whose memory can be filled again, or a new input if none exists.
+  /// Returns an input object whose memory can be reused, or a new object if there is none.
   In spare() {
     const std::lock_guard lock(mutex_);
     if (spares_.empty()) return In();
@@ -109,7 +110,7 @@ class OrderedTasks {
     const std::lock_guard lock(mutex_);
     return in_bytes_ < limits_.in;
   }
-  /// Returns true if no task has work left and next() would return nothing.
+  /// Returns true if no task has work left and no output is waiting for the caller.
   bool is_idle() {
     const std::lock_guard lock(mutex_);
     return !has_output() && !is_under_way();
@@ -162,7 +163,9 @@ class OrderedTasks {
   bool has_output() {
     while (!jobs_.empty() && jobs_.front().is_done()) {
       jobs_.pop_front();
-      wake_workers_.notify_all();  // another task is now the first task, and may therefore continue
+      // Another task is now the first task, which may continue even if the outputs exceed their
+      // limit.
+      wake_workers_.notify_all();
     }
     return !jobs_.empty() && (!jobs_.front().outputs.empty() || jobs_.front().failed());
   }
@@ -237,14 +240,17 @@ class OrderedTasks {
 
   unsigned wanted_;
   Limits limits_;
-  std::size_t pushed_ = 0;  // total size in bytes of all inputs so far, at most limits_.alone
+  // Total size in bytes of all inputs so far; not counted beyond limits_.alone.
+  std::size_t pushed_ = 0;
   mutable Mutex mutex_;
   Condition wake_workers_, wake_caller_;
-  std::list<Job> jobs_;  // oldest job first; a list, since the addresses of jobs must not change
+  // Jobs in the order of their tasks; a list, since the addresses of jobs must not change.
+  std::list<Job> jobs_;
   std::vector<In> spares_;
   std::size_t in_bytes_ = 0, out_bytes_ = 0;
   bool stopping_ = false;
-  /// Threads; null until needed. This member must be the last, since its threads use all others.
+  /// Threads, or null until threads are needed. This must be the last member, since the threads use
+  /// all other members.
   std::unique_ptr<Workers> workers_;
 };
 

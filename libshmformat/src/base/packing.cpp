@@ -15,7 +15,7 @@
 namespace shm {
 namespace {
 
-/// Codes of the methods of packed blobs, as stored in the file.
+/// Method codes of packed blobs, as stored in the file.
 constexpr std::uint8_t kRaw = 0, kFrame = 1, kPlanes = 2, kWithDictionary = 3;
 /// Largest unpacked size in bytes of a blob that is packed with the dictionary. Larger blobs would
 /// hardly profit from the dictionary.
@@ -33,8 +33,8 @@ Context* made_by_zstd(Context* context) {
   if (context == nullptr) throw std::bad_alloc();
   return context;
 }
-/// Returns true if zstd failed for a reason other than lack of memory. Throws std::bad_alloc if
-/// memory ran out.
+/// Returns true if a call to zstd failed. If it failed because memory ran out, throws
+/// std::bad_alloc instead.
 bool zstd_failed(std::size_t result) {
   if (ZSTD_isError(result) == 0) return false;
   if (ZSTD_getErrorCode(result) == ZSTD_error_memory_allocation) throw std::bad_alloc();
@@ -77,9 +77,9 @@ std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level
 
 namespace {
 
-/// Sizes in bytes that decide how blobs are packed. Blobs of at least kPlanesFrom bytes mostly
-/// consist of numbers, so they are also tried as byte planes. Blobs above kQuickFrom bytes are
-/// packed at a lower compression level, which is several times faster.
+/// Size limits in bytes. Blobs of at least kPlanesFrom bytes mostly consist of numbers, so packing
+/// also tries byte planes. Blobs of more than kQuickFrom bytes are packed at a lower compression
+/// level, which is several times faster.
 constexpr std::size_t kPlanesFrom = std::size_t{1} << 16, kQuickFrom = std::size_t{1} << 20;
 
 /// Returns the blob in byte planes: bytes 0, width, 2 * width, ..., then bytes 1, width + 1, and so
@@ -93,7 +93,7 @@ std::vector<std::byte> in_planes(std::span<const std::byte> blob, std::size_t wi
   return planes;
 }
 
-/// Returns the number of byte planes with which a sample of the blob becomes smallest. 1 means that
+/// Returns the number of byte planes that packs a sample of the blob best. The result is 1 if
 /// planes do not help.
 std::size_t best_width(std::span<const std::byte> blob) {
   constexpr std::size_t kSample = std::size_t{1} << 18;
@@ -101,7 +101,7 @@ std::size_t best_width(std::span<const std::byte> blob) {
   const std::size_t size = std::min(blob.size(), kSample);
   const auto sample = blob.subspan((blob.size() - size) / 2, size);
   std::size_t best = 1, least = zstd_compress(sample, kLevel).size();
-  // Widths in bytes, for example of records of one to four numbers.
+  // Candidate widths in bytes, e.g. the sizes of records of one to four numbers.
   for (const std::size_t width : {4, 8, 12, 16, 24, 32}) {
     const std::size_t bytes = zstd_compress(in_planes(sample, width), kLevel).size();
     if (bytes >= least) continue;
@@ -117,9 +117,9 @@ struct Packed {
   std::vector<std::byte> bytes;
 };
 
-/// Memory that is reserved in advance for the digested dictionary. Allocating this memory is the
-/// only allocation whose failure zstd does not check. allocate() recognizes it by its size; all
-/// earlier allocations are smaller.
+/// Memory that is allocated in advance for the digested dictionary, since zstd does not check
+/// whether this one allocation fails. allocate() recognizes zstd's request for this memory by its
+/// size: all earlier requests are smaller.
 class DictionaryMemory {
  public:
   DictionaryMemory(std::size_t dictionary, int level)
@@ -232,8 +232,8 @@ void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packin
 
 namespace {
 
-// Bound below which the size that a frame states is trusted. If the stated size is at most
-// kTrustedBytes + kTrustedFactor times the input size, all memory is allocated in advance.
+// Limits below which the unpacked size that a frame states is trusted. If the stated size is at
+// most kTrustedBytes + kTrustedFactor times the input size, all memory is allocated in advance.
 // Otherwise the output grows piece by piece.
 constexpr std::uint64_t kTrustedFactor = 32, kTrustedBytes = std::uint64_t{1} << 17;
 
@@ -265,7 +265,8 @@ bool is_one_frame(std::span<const std::byte> bytes) {
   return (ByteReader(bytes).get_u32() & 0xfffffff0u) != ZSTD_MAGIC_SKIPPABLE_START;
 }
 
-/// Decompresses a frame whose stated size is not trusted. Memory grows with the actual output.
+/// Decompresses a frame whose stated size is not trusted. The memory needed grows with the actual
+/// output, not with the stated size.
 bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, std::uint64_t size,
                          std::vector<std::byte>& out) {
   ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};

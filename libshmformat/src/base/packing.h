@@ -24,8 +24,8 @@ enum class Packing {
             ///< packed size
 };
 /// Writes a packed blob. It consists of the method (one byte: 0 raw, 1 zstd, 2 zstd of planes, 3
-/// zstd with the dictionary), the unpacked length (not for method 3), the number of planes (only
-/// for method 2) and the bytes. A packed blob of n bytes never unpacks to more than
+/// zstd with the dictionary), the unpacked length (not with method 3), the number of planes (only
+/// with method 2) and the packed data. A packed blob of n bytes never unpacks to more than
 /// most_unpacked(n) bytes.
 void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing = Packing::plain);
 
@@ -44,8 +44,8 @@ class UnpackBudget {
   /// Sets the memory limit in bytes, `most`, which is ReadLimits::max_unpacked_bytes.
   explicit UnpackBudget(std::uint64_t most) : most_(most) {}
 
-  /// Returns the remaining budget in bytes. `file_bytes` is the size of the file, or the number of
-  /// bytes read so far if the size is unknown.
+  /// Returns the number of bytes that the reader may still use. `file_bytes` is the size of the
+  /// file, or the number of bytes read so far if the size is unknown.
   std::uint64_t left(std::uint64_t file_bytes) const {
     const std::uint64_t all = limit_with(most_, kMostUnpackedEach, file_bytes);
     return all - std::min(taken_, all);
@@ -76,8 +76,8 @@ class ZstdCompressor {
 std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level);
 
 /// Unpacks all remaining bytes of `in`. Returns nullopt if the bytes are damaged or unpack to more
-/// than `limit` bytes. Memory grows with the bytes that are really unpacked, not with the length
-/// stated in the header.
+/// than `limit` bytes. The memory needed grows with the number of bytes actually unpacked, not with
+/// the length stated in the blob.
 std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t limit);
 
 /// Returns the unpacked length that a blob states, without advancing the caller's reader.

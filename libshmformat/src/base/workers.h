@@ -17,7 +17,7 @@ class Workers {
   /// Starts up to `count` threads. Each thread calls `work` once. Starts fewer threads if the
   /// system refuses to start more, and none in a build without threads.
   Workers(unsigned count, const std::function<void()>& work);
-  /// Waits until all threads have ended. Must hold: each call of `work` returns soon without
+  /// Waits until all threads have ended. Precondition: each call to `work` returns soon without
   /// further action by the caller.
   ~Workers();
   Workers(const Workers&) = delete;

@@ -12,7 +12,8 @@
 namespace shm {
 namespace {
 
-// Upper bound of memory limits, which keeps the size of each list representable.
+// Larger memory limits are reduced to this value, so that the size in bytes of each list fits into
+// std::size_t.
 constexpr std::uint64_t kMostBytes = std::numeric_limits<std::size_t>::max() / 4;
 
 Error needs_more_than(std::uint64_t limit) {
@@ -77,7 +78,7 @@ Result<void> BoundarySearch::check_memory() {
       (free_vertices_.capacity() + free_cells_.capacity()) * sizeof(std::uint32_t);
   if (bytes + found_.memory() > max_bytes_ || found_.memory_of_sort() > max_bytes_)
     return needs_more_than(max_bytes_);
-  // The limits below are necessary because the indices of these lists have 32 bits.
+  // The lengths of these lists are limited too, because indices of the lists have 32 bits.
   if (vertices_.size() > kMost || sides_.size() > kMost || found_.vertices() > kMost ||
       found_.faces() > kMost)
     return needs_more_than(max_bytes_);
@@ -87,8 +88,7 @@ Result<void> BoundarySearch::check_memory() {
 Result<void> BoundarySearch::add(const MeshBlock& block) {
   if (auto status = check(block); !status) return status;
   for (CellColumn& column : cell_columns_) column.taken = 0;
-  // Vertices after the last cell of the block are not used by any cell of this block or of later
-  // blocks.
+  // The vertices of the block that come after its last cell are not used by any cell of the mesh.
   std::size_t vertex = 0;
   for (std::size_t c = 0; c < block.cell_count(); ++c) {
     const auto end = static_cast<std::size_t>(block.vertices_before_cell[c]);
@@ -164,8 +164,8 @@ Result<void> BoundarySearch::find_slots(std::span<const std::uint64_t> corners,
   return {};
 }
 
-/// Fills the record of the current cell. The record contains a value of each static array. For each
-/// stepped array it contains the index of the element that belongs to the cell.
+/// Fills the record of the current cell. The record contains the cell's value of each static array.
+/// For each stepped array it contains the index of the element that belongs to the cell.
 void BoundarySearch::read_cell_record(const MeshBlock& block, std::size_t c) {
   const auto& columns = found_.cell_layout().columns;
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -222,8 +222,8 @@ void BoundarySearch::add_solid(const CellForm& form) {
       add_triangle(k + 1, form.sides[k].at);
 }
 
-/// Returns true if the first three corners of a wedge are in counter-clockwise order, seen from
-/// outside.
+/// Returns true if the first three corners of a wedge are in counter-clockwise order when seen from
+/// outside the wedge.
 bool BoundarySearch::is_mirrored_wedge() const {
   std::array<std::array<double, 3>, 6> points{};
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -251,8 +251,8 @@ bool BoundarySearch::is_mirrored_wedge() const {
   return volume < 0;
 }
 
-// add_quad() and add_triangle() contain faster versions of least_cycle() for four or three distinct
-// vertices.
+// add_quad() and add_triangle() do not call least_cycle(): they contain faster versions of it for
+// four and three distinct vertices.
 
 void BoundarySearch::add_quad(std::uint32_t number, const std::array<std::uint8_t, 4>& corners) {
   const std::size_t low = ordinals_[corners[1]] < ordinals_[corners[0]] ? 1 : 0;
@@ -323,7 +323,8 @@ void BoundarySearch::add_odd_solid(const CellForm& form) {
   add_collected();
 }
 
-/// Adds the sides of a polyhedron. Returns false if the nodes of the cell do not list faces.
+/// Adds the sides of a polyhedron. Returns false if the node list of the cell is not a valid list
+/// of faces.
 bool BoundarySearch::add_polyhedron() {
   is_mirrored_ = false;
   collected_ = 0;
@@ -394,8 +395,8 @@ void BoundarySearch::add_collected(const Cycle& cycle) {
 
 // --- sides and vertices that are complete
 
-/// Finalizes a vertex. Called when no later cell uses the vertex. The sides that are stored at the
-/// vertex are then complete.
+/// Finalizes a vertex. Called when no later cell uses the vertex. No further cell can then share
+/// the sides that are stored under the vertex.
 void BoundarySearch::finalize(std::uint32_t slot) {
   if (vertices_[slot].is_finalized) return;  // the vertex occurs twice in the cell
   vertices_[slot].is_finalized = true;

@@ -23,13 +23,13 @@ namespace shm {
 
 class BoundarySearch {
  public:
-  /// Creates a search. `schema` is borrowed. Must hold: the schema has all requested arrays.
+  /// Creates a search. `schema` is borrowed. Precondition: the schema has all requested arrays.
   BoundarySearch(const Schema& schema, const BoundaryOptions& options);
 
-  /// Adds the next block. After an error, no other function may be called.
+  /// Adds the next block. After an error, do not call any function of the object.
   Result<void> add(const MeshBlock& block);
-  /// Ends the mesh. Must be called after the last block. Adds the sides that are still open to the
-  /// boundary, then sorts the surface.
+  /// Ends the mesh. Must be called after the last block. Adds to the boundary the sides that only
+  /// one cell has, then sorts the surface.
   Result<void> end_mesh();
   /// Return the number of sides that are stored for comparison with later cells, and the number of
   /// stored vertices.
@@ -43,8 +43,10 @@ class BoundarySearch {
  private:
   struct Vertex {
     std::uint64_t number = 0;
-    std::uint64_t ordinal = 0;  // number of vertices that were introduced before this vertex
-    // Number of occurrences in cycles of stored sides, plus 1 until the vertex is finalized.
+    // Number of vertices of the mesh that were introduced before this vertex.
+    std::uint64_t ordinal = 0;
+    // Number of occurrences of the vertex in the cycles of stored sides, plus 1 until the vertex is
+    // finalized.
     std::uint64_t holds = 1;
     // Index of the vertex in found_; kNone if found_ does not contain it yet.
     std::uint32_t place = kNone;
@@ -102,11 +104,12 @@ class BoundarySearch {
   const Schema* schema_;
   std::uint64_t max_bytes_;
   SurfaceBuilder found_;
-  // Form of the cells of each block whose cells have a fixed number of nodes.
+  // Form of the cells of each block (face, or solid with sides). Used for blocks whose cells have a
+  // fixed number of nodes.
   std::vector<CellForm> forms_;
-  std::vector<CellColumn> cell_columns_;  // state of each column of the cell layout
+  std::vector<CellColumn> cell_columns_;  // state of each array in a cell record
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
-  std::size_t unchecked_ = 0;  // number of nodes read since the last check of the memory
+  std::size_t unchecked_ = 0;  // number of nodes processed since the memory use was last checked
 
   NumberMap slots_;  // slots of live vertices, by vertex number
   std::vector<Vertex> vertices_;
@@ -120,11 +123,11 @@ class BoundarySearch {
   // Data of the current cell.
   Cell cell_;
   std::vector<std::byte> record_;
-  // Index of the cell in cells_; kNone until one of its sides is stored.
+  // Index of the current cell in cells_; kNone until a side of the cell is stored.
   std::uint32_t kept_as_ = kNone;
   std::vector<std::uint32_t> nodes_;         // vertex slots of the cell's nodes
   std::array<std::uint64_t, 8> ordinals_{};  // ordinals of the corners of a solid
-  bool is_mirrored_ = false;   // true: the sides of the cell are ordered as seen from inside
+  bool is_mirrored_ = false;   // true if the sides of the cell are ordered as seen from inside
   std::vector<Cycle> cycles_;  // sides of the cell; only the first collected_ entries are valid
   std::size_t collected_ = 0;
 };

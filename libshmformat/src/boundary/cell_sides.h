@@ -1,5 +1,5 @@
-// Cell forms: describe the role of a cell in a boundary. A cell is either itself a face, or a solid
-// with sides. Sides are numbered as in side sets.
+// Cell forms. The form of a cell determines its role in a boundary: the cell is either itself a
+// face, or a solid with sides. Sides are numbered as in side sets.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ CellForm form_of(CellShape shape, std::uint64_t nodes);
 
 /// Calls visit(first, size) for each face of a polyhedron. The nodes of the face are nodes[first],
 /// ..., nodes[first + size - 1]; nodes[first + size] repeats nodes[first]. Returns false if the
-/// nodes do not have this form.
+/// node list does not have this form.
 template <class Visit>
 bool for_each_face(std::span<const std::uint32_t> nodes, Visit&& visit) {
   for (std::size_t first = 0; first < nodes.size();) {

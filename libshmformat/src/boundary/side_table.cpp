@@ -7,8 +7,9 @@ namespace shm {
 
 namespace {
 
-/// Returns the start of the lexicographically least rotation of `keys`. The function is Booth's
-/// algorithm without its table: it compares two candidates with each other.
+/// Returns the start of the lexicographically least rotation of `keys`. Like Booth's algorithm, the
+/// function needs linear time, but it needs no table: it compares two candidate rotations at a
+/// time.
 std::size_t least_rotation(std::span<const std::uint64_t> keys) {
   const std::size_t size = keys.size();
   std::size_t a = 0, b = 1, same = 0;

@@ -1,9 +1,9 @@
 // SideTable: stores sides of volume cells that another cell may share. A side is a cycle of vertex
-// slots, in either direction. The table stores each side under the first vertex of its cycle, where
-// the side "hangs". least_cycle() chooses the same first vertex for every cell that has the side.
-// The side stays in the table until take() is called for that vertex, so that a third cell with the
-// same side finds the side, too. If many sides hang at one vertex, a hash table finds them, so that
-// no file can make searches long.
+// slots, in either direction. The table stores each side under the first vertex of its cycle; in
+// the code, the side "hangs" at this vertex. least_cycle() chooses the same first vertex for every
+// cell that has the side. The side stays in the table until take() is called for that vertex, so
+// that a third cell with the same side finds the side, too. If many sides hang at one vertex, they
+// are stored in a hash table, so that a hostile file cannot make searches slow.
 #pragma once
 
 #include <array>
@@ -25,17 +25,17 @@ class SideTable {
     std::uint32_t cell = kNone;  ///< record of the first cell that has the side
 
     /// Vertices after the first vertex: two for a triangle, three for a quadrilateral. If the cycle
-    /// is longer or repeats a vertex, this array contains kNone and the index in long_.
+    /// is longer or repeats a vertex, this array contains kNone and the index of the cycle in
+    /// long_.
     std::array<std::uint32_t, 3> rest{kNone, kNone, kNone};
     std::uint16_t number = 0;  ///< number of the side within its cell
-    bool is_reversed = false;  ///< true: the cycle goes clockwise, seen from outside
+    bool is_reversed = false;  ///< true if the cycle is clockwise when seen from outside
     bool is_shared = false;    ///< true: a second cell has the side
   };
   using Rest = std::array<std::uint32_t, 3>;
 
   /// Returns the side whose cycle is `first` followed by `rest` (with kNone at the end for a
-  /// triangle), or null if no such side exists. The pointer is valid until the next call of
-  /// add().
+  /// triangle), or null if no such side exists. The pointer is valid until the next call to add().
   Side* find(std::uint32_t first, const Rest& rest) {
     if (first >= hung_.size()) return nullptr;
     for (std::uint32_t i = hung_[first].first; i != kNone; i = sides_[i].next)
@@ -45,7 +45,7 @@ class SideTable {
   /// Returns the side with this cycle, which may have any length, or null if no such side exists.
   Side* find_long(std::span<const std::uint32_t> cycle);
 
-  /// Adds a side. Must hold: find() returned null for this side.
+  /// Adds a side. Precondition: find() returned null for this side.
   Side& add(std::uint32_t first, const Rest& rest) {
     const std::uint32_t side = new_side();
     sides_[side].rest = rest;
@@ -53,8 +53,8 @@ class SideTable {
   }
   Side& add_long(std::span<const std::uint32_t> cycle);
 
-  /// Calls visit(side, cycle) for all sides that hang at a vertex, and removes these sides. The
-  /// cycle is valid during the call. `visit` must not use the table.
+  /// Calls visit(side, cycle) for all sides that hang at a vertex (are stored under it), and
+  /// removes these sides. The cycle is valid during the call. `visit` must not use the table.
   template <class Visit>
   void take(std::uint32_t first, Visit&& visit) {
     if (first >= hung_.size()) return;
@@ -72,18 +72,19 @@ class SideTable {
   }
 
   std::size_t size() const { return sides_.size() - free_.size(); }
-  /// Returns one more than the largest slot at which a side may hang.
+  /// Returns an upper bound on the slots at which sides hang (are stored): the largest such slot is
+  /// less than the result.
   std::uint32_t slots() const { return static_cast<std::uint32_t>(hung_.size()); }
-  /// Returns the memory of the table in bytes.
+  /// Returns the number of bytes of memory that the table uses.
   std::uint64_t memory() const;
 
  private:
-  /// Largest number of sides at a vertex that are stored in a list and searched one by one. Further
-  /// sides at the vertex are hashed.
+  /// Maximum number of sides at a vertex that are stored in a list, which is searched linearly.
+  /// Further sides at the vertex are stored in a hash table.
   static constexpr std::uint32_t kMostListed = 32;
   struct Hung {
     std::uint32_t first = kNone, more = kNone;
-    std::uint32_t listed = 0;  // length of the list that begins with `first`
+    std::uint32_t listed = 0;  // number of sides in the list that begins with `first`
   };
   /// List links of a hashed side.
   struct Link {
@@ -109,15 +110,15 @@ class SideTable {
   void add_hash(std::uint32_t side);
   void forget_hash(std::uint32_t first, std::uint32_t side);
 
-  std::vector<Hung> hung_;  // sides at each vertex slot
+  std::vector<Hung> hung_;  // sides stored under each vertex slot
   std::vector<Side> sides_;
   std::vector<std::uint32_t> free_;
   std::vector<std::vector<std::uint32_t>> long_;
   std::vector<std::uint32_t> free_long_;
   std::uint64_t long_bytes_ = 0;
-  // First side of each chain of hashed sides; the number of chains is a power of two.
+  // First side of each chain of the hash table. The number of chains is a power of two.
   std::vector<std::uint32_t> heads_;
-  std::vector<Link> links_;  // links of each hashed side, by index of the side
+  std::vector<Link> links_;  // links of the sides in the hash table, by index of the side
   std::size_t hashed_ = 0;
   Scatter scatter_;
   std::array<std::uint32_t, 4> short_{};  // cycle that take() passes to visit()

@@ -1,5 +1,5 @@
-// SurfaceBuilder: collects the boundary surface. The caller adds vertices and faces in any order,
-// with their values. At the end, they are sorted into coding order.
+// SurfaceBuilder: collects the boundary surface. The caller adds vertices and faces with their
+// values, in any order. At the end, the builder sorts them into coding order.
 #pragma once
 
 #include <cstddef>
@@ -21,27 +21,28 @@ struct RecordLayout {
     /// Position and size in bytes of the column within the record.
     std::size_t offset = 0, bytes = 0;
 
-    /// True for a stepped cell array. The record then contains mark_of() the cell (64 bits) instead
-    /// of a value, because values are read later.
+    /// True for a stepped cell array. Its values are read later. Until then the record contains a
+    /// mark of the cell (64 bits, see mark_of()) instead of a value.
     bool is_mark = false;
   };
   std::vector<Column> columns;
   std::size_t bytes = 0;
 };
 
-/// Returns the bytes of an element that has no value: NaN for floating-point types, 0 for integers.
+/// Returns the bytes that represent a missing value: NaN for floating-point types, 0 for integers.
 std::vector<std::byte> no_value(const ArrayInfo& info);
 
 class SurfaceBuilder {
  public:
-  /// Returns a 64-bit mark of a cell for a stepped array. The mark contains the index of the cell's
-  /// element. If the array does not cover the cell, the mark contains the index of the next
-  /// element. Marks of cells ascend in coding order.
+  /// Returns a 64-bit mark that shows which value of a stepped array belongs to a cell. The mark
+  /// contains the index of the cell's element in the array. If the array does not cover the cell,
+  /// the mark contains the index of the next element. In coding order, the marks of the cells are
+  /// ascending.
   static constexpr std::uint64_t mark_of(std::uint64_t element, bool is_covered) {
     return element * 2 + (is_covered ? 1 : 0);
   }
 
-  /// Creates a builder. `schema` is borrowed. Must hold: the schema has all requested arrays.
+  /// Creates a builder. `schema` is borrowed. Precondition: the schema has all requested arrays.
   SurfaceBuilder(const Schema& schema, std::vector<BoundaryArray> arrays);
 
   /// Returns the layout of vertex records: coordinates, then static point arrays.
@@ -49,8 +50,8 @@ class SurfaceBuilder {
   /// Returns the layout of cell records, which contain the cell arrays.
   const RecordLayout& cell_layout() const { return cell_layout_; }
 
-  /// Adds a vertex and returns its index. `record` has the layout vertex_layout(). Must hold: there
-  /// are fewer than 2^32 - 1 vertices.
+  /// Adds a vertex and returns its index. `record` has the layout vertex_layout(). Precondition:
+  /// fewer than 2^32 - 1 vertices have been added.
   std::uint32_t add_vertex(std::uint64_t number, std::uint64_t ordinal, const std::byte* record);
   struct Cell {
     std::uint64_t position = 0;  ///< position of the cell in coding order
@@ -60,8 +61,8 @@ class SurfaceBuilder {
   };
   /// Adds a corner of the next face. `place` is the index of the corner's vertex.
   void add_corner(std::uint32_t place) { push_tightly(surface_.corners, place); }
-  /// Adds a face whose corners have been added before. `side` is the number of the side, or 0 if
-  /// the cell itself is the face.
+  /// Adds a face. Its corners are those that have been added since the previous face. `side` is the
+  /// number of the side, or 0 if the cell itself is the face.
   void add_face(const Cell& cell, std::uint32_t side);
 
   std::size_t vertices() const { return surface_.vertex_numbers.size(); }
@@ -71,8 +72,8 @@ class SurfaceBuilder {
   /// Returns the maximum memory in bytes that sort() and later calls need.
   std::uint64_t memory_of_sort() const;
 
-  /// Sorts vertices into coding order, and faces by cell and side. Then adds an element without a
-  /// value to each stepped array, for each vertex or face.
+  /// Sorts vertices into coding order, and faces by cell and side. Then fills each stepped array
+  /// with missing values, one per vertex or face.
   void sort();
 
   // The functions below must be called after sort().
@@ -81,7 +82,8 @@ class SurfaceBuilder {
   /// coding order.
   void fill(std::uint32_t array, std::uint64_t step, std::uint64_t first,
             std::span<const std::byte> values);
-  /// Stores values of a stepped array at a step, for the vertices or cells with these numbers.
+  /// Stores values of a stepped array at a step, for the vertices or cells whose numbers are
+  /// passed.
   void fill(std::uint32_t array, std::uint64_t step, std::span<const std::uint64_t> numbers,
             std::span<const std::byte> values);
   /// Returns the index in arrays() of a stepped array that has elements but no values yet. Returns
@@ -112,11 +114,11 @@ class SurfaceBuilder {
   RecordLayout vertex_layout_, cell_layout_;
   std::size_t xyz_bytes_;
 
-  // Boundary surface; until sort(), face_begin lacks its first element, 0.
+  // Boundary surface. Until sort() is called, the initial 0 of face_begin is missing.
   BoundarySurface surface_;
   std::vector<std::uint64_t> ordinals_;   // ordinal of each vertex
-  std::vector<std::uint64_t> positions_;  // position in coding order of the cell of each face
-  // Marks of the faces' cells, for each request for a stepped cell array.
+  std::vector<std::uint64_t> positions_;  // for each face, the position of its cell in coding order
+  // For each requested stepped cell array, the marks of the cells of all faces (see mark_of()).
   std::vector<std::vector<std::uint64_t>> marks_;
   std::vector<bool> filled_;  // true for each request whose values have been stored
   std::vector<std::uint32_t> vertices_by_number_, faces_by_number_;

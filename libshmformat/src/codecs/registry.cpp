@@ -24,7 +24,7 @@ using Family = CellCodec::Family;
 
 bool takes_all(const Schema& /*schema*/) { return true; }
 
-/// Returns the entry of a codec that encodes cells over an active surface.
+/// Returns the table entry of a codec that encodes cells over an active surface.
 constexpr CellCodec over_surface(ConnectivityCodec name, Codec id, std::string_view word) {
   return {name, id, word, Family::surface, 288, takes_all, {}};
 }
@@ -35,14 +35,13 @@ constexpr std::array<CellCodec, 6> kCellCodecs = {{
     over_surface(ConnectivityCodec::replay, Codec::replay, "replay"),
     over_surface(ConnectivityCodec::mixed, Codec::mixed, "mixed"),
     {ConnectivityCodec::shifts, Codec::shifts, "shifts", Family::shifts, 16, takes_shifts,
-     "cells of 1 to 64 nodes, no delay and stepped arrays of at most 32 components"},
+     "cells of 1 to 64 nodes, no delay buffer, and stepped arrays of at most 32 components"},
     {ConnectivityCodec::patterns, Codec::patterns, "patterns", Family::patterns, 72, takes_patterns,
-     "cells of 1 to 64 nodes and no delay"},
+     "cells of 1 to 64 nodes and no delay buffer"},
 }};
 
-/// Returns the entry of the group's codec. For a group without cells, or with a codec that this
-/// library does not know, returns the entry of a codec over an active surface, whose decoder
-/// reports the unknown codec.
+/// Returns the table entry for the codec of the group. If the group has no cells or an unknown
+/// codec, returns the first entry; the decoder of this entry reports the unknown codec.
 const CellCodec& entry_of(const container::GroupHeader& header) {
   const auto id = container::connectivity_of(header);
   const CellCodec* known = id ? find_codec(*id) : nullptr;

@@ -1,20 +1,18 @@
-// Mixing: computes the probability of a decision from several predictions. Each prediction is good
-// in different situations.
+// Mixing: computes the probability of a decision as a mix of several predictions, because no single
+// prediction is the best in all situations.
 //
-//   MixedBit     a decision in one context: an AdaptiveBit, and the last values of the decision
-//   about()      describes the next decisions by a question and by clues, which add details for
-//   which
-//                the contexts are too coarse. The coder also stores the path of the decisions since
+//   MixedBit     a decision in one context: an AdaptiveBit, and the most recent decisions
+//   about()      describes the next decisions by a question and by clues. A clue adds details that
+//                contexts do not include. The coder also stores the path of the decisions since
 //                this call, so that each bit of a number or a tree has separate predictions.
-//   predictions  AdaptiveBits: one by question and history, and one for each clue and the path,
-//   which
-//                is looked up by hash
+//   predictions  AdaptiveBits: one for the question and the history, and one for each clue. The
+//                latter are looked up by a hash of the clue and the path.
 //   mix          the weighted sum of stretch(p) = ln(p / (1 - p)) over all predictions p, converted
 //                back to a probability. Each question has separate weights. Every decision changes
 //                the weights so that better predictions get larger weights.
 //
-// The coder uses only integers, and nothing depends on addresses or memory layout. The results are
-// therefore the same on all machines.
+// The coder uses only integers, and its results do not depend on addresses or memory layout.
+// Therefore the results are the same on all machines.
 // spec: "Mixing"
 #pragma once
 
@@ -28,10 +26,10 @@
 
 namespace shm {
 
-/// A decision in one context, as coded by a MixingCoder.
+/// A decision in one context. MixingCoder codes it.
 struct MixedBit {
   AdaptiveBit adaptive;
-  // A leading 1 bit, then the last decisions, the newest in the lowest bit.
+  // A leading 1 bit, followed by the most recent decisions. The newest decision is the lowest bit.
   std::uint8_t history = 1;
 };
 
@@ -39,12 +37,12 @@ namespace mixing {
 
 inline constexpr std::uint32_t kHistoryBits = 6;
 inline constexpr std::uint32_t kMaxClues = 5;
-// Number of different depths of a path that have separate weights.
+// Number of depths that have separate weights. The depth of a decision is its position in the path.
 inline constexpr std::uint32_t kDepths = 4;
-// Log2 of the number of predictions that are stored by clue.
+// Binary logarithm of the number of predictions that are stored for clues.
 inline constexpr std::uint32_t kTableBits = 16;
-// Largest count of the predictions by clue. The limit is low, so that these predictions forget
-// fast.
+// Limit on the decision counts of the predictions for clues. The limit is low, so that these
+// predictions adapt fast.
 inline constexpr std::uint32_t kClueLimit = 30;
 inline constexpr std::int32_t kStretchLimit = 2839;  // largest value of stretch(): 256 ln 65535
 inline constexpr std::int32_t kBias = 256;           // constant input of the weighted sum
@@ -59,19 +57,20 @@ inline constexpr auto kSquash = [] {
     const std::uint64_t below = (std::uint64_t{1} << 40) + power;
     const std::uint64_t p = ((std::uint64_t{1} << 56) + below / 2) / below;
     entry = static_cast<std::uint16_t>(p > 65535 ? 65535 : p);
-    power = power * 16711808 >> 24;  // the factor is e^(-1 / 256) with 24 fractional bits
+    power = power * 16711808 >>
+            24;  // multiply by e^(-1 / 256), a fixed-point number with 24 fractional bits
   }
   return table;
 }();
-/// Converts x to a probability in units of 1/65536. Must hold: -kStretchLimit <= x <=
+/// Returns the probability squash(x) in units of 1/65536. Precondition: -kStretchLimit <= x <=
 /// kStretchLimit.
 constexpr std::uint32_t squash(std::int32_t x) {
   return x >= 0 ? kSquash[static_cast<std::size_t>(x)]
                 : 65536u - kSquash[static_cast<std::size_t>(-x)];
 }
 
-/// Table for stretch(). It contains the largest x with squash(x) <= 65536 - q, for each q below
-/// kNear, and for every 16th q from kNear on.
+/// Table for stretch(). For each q below kNear, and for every 16th q from kNear on, it contains the
+/// largest x with squash(x) <= 65536 - q.
 struct StretchTable {
   static constexpr std::uint32_t kNear = 2048;
   std::array<std::int16_t, kNear> near{};
@@ -89,14 +88,15 @@ inline constexpr StretchTable kStretch = [] {
     table.far[q] = find(q * 16);
   return table;
 }();
-/// Returns about 256 ln(p / (65536 - p)). Must hold: 0 < p < 65536.
+/// Returns about 256 ln(p / (65536 - p)). Precondition: 0 < p < 65536.
 constexpr std::int32_t stretch(std::uint32_t p) {
   const std::uint32_t q = p < 32768 ? p : 65536 - p;
   const std::int32_t x = q < StretchTable::kNear ? kStretch.near[q] : kStretch.far[q / 16];
   return p < 32768 ? -x : x;
 }
 
-/// Learning rate of the weights, by the number of decisions so far. The rate is high at first.
+/// Learning rate of the weights. The index is the number of decisions so far; the rate is high at
+/// first.
 inline constexpr auto kRate = [] {
   std::array<std::uint8_t, 160> rate{};
   for (std::uint32_t n = 0; n < rate.size(); ++n)
@@ -111,7 +111,7 @@ constexpr std::uint32_t hash(std::uint32_t h, std::uint32_t value) {
 
 }  // namespace mixing
 
-/// Combines several numbers into one clue, a 32-bit hash.
+/// Returns a clue: a 32-bit hash that combines several numbers.
 template <class... Numbers>
 constexpr std::uint32_t clue(Numbers... numbers) {
   std::uint32_t h = 0;
@@ -119,8 +119,8 @@ constexpr std::uint32_t clue(Numbers... numbers) {
   return h;
 }
 
-/// Codes MixedBits with an Engine, which is a RangeEncoder to which the coder writes, or a
-/// RangeDecoder from which it reads. use() may replace the engine at any time.
+/// Codes MixedBits with an engine. If the engine is a RangeEncoder, decisions are written to it; if
+/// it is a RangeDecoder, decisions are read from it. use() may replace the engine at any time.
 template <class Engine>
 class MixingCoder {
  public:
@@ -134,13 +134,15 @@ class MixingCoder {
         by_clue_(std::size_t{1} << mixing::kTableBits),
         checks_(by_clue_.size()) {}
 
-  /// Sets the engine, which is borrowed. Must be called before coding.
+  /// Sets the engine. The engine must stay valid as long as decisions are coded with it. Call this
+  /// function before coding.
   void use(Engine& engine) { engine_ = &engine; }
-  /// Returns the engine, for decisions that are coded without mixing. Must hold: use() has been
-  /// called.
+  /// Returns the engine, with which decisions can be coded without mixing. Precondition: use() has
+  /// been called.
   Engine& engine() { return *engine_; }
 
-  /// Describes the next decisions by a question and at most kMaxClues clues.
+  /// Describes the next decisions by a question, which selects the weights, and by up to kMaxClues
+  /// clues, which select predictions.
   template <class... Clues>
   void about(std::uint32_t question, Clues... clues) {
     static_assert(sizeof...(Clues) <= mixing::kMaxClues);
@@ -169,8 +171,8 @@ class MixingCoder {
     std::uint32_t count = 0;
   };
 
-  /// Returns the prediction with this hash from one of two slots of the table. If neither slot
-  /// contains the prediction, replaces the less used prediction of the two by a new one.
+  /// Returns the prediction with this hash. It is in one of two slots of the table. If neither slot
+  /// contains it, a new prediction takes the place of the prediction with the smaller count.
   AdaptiveBit& find(std::uint32_t hash) {
     std::uint32_t slot = hash >> (32 - mixing::kTableBits);
     const auto check = static_cast<std::uint8_t>(hash);
@@ -187,7 +189,7 @@ class MixingCoder {
   std::vector<Weights> weights_;         // weights by question and depth
   std::vector<AdaptiveBit> by_history_;  // predictions by question and history
   std::vector<AdaptiveBit> by_clue_;
-  std::vector<std::uint8_t> checks_;  // low bits of the hash of each entry of by_clue_
+  std::vector<std::uint8_t> checks_;  // for each entry of by_clue_: the low bits of its hash
 };
 
 template <class Engine>

@@ -1,6 +1,7 @@
-// Models of numbers and of choices among few symbols, composed of adaptive bits. Every call has the
-// form `code_x(coder, model, value)`. With a RangeEncoder, the call encodes `value`; with a
-// RangeDecoder, the call ignores `value`. In both cases it returns the coded value.
+// Models of numbers, and of choices among a few symbols. The models consist of adaptive bits. Every
+// call has the form `code_x(coder, model, value)`. If the coder is a RangeEncoder, the call encodes
+// `value`. If the coder is a RangeDecoder, the call ignores `value`. In both cases the call returns
+// the coded value.
 // spec: "Models"
 #pragma once
 
@@ -14,8 +15,8 @@
 
 namespace shm {
 
-/// Model of a symbol of kBits bits. The symbol is coded as a path through a binary tree, high bit
-/// first.
+/// Model of a symbol of kBits bits. The symbol is coded as a path through a binary tree, beginning
+/// with the highest bit.
 template <int kBits, class Bit = AdaptiveBit>
 struct TreeModel {
   std::array<Bit, std::size_t{1} << kBits> nodes;  // node 0 is unused
@@ -28,29 +29,30 @@ std::uint32_t code_tree(Coder& coder, TreeModel<kBits, Bit>& model, std::uint32_
   return node - (1u << kBits);
 }
 
-/// Model of a non-negative integer. It codes the bit length K (0..64), then the bits below the
-/// leading 1 bit. Each of these bits is modelled by its position, which suits numbers that repeat
-/// exactly.
+/// Model of a non-negative integer. The bit length K (0..64) is coded first, then the bits below
+/// the leading 1 bit. Each bit has a model that depends on its position. This suits numbers that
+/// repeat exactly.
 ///   value   0   1   2..3   4..7   8..15  ...
 ///   K       0   1     2      3      4
 template <class Bit>
 struct NumberModelOf {
   Bit zero;
   TreeModel<6, Bit> length;  // model of K - 1, where K is the bit length
-  // Models of the two bits after the leading 1 bit, by bit length K.
+  // Models of the two bits after the leading 1 bit; the first index is the bit length K minus 1.
   std::array<std::array<Bit, 4>, 64> first;
-  std::array<Bit, 64 * 63 / 2> rest;  // models of the further bits, by bit length K and position
+  std::array<Bit, 64 * 63 / 2> rest;  // models of the further bits, by bit length K and position of
+                                      // the bit
 
-  /// Returns the model of a bit in a number of bit length k. `left` is the number of bits below
-  /// this bit. Must hold: left < k - 1.
+  /// Returns the model of a bit in a number whose bit length is k. `left` is the number of bits
+  /// below this bit. Precondition: left < k - 1.
   Bit& rest_bit(int k, int left) {
     return rest[static_cast<std::size_t>((k - 1) * (k - 2) / 2 + left)];
   }
 };
 using NumberModel = NumberModelOf<AdaptiveBit>;
-/// Model of a non-negative integer, like NumberModelOf. The difference is that only the first two
-/// bits after the leading 1 bit are modelled, and all further bits are coded raw, which suits
-/// measured values. The model is small, so that many contexts are affordable.
+/// Model of a non-negative integer. It differs from NumberModelOf in one point: only the first two
+/// bits after the leading 1 bit are modelled; the bits after them are coded without a model. This
+/// suits measured values. The model is small, so that many contexts can have one.
 template <class Bit>
 struct ResidualModelOf {
   Bit zero;
@@ -58,14 +60,15 @@ struct ResidualModelOf {
   std::array<std::array<Bit, 4>, 64> first;
 };
 using ResidualModel = ResidualModelOf<AdaptiveBit>;
-/// Model of a non-negative integer for contexts that code few numbers. It needs a sixth of the
-/// memory of NumberModel, since the low bits are modelled only by their position.
+/// Model of a non-negative integer for contexts in which few numbers are coded. It needs a sixth of
+/// the memory of NumberModel, since the models of the low bits depend only on the position of the
+/// bit and not on the bit length.
 struct CompactNumberModel {
   AdaptiveBit zero;
-  TreeModel<6> length;  // model of the bit length minus 1, as in NumberModel
+  TreeModel<6> length;  // model of K - 1, where K is the bit length, as in NumberModel
   // Models of the two bits after the leading 1 bit, as in NumberModel.
   std::array<std::array<AdaptiveBit, 4>, 64> first;
-  // Models of the further bits, by the number of bits below each bit.
+  // Models of the further bits. The index is the number of bits below the bit.
   std::array<AdaptiveBit, 64> rest;
   AdaptiveBit& rest_bit(int, int left) { return rest[static_cast<std::size_t>(left)]; }
 };
@@ -100,13 +103,13 @@ std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
   return result;
 }
 
-/// Model of a bit count, 0..64, that is likely to be near a guess. It codes whether the count
-/// equals the guess, then whether the count is above or below the guess, and how far away. A good
-/// guess needs few decisions.
+/// Model of a bit count (0..64) that is probably close to a guess. It codes whether the count
+/// equals the guess. If not, it codes whether the count is above or below the guess, and how far
+/// away it is. If the guess is good, few decisions are needed.
 struct NearModel {
   AdaptiveBit same, above;
   std::array<AdaptiveBit, 16> higher,
-      lower;  // models of the decision whether the count is still further from the guess
+      lower;  // models of the decision whether the count is still farther away from the guess
 };
 template <class Coder>
 std::uint32_t code_near(Coder& coder, NearModel& model, std::uint32_t guess, std::uint32_t value) {
@@ -120,8 +123,8 @@ std::uint32_t code_near(Coder& coder, NearModel& model, std::uint32_t guess, std
   return above ? guess + by : guess - by;
 }
 
-/// Model of a signed integer. It codes the magnitude, then the sign, which is modelled by the bit
-/// length of the magnitude.
+/// Model of a signed integer. The magnitude is coded first, then the sign. The model of the sign
+/// depends on the bit length of the magnitude.
 template <class Magnitude>
 struct SignedModel {
   Magnitude magnitude;
@@ -137,9 +140,9 @@ std::int64_t code_signed(Coder& coder, SignedModel<Magnitude>& model, std::int64
   return static_cast<std::int64_t>(negative ? 0 - size : size);
 }
 
-/// Model of an index among `count` candidates. It codes one decision per candidate, except for the
-/// last candidate, which is implied. Candidates beyond the end of the model share the last bit of
-/// the model. Must hold: index < count.
+/// Model of an index among `count` candidates. For each candidate, a decision codes whether it is
+/// the right one. The last candidate needs no decision. If there are more candidates than bits in
+/// the model, the remaining candidates share the last bit. Precondition: index < count.
 template <std::size_t kSize, class Bit = AdaptiveBit>
 struct ChoiceModel {
   std::array<Bit, kSize> yes;
@@ -152,8 +155,8 @@ std::uint32_t code_choice(Coder& coder, ChoiceModel<kSize, Bit>& model, std::uin
   return count - 1;
 }
 
-// Lazy models are created on first use, so that a file needs memory only for the models that it
-// uses. They can be copied.
+// A model that is created when it is first used, so that a file needs memory only for the models
+// that it uses. A copy of the object copies the model.
 
 template <class Model>
 class LazyModel {
@@ -164,10 +167,10 @@ class LazyModel {
   }
 
  private:
-  std::vector<Model> held_;  // contains the model if it has been created; otherwise empty
+  std::vector<Model> held_;  // contains the model after its creation; empty before
 };
 
-/// Models for up to 65535 contexts. Each context has one model, which is created on first use.
+/// Models for up to 65535 contexts, one for each context. A model is created when it is first used.
 template <class Model>
 class LazyModels {
  public:
@@ -182,7 +185,7 @@ class LazyModels {
   }
 
  private:
-  // Index into held_, plus 1, of the model of each context; 0 if the model has not been created.
+  // For each context: index in held_ of its model, plus 1; 0 if the model has not been created yet.
   std::vector<std::uint16_t> numbers_;
   std::vector<Model> held_;
 };

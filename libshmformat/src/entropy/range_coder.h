@@ -1,13 +1,12 @@
 // Range coder: converts yes/no decisions to bytes, and bytes back to decisions.
 //   AdaptiveBit                   the probability of a decision, learnt from its past values
 //   RangeEncoder, RangeDecoder    code decisions with known probabilities
-//   SplitEncoder, SplitDecoder    also code decisions, and store unpredictable data as separate
-//   plain
-//                                 bits, which are read very quickly
+//   SplitEncoder, SplitDecoder    do the same, and store unpredictable data in a separate part as
+//                                 plain bits, which can be read very fast
 //
-// Encoders and decoders have the same functions, `bit(model, value)` and `raw(value, count)`; a
-// decoder ignores the value passed in. Code that is written once as a template over the coder
-// therefore works in both directions, so that encoding and decoding cannot diverge.
+// Encoders and decoders have the same functions: `bit(model, value)` and `raw(value, count)`. A
+// decoder ignores the argument `value`. So a function template whose parameter is the coder works
+// in both directions, and encoding and decoding cannot diverge.
 // spec: "Adaptive bit", "Range coder", "Split streams"
 #pragma once
 
@@ -23,9 +22,9 @@
 
 namespace shm {
 
-/// Probability of a decision, with a count of decisions: 22 bits and 10 bits of one 32-bit word.
-/// The first decisions change the probability by 2/3, 2/5, ... of its error, later decisions by
-/// about 1/kLimit of its error. Small meshes therefore learn quickly, and large meshes forget
+/// Probability of a decision (22 bits) and a count of decisions (10 bits), stored in one word of 32
+/// bits. The first decisions change the probability by 2/3, 2/5, ... of its error, later decisions
+/// by about 1/kLimit of its error. Small meshes therefore learn quickly, and large meshes forget
 /// slowly. Only integers are used, so that the results are the same on all machines.
 class AdaptiveBit {
  public:
@@ -36,10 +35,11 @@ class AdaptiveBit {
     const std::uint32_t p = state_ >> 16;
     return p == 0 ? 1 : p;  // p is at most 65535, since state_ has 32 bits
   }
-  /// Returns the number of decisions seen so far, at most the limit.
+  /// Returns the number of decisions so far. The number is limited to kLimit or to the limit passed
+  /// to update().
   std::uint32_t count() const { return state_ & 0x3ff; }
-  /// Moves the probability towards the decision `one`. `limit` is at most kLimit; a smaller limit
-  /// makes the model forget faster.
+  /// Moves the probability towards the decision `one`. `limit`: largest count, at most kLimit. With
+  /// a smaller limit, the model forgets faster.
   void update(bool one, std::uint32_t limit = kLimit) {
     const std::uint32_t seen = count();
     const auto p = static_cast<std::int32_t>(state_ >> 10);
@@ -61,14 +61,16 @@ class AdaptiveBit {
   std::uint32_t state_ = (std::uint32_t{1} << 31);
 };
 
-// The encoder stores an interval [low, low + range) of 32 bits and narrows it with each decision.
-// It outputs the top bytes of `low` when they can no longer change. `low` may overflow into a
-// carry. The encoder therefore holds back the last uncertain byte and the run of 0xFF bytes after
-// this byte (the scheme of LZMA). The decoder stores `code`, the bytes read minus `low`.
+// The encoder stores an interval [low, low + range) of 32-bit numbers. Each decision narrows the
+// interval. The top byte of `low` is written as soon as it can no longer change. An addition to
+// `low` may overflow, and the carry then changes earlier bytes. The encoder therefore does not
+// write the last byte that may change, nor the bytes 0xFF that follow this byte (this is the scheme
+// of LZMA). The decoder stores `code`: the bytes read so far, minus `low`.
 //
-// Two details are easily missed. (1) The first byte of the carry scheme is always zero and is not
-// stored. (2) The end is not marked: the encoder drops trailing zero bytes, and the decoder reads
-// any number of zeros past the end. Other data states the number of decisions.
+// Two details are easily missed. (1) The first byte that this scheme produces is always zero, and
+// it is not stored. (2) The end of the stream is not marked. The encoder removes trailing zero
+// bytes, and the decoder reads zeros after the end, without limit. The number of decisions must be
+// known from other data.
 
 inline constexpr std::uint32_t kRangeTop = std::uint32_t{1} << 24;
 
@@ -84,8 +86,8 @@ class RangeEncoder {
     return value;
   }
 
-  /// Codes a decision. `probability` is the probability of `true` in units of 1/65536, from 1 to
-  /// 65535.
+  /// Codes a decision. `probability`: probability that the decision is `true`, in units of 1/65536,
+  /// from 1 to 65535.
   bool decide(std::uint32_t probability, bool value) {
     const std::uint32_t bound = (range_ >> 16) * probability;
     if (value) {
@@ -101,7 +103,8 @@ class RangeEncoder {
     return value;
   }
 
-  /// Codes the low `count` (0..64) bits of `value` without a model; the other bits must be zero.
+  /// Codes the low `count` (0..64) bits of `value` without a model. Precondition: the other bits
+  /// are zero.
   std::uint64_t raw(std::uint64_t value, int count) {
     while (count > 16) {
       count -= 16;
@@ -111,13 +114,13 @@ class RangeEncoder {
     return value;
   }
 
-  /// Returns the number of bytes written so far, except for a few that are not final yet.
+  /// Returns the number of bytes written so far. A few bytes that may still change are not counted.
   std::uint64_t size() const { return bytes_.size() + pending_; }
 
   /// Ends the stream and returns its bytes. The encoder is then ready for the next stream.
   std::vector<std::byte> finish() {
-    // Any number in [low, low + range) identifies the interval. Since range >= 2^24, one of these
-    // numbers ends in 24 zero bits.
+    // Any number in [low, low + range) identifies the interval. Since range >= 2^24, the interval
+    // contains a number that ends with 24 zero bits.
     low_ = (low_ + kRangeTop - 1) & ~std::uint64_t{kRangeTop - 1};
     for (int i = 0; i < 5; ++i) shift_low();
     std::vector<std::byte> out = std::move(bytes_);
@@ -163,7 +166,7 @@ class RangeDecoder {
   using Bit = AdaptiveBit;
 
   RangeDecoder() = default;
-  /// Begins to decode `bytes`, which are borrowed.
+  /// Begins to decode `bytes`, which must stay valid while they are decoded.
   explicit RangeDecoder(std::span<const std::byte> bytes) : bytes_(bytes) {
     for (int i = 0; i < 4; ++i) code_ = code_ << 8 | next_byte();
   }
@@ -222,9 +225,9 @@ class RangeDecoder {
   std::uint32_t code_ = 0;
 };
 
-// Format of a split stream: a varint with the length in bytes of the range coder's data, these
-// bytes, then the plain bits, low bits of each byte first. A reader continues both parts with zeros
-// past their end.
+// Format of a split stream: a varint with the size in bytes of the range coder's data, then these
+// data, then the plain bits. The low bits of a byte come first. A reader that reaches the end of a
+// part continues with zeros.
 
 class SplitEncoder {
  public:
@@ -234,7 +237,8 @@ class SplitEncoder {
 
   bool bit(AdaptiveBit& model, bool value) { return range_.bit(model, value); }
   bool decide(std::uint32_t probability, bool value) { return range_.decide(probability, value); }
-  /// Stores the low `count` (0..64) bits of `value` as plain bits; the other bits must be zero.
+  /// Stores the low `count` (0..64) bits of `value` as plain bits. Precondition: the other bits are
+  /// zero.
   std::uint64_t raw(std::uint64_t value, int count) {
     if (count > 32) {
       put(value & 0xffffffffu, 32);
@@ -266,8 +270,8 @@ class SplitEncoder {
     filled_ += count;
     flush(0);
   }
-  /// Writes all whole bytes of the plain bits. If `rest` > 0, also writes the remaining bits as one
-  /// more byte.
+  /// Writes all complete bytes of the plain bits. If `rest` > 0, also writes the remaining bits as
+  /// one more byte.
   void flush(int rest) {
     while (filled_ >= 8 || (rest > 0 && filled_ > 0)) {
       plain_.push_back(static_cast<std::byte>(held_));
@@ -290,8 +294,8 @@ class SplitDecoder {
   using Bit = AdaptiveBit;
 
   SplitDecoder() = default;
-  /// Begins to decode `bytes`, which are borrowed. If the stated length of the range coder's data
-  /// extends beyond the end of `bytes`, the data ends there.
+  /// Begins to decode `bytes`. They are not copied, so they must stay valid. If the stated size of
+  /// the range coder's data is too large, these data end at the end of `bytes`.
   explicit SplitDecoder(std::span<const std::byte> bytes) {
     ByteReader in(bytes);
     const std::uint64_t decisions = bytes.empty() ? 0 : in.get_varint();
@@ -309,7 +313,7 @@ class SplitDecoder {
   }
 
  private:
-  /// Returns the next `count` plain bits. Must hold: count <= 32.
+  /// Returns the next `count` plain bits. Precondition: count <= 32.
   std::uint64_t take(int count) {
     if (filled_ < count) fill();
     const std::uint64_t value = held_ & ((std::uint64_t{1} << count) - 1);

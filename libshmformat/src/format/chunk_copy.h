@@ -1,5 +1,6 @@
 // ChunkCopy: copies selected chunks of one file to the beginning of another file. The chunks are
-// copied byte for byte, except for their sequence numbers. Their offsets in the file change.
+// copied byte for byte, except for their sequence numbers. The offsets of the chunks in the new
+// file differ from those in the old file.
 // spec: "Container", "Index and trailer"
 #pragma once
 
@@ -33,7 +34,7 @@ class ChunkCopy {
   std::unique_ptr<ByteSource> read(RandomSource& source, std::vector<std::byte> tail) const;
 
  private:
-  /// Part of the new file: bytes in memory (a new header or nothing), followed by a range of the
+  /// Section of the new file: `head` (a new header, or empty) followed by a range of bytes of the
   /// source.
   struct Piece {
     std::vector<std::byte> head;

@@ -151,8 +151,7 @@ Result<std::optional<Schema>> ChunkReader::find_schema(std::span<const std::byte
 
 namespace {
 
-/// Restores the index entries from the lines of a ChunkList, which records chunks while they are
-/// read.
+/// Converts the compact records of a ChunkList back to index entries.
 class EntryReader {
  public:
   explicit EntryReader(std::span<const std::byte> lines) : in_(lines) {}

@@ -1,6 +1,6 @@
 // ChunkReader: checks a file from front to back: the file start, then the header and the payload of
-// each chunk, and the trailer. It also decodes the schema, which is the first chunk. The
-// counterpart that writes chunks is chunk_writer.h.
+// each chunk, and the trailer. It also decodes the schema, which is the first chunk. ChunkWriter
+// writes chunks.
 // spec: "Container", "Schema"
 #pragma once
 
@@ -27,21 +27,21 @@ class ChunkReader {
   enum class State : std::uint8_t { start, header, payload, trailer, behind_end };
   /// Returns which part of the file has to be read next.
   State state() const { return state_; }
-  /// Returns the length in bytes of the next part. `beginning` contains those first bytes of the
-  /// part that are available.
+  /// Returns the length in bytes of the next part. `beginning` contains the bytes of this part that
+  /// are available so far.
   std::size_t wanted(std::span<const std::byte> beginning) const;
-  /// Checks the next part of the file, and advances to the part after it. Must hold: `bytes` has
-  /// exactly wanted(bytes) bytes.
+  /// Checks the next part of the file, and advances to the following part. Precondition: `bytes`
+  /// has exactly wanted(bytes) bytes.
   Result<void> read(std::span<const std::byte> bytes);
   /// Declares that the next part is the trailer. Call this function after the payload of the index.
   void expect_trailer();
   /// Decodes the payload of a schema chunk.
   Result<Schema> read_schema(std::span<const std::byte> payload);
-  /// Reads `bytes` up to the end of the schema, and removes the bytes that it has read. Returns
-  /// nullopt if more bytes are needed. In the next call, pass the remaining bytes again, followed
-  /// by more bytes.
+  /// Reads from the beginning of `bytes` until the schema is complete. Removes the bytes that it
+  /// has read from `bytes`. Returns nullopt if more bytes are needed. In the next call, pass the
+  /// remaining bytes again, followed by more bytes.
   Result<std::optional<Schema>> find_schema(std::span<const std::byte>& bytes);
-  /// Unpacks a blob that the caller frees soon, so that the blob is not counted against the budget.
+  /// Unpacks a blob. The blob is not counted against the budget, since the caller frees it soon.
   /// Fails if the blob is larger than `limit` or than the remaining budget.
   Result<std::vector<std::byte>> unpack(ByteReader& in, std::uint64_t limit) const;
 
@@ -77,17 +77,17 @@ class ChunkReader {
   bool has_schema_ = false;
 };
 
-/// ChunkList: records the chunks that a reader has read, in order to check the index at the end of
-/// the file. The reader adds headers of chunks, groups and step values, in file order. difference()
-/// then returns the first index entry that differs from them, if any. The list needs a few bytes
-/// per chunk, and 48 more per group for its bounding box.
+/// ChunkList: records the chunks that a reader has read, to check the index at the end of the file.
+/// The reader adds the headers of chunks, groups and step values, in file order. difference() then
+/// describes the first index entry that differs from these headers. The list needs a few bytes per
+/// chunk, plus 48 bytes per group for its bounding box.
 class ChunkList {
  public:
-  /// Adds a chunk that contains neither a group nor step values. If the reader does not know the
-  /// kind or the version of the chunk, only kind, offset and length of its index entry are
-  /// compared.
+  /// Adds a chunk that contains neither a group nor step values. If the kind or the version of the
+  /// chunk is unknown to the reader, difference() compares only the kind, offset and length in its
+  /// index entry.
   void add(const ChunkHeader& header);
-  /// Adds a group. `header_bytes` is the length of the group header, checksum included.
+  /// Adds a group. `header_bytes` is the length of the group header, including its checksum.
   void add_group(const ChunkHeader& header, const GroupHeader& group, std::uint64_t header_bytes);
   void add_step_values(const ChunkHeader& header, std::span<const StepPart> parts);
 
@@ -99,8 +99,9 @@ class ChunkList {
  private:
   void put_chunk(const ChunkHeader& header, bool is_known);
 
-  ByteWriter lines_;  // fields of the entries; offset, first_cell, first_vertex and first are left
-                      // out, since they are running sums
+  // Fields of the index entries. The fields offset, first_cell, first_vertex and first are not
+  // stored, since they can be computed as running sums.
+  ByteWriter lines_;
   std::uint64_t count_ = 0;
 };
 

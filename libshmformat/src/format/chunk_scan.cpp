@@ -9,12 +9,11 @@
 namespace shm::container {
 namespace {
 
-constexpr std::string_view kMarks =
-    "SHM";  // common first bytes of both sync marks, "SHMc" and "SHMC"
+constexpr std::string_view kMarks = "SHM";  // common prefix of both sync marks, "SHMc" and "SHMC"
 constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 20;
-/// Limit for checks of chunks that are not followed by another chunk. The bytes of such a chunk may
-/// look like a header by accident. The checks may read at most this many times the size of the
-/// file.
+/// Work limit. Bytes may look like a chunk header by accident. If no other chunk follows such a
+/// chunk, the scan reads its payload to verify the checksum. These reads are limited to this
+/// multiple of the size of the file.
 constexpr std::uint64_t kMostLooks = 4;
 
 class Scanner {
@@ -35,13 +34,14 @@ class Scanner {
   }
   /// Returns true if the trailer at `position` is valid and points to the chunk at `index_offset`.
   Result<bool> is_trailer(std::uint64_t position, std::uint64_t index_offset);
-  /// Returns true if another chunk, or the trailer of this chunk, begins at the end of the chunk.
+  /// Returns true if another chunk, or the trailer that belongs to this chunk, begins at the
+  /// end of this chunk.
   Result<bool> is_followed(const FoundChunk& chunk);
   Result<bool> is_whole(const FoundChunk& chunk);
-  /// Adds the chunk at `position`. Returns the position at which the search continues.
+  /// Records the chunk at `position`. Returns the position at which the search continues.
   Result<std::uint64_t> take(std::uint64_t position, const ChunkHeader& header);
-  /// Returns the first position, from `position` on, of a valid header. Returns the end of the file
-  /// if none exists.
+  /// Returns the position of the first valid chunk header at or after `position`, or the end of the
+  /// file if there is none.
   Result<std::uint64_t> next_mark(std::uint64_t position);
   Result<std::span<const std::byte>> window_at(std::uint64_t position);
 
@@ -135,14 +135,15 @@ Result<std::uint64_t> Scanner::take(std::uint64_t position, const ChunkHeader& h
     }
   }
   scan_.chunks.push_back(chunk);
-  // The length in the header cannot be trusted, so other chunks may begin within this chunk.
+  // The chunk is damaged, and the length in its header cannot be trusted. Other chunks may
+  // therefore begin within this chunk.
   if (!chunk.whole && !followed) return next_mark(after_header);
   const std::uint64_t end = position + chunk.bytes();
   if (chunk.whole && (chunk.is(ChunkKind::index) || chunk.is(ChunkKind::members))) {
     const auto trailer = is_trailer(end, position);
     if (!trailer) return trailer.error();
-    // An index without a trailer is a copy in the middle of the file if the trailer at the end of
-    // the source points to a later index.
+    // If no trailer follows the index, and the trailer at the end of the source points to a later
+    // index, this index is a stray copy in the middle of the file.
     if (!*trailer && scan_.index_offset.value_or(0) > position) return end;
     scan_.trailer = *trailer;
     scan_.end = std::min(size_, end + kTrailerBytes);
@@ -152,7 +153,7 @@ Result<std::uint64_t> Scanner::take(std::uint64_t position, const ChunkHeader& h
 }
 
 /// Returns the bytes from `position` on: at least the length of a long header, or all bytes up to
-/// the end of the file. Reuses the bytes of the last read if they suffice.
+/// the end of the file. Reuses the bytes of the previous read if they suffice.
 Result<std::span<const std::byte>> Scanner::window_at(std::uint64_t position) {
   const std::uint64_t least = std::min<std::uint64_t>(kLongHeaderBytes, size_ - position);
   const bool there = position >= window_begin_ && position - window_begin_ < window_.size() &&
@@ -177,7 +178,7 @@ Result<std::uint64_t> Scanner::next_mark(std::uint64_t position) {
       ChunkHeader header;
       if (get(in, header) == HeaderState::good) return position + found;
     }
-    // The next window overlaps this window, since a header may extend past the end of the window.
+    // Consecutive windows overlap, since a header may extend past the end of a window.
     const bool to_the_end = position + window->size() == size_;
     position += to_the_end ? window->size() : window->size() - (kLongHeaderBytes - 1);
   }

@@ -20,7 +20,7 @@ struct FoundChunk {
   bool whole = false;  ///< true: the payload matches its checksum
 
   /// Number of bytes from the start of this chunk to the next chunk found, or to the end of the
-  /// file. Smaller than bytes() if bytes of this chunk are missing in the file.
+  /// file. It is smaller than bytes() if bytes of this chunk are missing in the file.
   std::uint64_t room = 0;
 
   std::uint64_t bytes() const { return header.chunk_bytes(); }
@@ -34,11 +34,11 @@ struct ChunkScan {
   /// End of the trailer that follows the index, if the index is undamaged; otherwise the end of the
   /// source.
   std::uint64_t end = 0;
-  /// True: the 16 bytes before `end` are a trailer that points to the last chunk.
+  /// True if the 16 bytes before `end` are a trailer that points to the last chunk.
   bool trailer = false;
 
-  /// Offset of the index according to a trailer at the very end of the source. The scan has not
-  /// checked this offset.
+  /// Offset of the index, as stated by a trailer at the very end of the source. The scan does not
+  /// check this offset.
   std::optional<std::uint64_t> index_offset;
 };
 

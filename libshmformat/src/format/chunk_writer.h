@@ -23,7 +23,8 @@ class ChunkWriter {
   /// and bytes.
   Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {},
                      std::uint8_t version = 0);
-  /// Sets the entries of `index`, writes the index and the trailer, then commits the sink.
+  /// Adds the collected entries to `index`, writes the index and the trailer, then commits the
+  /// sink.
   Result<void> finish(Index index);
 
   std::uint64_t offset() const { return offset_; }
@@ -31,13 +32,14 @@ class ChunkWriter {
   std::uint32_t count() const { return sequence_; }
   /// Adds the entries of chunks that another writer has appended to the sink, directly after the
   /// chunks written here. `bytes` is the total size of these chunks. The offsets in `entries` are
-  /// relative to the first of them. Fails with ErrorCode::corrupt if the chunks are not contiguous.
+  /// relative to the first of these chunks. Fails with ErrorCode::corrupt if the chunks are not
+  /// contiguous.
   Result<void> adopt(std::span<const IndexEntry> entries, std::uint64_t bytes);
-  /// Returns the index entries of all chunks since the start or the last call. Then resets the
-  /// offset and the sequence number to 0.
+  /// Returns the index entries of all chunks written since the start or the previous call. Then
+  /// resets the offset and the sequence number to 0.
   std::vector<IndexEntry> take_entries();
 
-  /// State of a file of which some chunks have been written.
+  /// State of a file to which some chunks have been written.
   struct State {
     std::uint64_t offset = 0;
     std::uint32_t sequence = 0;

@@ -140,7 +140,7 @@ void put_short(ByteWriter& out, double number) {
 }
 double get_short(ByteReader& in) {
   const std::uint8_t count = in.get_u8();
-  // If `count` is above 8, this call fails.
+  // fails if `count` is above 8
   const auto bytes = in.get_bytes(count <= 8 ? count : ~std::uint64_t{0});
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i)
@@ -215,7 +215,7 @@ bool get(ByteReader& in, GroupHeader& header, std::uint8_t version) {
          header.unused_vertices <= header.vertices;
 }
 
-// --- step values: one part in version 0, any number in version 1
+// --- step values: a chunk has one part in version 0, any number of parts in version 1
 
 namespace {
 
@@ -240,9 +240,9 @@ bool get_only(ByteReader& in, StepHeader& header) {
   return in.ok() && trend <= 1;
 }
 
-/// Returns the reference of the values as the number that is stored in the file. It is 0 if there
-/// is no reference step. Otherwise it is twice the distance to the reference step, minus 1 unless
-/// the reference is the trend.
+/// Returns the number that the file stores for the reference of the values. It is 0 if the values
+/// have no reference. If the reference is a trend, it is twice the distance to the reference step.
+/// Otherwise it is twice that distance minus 1.
 std::uint64_t reference_number(const StepHeader& header) {
   const std::uint64_t back = header.step - header.reference_step;
   return 2 * back - (back > 0 && !header.trend ? 1 : 0);
@@ -311,7 +311,7 @@ StepEntry entry_of(const StepHeader& header) {
           header.group, refers_to(header), header.codec};
 }
 
-// --- the index: entry by entry in version 0, packed by columns in version 1
+// --- the index: version 0 stores entry by entry, version 1 packs them field by field
 
 void put(ByteWriter& out, std::span<const NamedBytes> streams) {
   out.put_varint(streams.size());
@@ -437,7 +437,8 @@ bool get_lines(ByteReader& in, Index& index, std::uint64_t max_entries) {
 
 // --- version 1
 
-/// Largest unpacked size in bytes of an index that is packed. A larger index is stored raw.
+/// Returns the maximum unpacked size in bytes of an index that is packed. A larger index is stored
+/// without packing.
 std::uint64_t most_packed_bytes(std::uint64_t entries) {
   return (std::uint64_t{1} << 20) + 1024 * std::min<std::uint64_t>(entries, std::uint64_t{1} << 40);
 }
@@ -453,8 +454,8 @@ void for_each_group(Entries& entries, Visit&& visit) {
       before = &entry;
     }
 }
-/// Calls visit(part, previous part) for each part of all step values. The previous part of the
-/// first part is null.
+/// Calls visit(part, previous part) for each part of step values in `entries`. The previous part of
+/// the first part is null.
 template <class Entries, class Visit>
 void for_each_part(Entries& entries, Visit&& visit) {
   decltype(entries.data()->parts.data()) before = nullptr;
@@ -465,8 +466,8 @@ void for_each_part(Entries& entries, Visit&& visit) {
     }
 }
 
-/// Fields of index entries; each field forms a column. The values of kCounts are stored as they
-/// are. The values of kNumbers mostly differ little from the previous entry and are stored as
+/// Fields of index entries; each field forms a column. The fields in kCounts are stored unchanged.
+/// The fields in kNumbers mostly differ little from one entry to the next and are stored as
 /// differences.
 constexpr std::uint64_t IndexEntry::*kCounts[] = {&IndexEntry::cells, &IndexEntry::vertices,
                                                   &IndexEntry::header_bytes};
@@ -530,7 +531,8 @@ bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t
     entry.first_vertex = before == nullptr ? 0 : before->first_vertex + before->vertices;
     for (double& side : entry.box) side = get_short(in);
   });
-  std::uint64_t sum = 0;  // sum of the numbers of parts; the remaining bytes limit it
+  // Total number of parts so far; checked against the number of remaining bytes.
+  std::uint64_t sum = 0;
   constexpr std::uint64_t kLeastPartBytes = 6;
   for (IndexEntry& entry : entries) {
     if (!entry.is(ChunkKind::step_values)) continue;

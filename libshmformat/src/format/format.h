@@ -25,7 +25,7 @@ enum class Codec : std::uint8_t;  // the codec ids are in codecs/shared/codec_id
 
 namespace shm::container {
 
-/// Signature of a file, similar to that of PNG: a byte with the high bit set, the name, CR LF, the
+/// Signature of a file, similar to that of PNG: a byte whose high bit is set, the name, CR LF, the
 /// end-of-file character of DOS, LF.
 inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S',  'H',  'M',
                                                            '\r', '\n', 0x1a, '\n'};
@@ -36,8 +36,8 @@ inline constexpr std::uint32_t kKnownFeatures = 0;
 /// files, instead of a mesh.
 inline constexpr std::uint32_t kArchiveFeature = 1u << 2;
 
-/// First 16 bytes of a file. The 8 bytes after the signature are repeated in the schema chunk,
-/// where a checksum covers them.
+/// First 16 bytes of a file. The schema chunk contains a copy of the 8 bytes after the signature;
+/// the checksum of that chunk covers the copy.
 struct FileStart {
   std::uint16_t major = kMajor, minor = kMinor;
   std::uint32_t needed_features = 0;
@@ -48,7 +48,8 @@ struct FileStart {
 inline bool is_known_version(const FileStart& start) {
   return start.major == kMajor && (start.minor == 1 || start.minor == 9 || start.minor == kMinor);
 }
-/// Returns true if values in a file of this version may be coded by the rank of earlier values.
+/// Returns true if a file of this version may contain recalled values: values that are coded by the
+/// rank of an earlier value, plus a residual.
 inline bool has_earlier_values(const FileStart& start) { return start.minor >= 10; }
 /// Returns true if each blob in a file of this version unpacks to at most most_unpacked() bytes
 /// (base/packing.h).
@@ -83,10 +84,10 @@ struct ChunkHeader {
   std::uint8_t kind = 0;
   std::uint8_t version = 0;
   std::uint8_t flags = 0;
-  bool is_long = false;        ///< true: the file stores the header in its long form
+  bool is_long = false;        ///< true if the file stores the header in its long form
   std::uint32_t sequence = 0;  ///< number of the chunk in the file, counted from 0
-  std::uint32_t segment = 0;  ///< number of the segment to which a group belongs, counted from 0; 0
-                              ///< for all other kinds of chunks
+  /// For a group: number of its segment, counted from 0; for other kinds of chunks: 0.
+  std::uint32_t segment = 0;
   std::uint64_t payload_bytes = 0;
   std::uint32_t payload_checksum = 0;
 
@@ -101,12 +102,13 @@ bool has_long_header(const ChunkHeader& header, const FileStart& start);
 void put(ByteWriter& out, const ChunkHeader& header);
 enum class HeaderState { good, bad_mark, bad_checksum };
 /// Reads a header from `in`. If the header is bad, `in` advances by an unspecified number of bytes.
-/// Must hold: kShortHeaderBytes are left. A long header that is cut off results in bad_checksum.
+/// Precondition: at least kShortHeaderBytes bytes are left. If a long header is cut off, the result
+/// is bad_checksum.
 HeaderState get(ByteReader& in, ChunkHeader& header);
-/// Returns the length in bytes of a header that starts with `beginning`, or kShortHeaderBytes if no
-/// header starts with these bytes.
+/// Returns the length in bytes of the header that starts with `beginning`. If these bytes do not
+/// start a header, returns kShortHeaderBytes.
 std::size_t header_bytes(std::span<const std::byte> beginning);
-/// Returns the version of chunks of this kind in a file with this start.
+/// Returns the version in which a file with this start stores chunks of this kind.
 inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
   const bool has_version_1 = kind == ChunkKind::group || kind == ChunkKind::step_values ||
                              kind == ChunkKind::extra || kind == ChunkKind::index;
@@ -133,7 +135,8 @@ struct StreamEntry {
   StreamKind kind = StreamKind::connectivity;
   std::uint32_t array = 0;  ///< number of the array; only used for StreamKind::array
   Codec codec{};
-  /// Streams needed for decoding: bit k is set for the stream of kind k. Stored in version 0 only.
+  /// Streams that are needed to decode this stream: bit k is set for the stream of kind k. Stored
+  /// in version 0 only.
   std::uint32_t needs = 0;
   std::uint64_t bytes = 0;
   std::uint32_t checksum = 0;
@@ -149,10 +152,10 @@ struct GroupHeader {
   std::uint64_t vertices = 0;
   /// Number of vertices introduced in this group but owned by an earlier segment.
   std::uint64_t imported_vertices = 0;
-  /// Number of vertices, out of `vertices`, that no cell uses; these vertices are the last.
+  /// Number of vertices that no cell uses. These are the last of the `vertices` vertices.
   std::uint64_t unused_vertices = 0;
   std::uint64_t max_active_vertices = 0;
-  std::uint64_t decoded_bytes = 0;  ///< decoded size in bytes of values and corners
+  std::uint64_t decoded_bytes = 0;  ///< size in bytes of the decoded values and corners
   /// Min x y z and max x y z of the finite coordinates; +inf and -inf if no coordinate is finite.
   std::array<double, 6> box{};
   std::vector<StreamEntry> streams;
@@ -179,11 +182,13 @@ struct GroupChunk {
 struct StepHeader {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
-  /// Step that the values refer to; equal to `step` if they refer to no other step.
+  /// Step that the values refer to. Equal to `step` if the values do not refer to another step.
   std::uint64_t reference_step = 0;
-  /// True: the reference is the trend of reference_step and the step before it.
+  /// True if the reference is the trend, which is computed from reference_step and the step before
+  /// reference_step.
   bool trend = false;
-  /// Number of the group whose elements have these values, counted over the file from 0.
+  /// Number of the group to whose elements the values belong. Groups are numbered across the whole
+  /// file, from 0.
   std::uint32_t group = 0;
   std::uint64_t count = 0;  ///< number of elements, at least 1
   Codec codec{};
@@ -200,18 +205,17 @@ struct StepPart {
   StepHeader header;
   std::uint64_t bytes = 0;
 };
-/// Limits for parts that share a chunk. A chunk has at most kMostStepParts parts. If several parts
-/// share a chunk, Writers also limit the total size of their coded values to kPartBytesTogether
-/// bytes.
+/// Limits for chunks with several parts. A chunk has at most kMostStepParts parts. If it has more
+/// than one part, Writers limit the total size of their coded values to kPartBytesTogether bytes.
 inline constexpr std::size_t kMostStepParts = 64, kPartBytesTogether = 4096;
 /// Writes the headers of all parts. The coded values of the parts come after the headers in the
 /// same payload. Version 0 has one part, which extends to the end of the payload.
 void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version);
 /// Reads the headers of all parts. `payload_bytes` is the size of the whole payload. `in` must
-/// contain at least the headers.
+/// contain at least all headers.
 bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
          std::uint64_t payload_bytes);
-/// Returns an upper bound for the total size in bytes of the headers of `parts` parts.
+/// Returns an upper bound on the total size in bytes of the headers of `parts` parts.
 constexpr std::uint64_t most_step_head_bytes(std::uint64_t parts) { return 16 + 64 * parts; }
 inline constexpr std::uint64_t kMostStepHeadBytes = most_step_head_bytes(kMostStepParts);
 
@@ -223,7 +227,7 @@ struct StepEntry {
   StepReference reference = StepReference::nothing;
   Codec codec{};
 };
-/// Returns the index entry of a part, with all fields except `first`.
+/// Returns the index entry of a part. The field `first` of the entry is not set.
 StepEntry entry_of(const StepHeader& header);
 
 /// Entry of the index for one chunk.
@@ -231,7 +235,7 @@ struct IndexEntry {
   bool is(ChunkKind of) const { return kind == static_cast<std::uint8_t>(of); }
 
   std::uint8_t kind = 0;
-  /// Position and size in bytes of the whole chunk, header included.
+  /// Position of the chunk in the file, and size in bytes of the chunk including its header.
   std::uint64_t offset = 0, bytes = 0;
   /// Number of the segment to which a group belongs; 0 for other chunks.
   std::uint32_t segment = 0;
@@ -254,7 +258,7 @@ struct ArrayRange {
 };
 struct Index {
   std::uint8_t version = version_of_chunk(ChunkKind::index, {});
-  std::uint64_t previous_index = 0;  ///< offset of the previous index chunk; 0 if none exists
+  std::uint64_t previous_index = 0;  ///< offset of the previous index chunk, or 0 if there is none
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
   std::uint64_t segments = 0, imported_vertices = 0;
   std::vector<std::uint64_t> block_cells;

@@ -16,8 +16,8 @@
 
 namespace shm::container {
 
-/// Reads `bytes` bytes at `offset`, as listed in an index or another list. `section` is the section
-/// of the error if reading fails.
+/// Reads `bytes` bytes at `offset`, as listed in an index or another list. `section` is the part of
+/// the file that the error names if reading fails.
 Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
                                           std::uint64_t bytes, const std::string& section);
 
@@ -31,26 +31,26 @@ Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t
 /// trailer.
 Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
 
-/// Checks the header at the beginning of `chunk` against `entry` and returns it. Must hold:
+/// Checks the header at the beginning of `chunk` against `entry` and returns it. Precondition:
 /// entry.bytes and the size of `chunk` are at least kShortHeaderBytes.
 Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry);
 
-/// Reads a whole chunk, and returns its payload of at most `max_bytes` bytes. Stores the version of
-/// the chunk in `version` unless `version` is null.
+/// Reads a whole chunk, and returns its payload of at most `max_bytes` bytes. If `version` is not
+/// null, stores the version of the chunk there.
 Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
                                           std::uint64_t max_bytes, std::uint8_t* version = nullptr);
 
 /// Calls visit(header, entry) for each chunk of `entries`. Fails unless `entries` list all chunks
-/// between the file start and the index, in file order. The error is then at `index_offset`, the
-/// position of the index.
+/// between the file start and the index, in file order. The position of this error is
+/// `index_offset`, the position of the index.
 using ChunkVisitor = std::function<Result<void>(const ChunkHeader&, const IndexEntry&)>;
 Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
                             std::uint64_t index_offset, const ChunkVisitor& visit);
 
 /// Returns how many bytes of `source` belong to the .shm file. If `source` ends with a trailer, all
-/// bytes belong to the file. Otherwise the file ends with the trailer after the first index, which
-/// is found by reading the chunk headers in order. Fails with ErrorCode::truncated if no
-/// such trailer exists.
+/// its bytes belong to the file. Otherwise the function reads the chunk headers in order up to the
+/// first index; the file ends with the trailer after that index. Fails with ErrorCode::truncated if
+/// no such trailer exists.
 Result<std::uint64_t> bytes_of_file(RandomSource& source);
 
 }  // namespace shm::container

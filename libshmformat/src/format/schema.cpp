@@ -88,7 +88,8 @@ std::vector<std::string> array_stream_names(const Schema& schema) {
 }
 
 Quantization Quantization::absolute(double max_abs, std::uint32_t components) {
-  // Relative safety margin of the step. It costs 0.02 bits per value.
+  // Relative safety margin by which the quantization step is reduced. The smaller step costs 0.02
+  // bits per value.
   constexpr double kShade = 0x1p-6;
   Quantization quantization;
   quantization.bits = kAbsolute;
@@ -112,8 +113,8 @@ double Quantization::max_error(ScalarType type) const {
   double magnitude = 0;
   for (double v : minimum) magnitude = std::max(magnitude, std::fabs(v));
   for (double v : maximum) magnitude = std::max(magnitude, std::fabs(v));
-  // The bound contains the half-ulp of the stored type twice: once for rounding the restored value,
-  // once for the arithmetic.
+  // In addition to half a step, the bound contains at least two half-ulps of the stored type: one
+  // for rounding the restored value, one for the arithmetic.
   const double ulp = type == ScalarType::float32 ? 0x1p-23 : 0x1p-51;
   return step() / 2 + magnitude * ulp;
 }
@@ -261,8 +262,8 @@ std::uint32_t checksum_of(const Schema& schema) {
 
 namespace {
 
-// Memory in bytes that each object needs in addition to its lists and texts, rounded up. The
-// numbers are the same on all machines, so that all machines refuse the same files.
+// Memory in bytes that is counted for each object, in addition to its lists and strings. The sizes
+// are rounded up and are the same on all machines, so that all machines refuse the same files.
 constexpr std::uint64_t kSchemaBytes = 256, kBlockBytes = 64, kArrayBytes = 256, kExtraBytes = 128;
 static_assert(sizeof(Schema) <= kSchemaBytes && sizeof(BlockInfo) <= kBlockBytes &&
               sizeof(ArrayInfo) <= kArrayBytes && sizeof(Extra) <= kExtraBytes);
@@ -312,7 +313,8 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   schema.source_format = in.get_text();
   const std::uint64_t blocks = in.get_count(4);
   if (blocks > limits.max_blocks) return too_many_blocks(limits);
-  // The strings and lists of a single element need little more memory than their bytes in the file.
+  // The limit is not checked for the strings and lists of a single element, since they need little
+  // more memory than their bytes in the file.
   if (!takes(kSchemaBytes + schema.source_format.size() + blocks * kBlockBytes)) return too_large;
   schema.blocks.reserve(static_cast<std::size_t>(blocks));
   for (std::uint64_t n = blocks; n > 0 && in.ok(); --n) {
@@ -421,8 +423,9 @@ ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
 // --- extras
 namespace {
 
-// Largest distance of a difference. Distance d means that an integer is stored as the difference
-// from the value d places before it. Distance 0 means that the values are stored as they are.
+// Maximum distance for coding by differences. With distance d, an integer is stored as the
+// difference from the integer d positions before it. With distance 0, the integers are stored
+// unchanged.
 constexpr std::uint64_t kMostDistance = 65535;
 constexpr std::size_t kMostSides = 255;
 
@@ -430,7 +433,7 @@ bool is_wide_integer(ScalarType type) {
   return type >= ScalarType::int16 && type <= ScalarType::uint64;
 }
 
-/// Writes the key of an extra, its type and its kind of reference.
+/// Writes the key and the type of an extra, and the kind of objects to which its values refer.
 void put_name(ByteWriter& out, const Extra& extra) {
   out.put_text(extra.key);
   out.put_u8(static_cast<std::uint8_t>(extra.type));
@@ -449,7 +452,7 @@ void put_shape(ByteWriter& out, const Extra& extra) {
   out.put_varint(extra.shape.size());
   for (std::uint64_t side : extra.shape) out.put_varint(side);
 }
-/// Reads the dimensions of an extra, and sets `values` to the number of values of the extra.
+/// Reads the dimensions of an extra, and stores their product, the number of values, in `values`.
 /// Returns false if that number is too large for any file.
 bool get_shape(ByteReader& in, Extra& extra, std::uint64_t& values) {
   values = 1;
@@ -511,8 +514,8 @@ struct WrittenValues {
   std::vector<std::byte> bytes;
 };
 
-/// Encodes the values of an extra. Integers are stored as differences. Their distance is 0, 1 or
-/// the row length, whichever zstd compresses best.
+/// Encodes the values of an extra. Integers are stored as differences with distance 0, 1 or the row
+/// length. The function chooses the distance whose result zstd compresses best.
 WrittenValues written(const Extra& extra) {
   constexpr int kLevel = 3;
   constexpr std::uint64_t kMostColumns = 64;
@@ -532,7 +535,7 @@ WrittenValues written(const Extra& extra) {
   return best;
 }
 
-/// Reads the values of an extra into `extra.data`. Must hold: `extra.data` has its final size.
+/// Reads the values of an extra into `extra.data`. Precondition: `extra.data` has its final size.
 bool read_values(ByteReader& in, Extra& extra, std::uint64_t distance) {
   const std::size_t width = scalar_bytes(extra.type), count = extra.data.size() / width;
   if (distance == 0) {
@@ -648,7 +651,7 @@ Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::u
 namespace {
 
 /// Finds the bounding box of finite coordinates in one pass over all points. Returns nullopt if a
-/// coordinate is infinite, since a ValueRange cannot represent infinity.
+/// coordinate is infinite, since a ValueRange describes only finite values.
 template <class T>
 std::optional<std::array<ValueRange, 3>> finite_box(const std::byte* points, std::size_t count,
                                                     std::size_t stride) {
@@ -660,7 +663,7 @@ std::optional<std::array<ValueRange, 3>> finite_box(const std::byte* points, std
     std::array<T, 3> point;
     std::memcpy(point.data(), points, sizeof point);
     for (std::size_t c = 0; c < 3;
-         ++c) {  // NaN changes nothing, since comparisons with it are false
+         ++c) {  // NaN changes nothing, since all comparisons with NaN are false.
       least[c] = point[c] < least[c] ? point[c] : least[c];
       most[c] = point[c] > most[c] ? point[c] : most[c];
     }

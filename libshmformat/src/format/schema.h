@@ -21,12 +21,12 @@
 namespace shm {
 
 void put(ByteWriter& out, const Schema& schema);
-/// Returns the checksum of the bytes that put() writes for this schema.
+/// Returns the checksum of the encoded schema, i.e. of the bytes that put() writes.
 std::uint32_t checksum_of(const Schema& schema);
 /// Reads a schema. Fails with ErrorCode::corrupt if the bytes do not encode a schema. Fails with
 /// ErrorCode::over_limit, before it allocates memory, if the schema has more blocks or arrays than
-/// the limits allow, or needs more than max_unpacked_bytes. check_schema() checks the values
-/// afterwards.
+/// the limits allow, or needs more than max_unpacked_bytes. Does not check the values; call
+/// check_schema() afterwards.
 Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits);
 /// Return the memory in bytes that the object needs.
 std::uint64_t bytes_of(const Schema& schema);
@@ -45,9 +45,9 @@ bool has_steps(const Schema& schema);
 void put(ByteWriter& out, const Extra& extra);
 bool get(ByteReader& in, Extra& extra);
 
-/// Returns the payload of a chunk of version 1. Must hold: there are at most kMostExtras extras.
-/// With Packing::bounded, integers are not stored as differences, so that no extra needs more
-/// memory than its bytes in the blob.
+/// Returns the payload of a chunk of version 1. Precondition: there are at most kMostExtras extras.
+/// With Packing::bounded, integers are not stored as differences. No extra then needs more memory
+/// than its bytes in the blob.
 std::vector<std::byte> extras_payload(std::span<const Extra> extras,
                                       Packing packing = Packing::with_dictionary);
 /// Returns the payload of a chunk of version 0.
@@ -65,7 +65,7 @@ inline std::uint64_t most_bytes_of_times(const ReadLimits& limits) {
 }
 
 // Totals: the part of the index that describes the whole mesh (container::Index without the
-// entries). Readers and writers sum them up group by group or part by part.
+// entries). Readers and writers add up the totals, one group or one part at a time.
 // spec: "Index and trailer"
 
 /// Returns the totals of a file without groups.
@@ -97,14 +97,14 @@ ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
 /// Position at which a segment begins.
 struct SegmentStart {
   std::uint32_t segment = 0;
-  /// Numbers of cells and of vertices in all earlier segments.
+  /// Total number of cells and of vertices in all earlier segments.
   std::uint64_t first_cell = 0, first_vertex = 0;
 };
 
-/// Parts of a group that have to be decoded. Cells are always decoded.
+/// States which parts of a group are decoded. Cells are always decoded.
 struct DecodedParts {
   bool geometry = true;
-  /// True for each array of the schema whose values are decoded. Without a value, all arrays are
+  /// For each array of the schema: true if its values are decoded. If nullopt, all arrays are
   /// decoded.
   std::optional<std::vector<bool>> arrays{};
   /// True if stored vertex numbers are decoded even if the cells can be decoded without them.
@@ -112,8 +112,8 @@ struct DecodedParts {
   /// True if blocks include the vertices that an earlier segment owns (imported vertices), with
   /// their values.
   bool imported_vertices = false;
-  /// True if neighbourhoods of vertices or of cells are found with the reach that step values need,
-  /// in addition to the neighbourhoods that the values of this group need.
+  /// True if the decoder determines the neighbourhoods of vertices or of cells that are needed for
+  /// step values. They include more distant neighbours than the values of this group need.
   bool vertex_neighbourhoods = false, cell_neighbourhoods = false;
 
   static DecodedParts without_values() {
@@ -135,7 +135,7 @@ struct DecodedParts {
   bool includes_values_of(const Schema& schema, Location location) const;
 };
 
-// Size at which a tile ends: this many cells, or this many bytes of unpacked values. A Reader
+// Size at which a tile ends: kTileCells cells, or kTileBytes bytes of unpacked values. A Reader
 // returns one tile at a time. Frozen: part of the format.
 inline constexpr std::uint64_t kTileCells = 4096;
 inline constexpr std::uint64_t kTileBytes = std::uint64_t{1} << 22;
@@ -158,7 +158,7 @@ class TileEnds {
   }
 
  private:
-  // Number of cells of the tile so far, and size in bytes of the group before the tile.
+  // Number of cells in the current tile, and unpacked size in bytes of the group before this tile.
   std::uint64_t cells_ = 0, begin_ = 0;
 };
 

@@ -24,8 +24,8 @@ Error system_error(ErrorCode code, const std::string& what, const std::string& p
   return Error{.code = code, .detail = what + ": " + std::strerror(errno), .file = path};
 }
 
-/// Opens a file, and retries if a signal interrupts the call. This can happen because opening a
-/// named pipe waits for the other end of the pipe.
+/// Opens a file. If a signal interrupts the call, tries again. Interruptions are likely if the file
+/// is a named pipe, since opening it waits until another process opens it, too.
 int open_patiently(const std::string& path, int flags) {
   while (true) {
     const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
@@ -33,7 +33,7 @@ int open_patiently(const std::string& path, int flags) {
   }
 }
 
-/// Returns the index at which the file name begins in a path.
+/// Returns the index in `path` at which the file name begins.
 std::size_t name_in(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   return slash == std::string::npos ? 0 : slash + 1;
@@ -44,8 +44,8 @@ std::string folder_of(const std::string& path) {
   return name == 0 ? "." : path.substr(0, name);
 }
 
-/// Returns a name for the machine, or the PID namespace on it, in which the process numbers are
-/// unique.
+/// Returns a name for the scope in which process numbers are unique: the machine, or a PID
+/// namespace on the machine.
 std::string name_of_machine() {
   struct utsname names {};
   (void)::uname(&names);
@@ -62,8 +62,8 @@ std::string name_of_machine() {
 }
 
 /// State of the process that created a temporary file. process_of() determines it from `name`, the
-/// part of the file name after temporary_front(). For a process on another machine the state is
-/// unknown: may_be_gone.
+/// part of the file name after temporary_front(). The state of a process on another machine is
+/// unknown; the result is then may_be_gone.
 enum class Process { lives, may_be_gone, gone };
 Process process_of(std::string_view name, std::string_view machine) {
   const auto maker = maker_of(name, machine);
@@ -104,8 +104,8 @@ Error taken_error(const std::string& path) {
   return Error{.code = ErrorCode::output, .detail = "exists already", .file = path};
 }
 
-/// Flushes the folder, so that the name of `path` is stored on the disk, too. Ignores a folder that
-/// cannot be opened or flushed (EINVAL).
+/// Flushes the folder that contains `path`, so that the file's name is stored on the disk, too. If
+/// the folder cannot be opened or flushed (EINVAL), does nothing.
 Result<void> flush_folder(const std::string& path) {
   const int descriptor = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return {};
@@ -188,8 +188,9 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  struct stat status {
-  };  // provides the current time by the file system's clock, which also dates other files
+  // The modification time of the new file is the current time. It comes from the clock of the file
+  // system, which also sets the times of the other temporary files.
+  struct stat status {};
   if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
   return {};
 }
@@ -234,8 +235,9 @@ Result<void> FileSink::commit() {
         again >= 0 && ::close(again) != 0)
       return system_error(ErrorCode::output, "cannot be closed", path_);
     if (auto result = link(); !result) return result;
-    (void)close();  // the error of closing the file was reported above, when a duplicate of the
-                    // descriptor was closed
+    // An error of this close can be ignored: closing the duplicate descriptor above has already
+    // reported errors.
+    (void)close();
   }
   named_ = false;
   committed_ = true;
@@ -248,8 +250,9 @@ Result<void> FileSink::close() {
 }
 
 /// Sets the permissions of the file to those of the file that it replaces. Called at the end, since
-/// a writer that uses the file's name opens it again. If the group cannot be set, the group's
-/// permission bits are dropped, as they would apply to a different group.
+/// a writer that uses the file's name may open the file again, which the permissions could forbid.
+/// If the group cannot be set, the group's permission bits are dropped, as they would apply to a
+/// different group.
 void FileSink::pass_permissions_on() const {
   if (!permissions_) return;
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
@@ -262,8 +265,8 @@ void FileSink::pass_permissions_on() const {
 }
 
 /// Flushes all data of the file to the disk. A named file is opened again, since a writer that uses
-/// the name may have replaced the file that this sink created. Ignores a file system that cannot
-/// flush (EINVAL).
+/// the name may have replaced the file that this sink created. If the file system cannot flush
+/// (EINVAL), does nothing.
 Result<void> FileSink::flush() const {
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
   const bool flushed = file >= 0 && (::fsync(file) == 0 || errno == EINVAL);
@@ -272,9 +275,8 @@ Result<void> FileSink::flush() const {
   return flushed ? Result<void>() : error;
 }
 
-/// Gives a file without a name its final name. If the name is free, the file is linked under it
-/// directly; otherwise the file is linked under a temporary name, which is then renamed to the
-/// final name.
+/// Gives a file without a name its final name. If no file has that name, links the file directly to
+/// the name. Otherwise links the file to a temporary name, and then renames it to the final name.
 Result<void> FileSink::link() {
   const auto link_as = [this](const std::string& name) {
     return ::linkat(AT_FDCWD, temporary_.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
@@ -304,9 +306,9 @@ Result<void> FileSink::link() {
   return system_error(ErrorCode::output, "cannot be stored under its final name", path_);
 }
 
-/// Renames the temporary file to its final name. If an existing file must not be replaced, this
-/// function uses a rename that fails if the name exists, or a hard link, which also fails then. If
-/// the system supports neither, the function checks the name before it renames.
+/// Renames the temporary file to its final name. If an existing file must not be replaced, the
+/// function uses a variant of rename or a hard link; both fail if the name exists. If the system
+/// supports neither, the function checks whether the name exists, and then renames.
 Result<void> FileSink::rename_temporary() const {
   if (!replaces_) {
 #ifdef RENAME_NOREPLACE
@@ -324,9 +326,9 @@ Result<void> FileSink::rename_temporary() const {
   return system_error(ErrorCode::output, "cannot be stored under its final name", path_);
 }
 
-/// Copies a file without a name to a named file. Used if the system cannot give the file a name, as
-/// in some containers and on some file systems. `why` is the error of the attempt to link the file
-/// itself.
+/// Copies the contents of a file without a name to a named file. Used if the system cannot give a
+/// name to an unnamed file, as in some containers and on some file systems. `why` is the error that
+/// the system returned when this was attempted.
 Result<void> FileSink::rename_copy(const Error& why) {
   const auto whole = FileRandomSource::open(temporary_);
   if (!whole) return why;

@@ -26,7 +26,7 @@ constexpr int kInput = 0, kOutput = 1;
 /// Sharing mode of open files: as on POSIX systems, other processes may read, write, rename and
 /// remove an open file.
 constexpr DWORD kShared = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
-// Maximum size in bytes of one read or write of the system.
+// Maximum number of bytes that one system call reads or writes.
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
 class Handle {
@@ -67,8 +67,8 @@ std::string narrow(std::wstring_view units) {
 /// Returns `path` in the form that system calls accept. Long paths must be absolute and have a
 /// prefix.
 std::wstring system_path(const std::string& path) {
-  // Longest path, in characters, without a prefix. The system allows 260, but a folder needs space
-  // for a short name, too.
+  // Longest path, in characters, without a prefix. The system allows 260 characters, but the path
+  // of a folder must leave space for a short file name.
   constexpr std::size_t kLongest = 240;
   const std::wstring name = wide(path);
   std::wstring whole(32768, L'\0');
@@ -92,14 +92,14 @@ Error system_error(ErrorCode code, const char* what, const std::string& path) {
 }
 
 HANDLE open_handle(const std::string& path, DWORD access, DWORD existing, DWORD flags = 0) {
-  // If the name belongs to a pipe, the process at its other end must not be allowed to impersonate
-  // this process.
+  // If `path` is the name of a pipe, the process at its other end must not be allowed to
+  // impersonate this process.
   flags |= SECURITY_SQOS_PRESENT | SECURITY_IDENTIFICATION;
   return ::CreateFileW(system_path(path).c_str(), access, kShared, nullptr, existing, flags,
                        nullptr);
 }
 
-/// Takes ownership of the handle and returns a descriptor for it. Returns -1 if the handle is
+/// Takes ownership of a handle and returns a descriptor for the handle. Returns -1 if the handle is
 /// invalid or the C library has too many open files.
 int descriptor_of(HANDLE opened) {
   Handle handle(opened);
@@ -118,19 +118,19 @@ HANDLE handle_of(int descriptor) {
                         : reinterpret_cast<HANDLE>(::_get_osfhandle(descriptor));
 }
 
-/// Returns the index at which the file name begins in a path.
+/// Returns the index in `path` at which the file name begins.
 std::size_t name_in(const std::string& path) {
   const std::size_t before = path.find_last_of("/\\:");
   return before == std::string::npos ? 0 : before + 1;
 }
 
-/// Returns true if the path belongs to a named pipe or another object outside the file systems.
+/// Returns true if the path names an object outside the file systems, such as a named pipe.
 bool is_device_path(const std::string& path) {
   const auto slash = [&](std::size_t i) { return path[i] == '/' || path[i] == '\\'; };
   return path.size() > 4 && slash(0) && slash(1) && path[2] == '.' && slash(3);
 }
 
-/// Returns a name for the machine on which the process numbers are unique.
+/// Returns a name for the machine. Process numbers are unique on one machine.
 std::string name_of_machine() {
   wchar_t name[256], id[64];
   DWORD units = static_cast<DWORD>(std::size(name)), bytes = sizeof id;
@@ -149,7 +149,7 @@ bool is_gone(int process) {
   return ::WaitForSingleObject(handle.get(), 0) == WAIT_OBJECT_0;
 }
 
-/// Returns the time of the last write in units of 100 ns.
+/// Returns the time at which the file was last written, in units of 100 ns.
 std::uint64_t last_write(HANDLE file) {
   FILETIME time{};
   ::GetFileTime(file, nullptr, nullptr, &time);
@@ -191,8 +191,7 @@ Error taken_error(const std::string& path) {
 }
 
 /// Renames a file as POSIX systems do: a process that has the old file open can still use it. Newer
-/// versions of Windows support this on some file systems, but MoveFileExW does not always request
-/// such a rename.
+/// versions of Windows support this on some file systems, but MoveFileExW does not always use it.
 bool rename_over_open(const std::string& from, const std::wstring& to) {
   // These constants exist only in recent versions of winbase.h.
   constexpr auto kRenameInfoEx = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);
@@ -280,7 +279,8 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  // Passes the current time by the file system's clock, which also dates other files.
+  // The last write to the new file shows the current time by the clock of the file system, which
+  // also sets the times of the other temporary files.
   remove_leftovers(path_, machine, last_write(handle_of(descriptor_)));
   return {};
 }
@@ -329,7 +329,8 @@ Result<void> FileSink::close() {
 }
 
 /// Flushes all data of the file to the disk. Opens the file by name, since a writer that uses the
-/// name may have replaced the file that this sink created. Ignores a file system that cannot flush.
+/// name may have replaced the file that this sink created. If the file system cannot flush, does
+/// nothing.
 Result<void> FileSink::flush() const {
   const Handle file(open_handle(temporary_, GENERIC_WRITE, OPEN_EXISTING));
   if (file && (::FlushFileBuffers(file.get()) != 0 || ::GetLastError() == ERROR_INVALID_FUNCTION))

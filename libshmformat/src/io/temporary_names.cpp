@@ -11,10 +11,10 @@
 namespace shm {
 
 std::string temporary_front(const std::string& path, std::size_t name) {
-  // Longest name in bytes, without the process, machine and attempt.
+  // Maximum length in bytes of a temporary name, without the process, machine and attempt.
   constexpr std::size_t kLongest = 200;
   std::size_t end = std::min(path.size(), name + kLongest);
-  // The cut must not be inside a UTF-8 character: some systems reject such names.
+  // A long name must not be cut inside a UTF-8 character, since some systems reject invalid UTF-8.
   while (end < path.size() && end > name && (static_cast<unsigned char>(path[end]) & 0xC0) == 0x80)
     --end;
   return path.substr(0, name) + "." + path.substr(name, end - name) + ".tmp";

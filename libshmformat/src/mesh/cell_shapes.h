@@ -1,5 +1,5 @@
-// Cell shapes: the corners, faces and edges of cells other than hexahedra, in the order in which
-// the file stores the corners.
+// Cell shapes: describes the corners, faces and edges of cells other than hexahedra. Corners are in
+// the order in which the file stores them.
 // spec: "Corners of other cells"
 #pragma once
 
@@ -14,8 +14,8 @@
 
 namespace shm {
 
-/// Largest number of corners of a polygon that are coded as corners. Further corners of the polygon
-/// are coded like nodes that are not corners.
+/// Largest number of nodes of a polygon that are coded as corners. The remaining nodes of the
+/// polygon are coded in the same way as nodes that are not corners.
 inline constexpr std::uint32_t kMaxPolygonCorners = 32;
 
 namespace shapes {
@@ -36,7 +36,7 @@ inline constexpr auto kHexahedron = [] {
   for (std::size_t k = 0; k < 6; ++k) table[k] = {4, kFaceCorners[k]};
   return table;
 }();
-/// Edges of a polygon, by its number of corners.
+/// Edges of a polygon. The first index is the number of corners.
 inline constexpr auto kPolygon = [] {
   std::array<std::array<ShapeFace, kMaxPolygonCorners>, kMaxPolygonCorners + 1> table{};
   for (std::size_t n = 2; n <= kMaxPolygonCorners; ++n)
@@ -47,8 +47,8 @@ inline constexpr auto kPolygon = [] {
 
 }  // namespace shapes
 
-/// Returns the number of corners of a cell for which neighbours across sides can be found, or 0 for
-/// other cells. The corners are the first nodes of the cell.
+/// Returns the number of corners of a cell. The corners are the first nodes of the cell. Returns 0
+/// if neighbours across the sides of the cell cannot be found.
 constexpr std::uint32_t corner_count(CellShape shape, std::uint64_t nodes) {
   std::uint64_t corners = 0;
   switch (shape) {
@@ -70,15 +70,15 @@ constexpr std::uint32_t corner_count(CellShape shape, std::uint64_t nodes) {
   return corners <= nodes ? static_cast<std::uint32_t>(corners) : 0;
 }
 
-/// Returns triangle or quad for a polygon of three or four corners. Returns `shape` for all other
-/// cells.
+/// If the shape is a polygon with three or four corners, returns triangle or quad. Otherwise
+/// returns `shape`.
 constexpr CellShape flat_shape(CellShape shape, std::uint32_t corners) {
   if (shape != CellShape::polygon || corners > 4) return shape;
   return corners == 3 ? CellShape::triangle : CellShape::quad;
 }
 
-/// Returns the faces of a cell. For a flat cell, returns the cell itself as a face, followed by its
-/// edges. Must hold: `corners` is the result of corner_count().
+/// Returns the faces of a cell. The first face of a flat cell is the cell itself, and its edges
+/// follow. Precondition: `corners` is the result of corner_count().
 constexpr std::span<const ShapeFace> faces_of(CellShape shape, std::uint32_t corners) {
   switch (shape) {
     case CellShape::line: return shapes::kLine;

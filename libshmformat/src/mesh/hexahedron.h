@@ -1,4 +1,4 @@
-// Tables that describe the hexahedron: its corners, faces and edges, and the 48 orders in which its
+// Hexahedron: tables that describe its corners, faces and edges, and the 48 orders in which its
 // corners can be stored. 24 of these orders are rotations.
 //
 //        7 ------- 6        corner   0 1 2 3 4 5 6 7
@@ -17,7 +17,8 @@
 
 namespace shm {
 
-/// Corners of each face, ordered so that the right-hand normal points out of the hexahedron.
+/// Corners of each face. By the right-hand rule, their order gives a normal that points out of the
+/// hexahedron.
 inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kFaceCorners = {
     {{0, 3, 2, 1}, {0, 4, 7, 3}, {0, 1, 5, 4}, {1, 2, 6, 5}, {3, 7, 6, 2}, {4, 5, 6, 7}}};
 
@@ -34,14 +35,14 @@ inline constexpr std::array<std::array<std::uint8_t, 2>, 12> kEdgeCorners = {{{0
                                                                               {2, 6},
                                                                               {3, 7}}};
 
-/// Table that converts a corner number to the bits x + 2y + 4z, and these bits to the corner
-/// number. The table is its own inverse.
+/// Converts the index of a corner to its bits x + 2y + 4z, and converts these bits to the index.
+/// The same table works in both directions.
 inline constexpr std::array<std::uint8_t, 8> kCornerBits = {0, 1, 3, 2, 4, 5, 7, 6};
 
-/// Order in which unknown corners are coded and predicted (paper, Table 1).
+/// Order in which the corners that are not known yet are coded and predicted (paper, Table 1).
 inline constexpr std::array<std::uint8_t, 8> kCornerOrder = {0, 1, 2, 3, 4, 7, 5, 6};
 
-/// Three tables indexed by face. They contain the bit of the axis that is normal to the face, the
+/// Three tables, indexed by face: the bit of the axis that is normal to the face, the index of the
 /// opposite face, and the bits of the face's corners.
 inline constexpr std::array<std::uint8_t, 6> kFaceAxis = {4, 1, 2, 1, 2, 4};
 inline constexpr std::array<std::uint8_t, 6> kOppositeFace = {5, 3, 4, 1, 2, 0};
@@ -52,12 +53,12 @@ inline constexpr auto kFaceBits = [] {
   return table;
 }();
 
-/// The faces at the low and at the high end of an axis, indexed by the bit of the axis.
+/// The faces at the low end and at the high end of an axis. The first index is the bit of the axis.
 inline constexpr std::array<std::array<std::uint8_t, 2>, 5> kFaceAt = {
     {{}, {1, 3}, {2, 4}, {}, {0, 5}}};
 
-/// kAdjacentFace[k][i]: the other face at edge i of face k. Edge i leads from corner i to corner i
-/// + 1.
+/// kAdjacentFace[k][i] is the other face at edge i of face k. Edge i connects corners i and i + 1
+/// of the face.
 inline constexpr auto kAdjacentFace = [] {
   std::array<std::array<std::uint8_t, 4>, 6> table{};
   for (std::uint32_t k = 0; k < 6; ++k)
@@ -69,8 +70,9 @@ inline constexpr auto kAdjacentFace = [] {
   return table;
 }();
 
-/// kEdgesTowards[k][i]: the faces towards which the two edges at corner i of face k lead: first for
-/// the edge to corner i + 1, then for the edge to corner i - 1.
+/// kEdgesTowards[k][i] contains two faces. The first is the face towards which the edge from corner
+/// i to corner i + 1 of face k leads; the second is the same for the edge from corner i to corner i
+/// - 1.
 inline constexpr auto kEdgesTowards = [] {
   std::array<std::array<std::array<std::uint8_t, 2>, 4>, 6> table{};
   for (std::uint32_t k = 0; k < 6; ++k)
@@ -83,8 +85,8 @@ inline constexpr auto kEdgesTowards = [] {
   return table;
 }();
 
-/// The two faces at an edge, and the number of the edge within each face. kEdgeFaces contains the
-/// 12 edges.
+/// The two faces at an edge, and the index of the edge in each of these faces. kEdgeFaces is the
+/// table of the 12 edges.
 struct EdgeFaces {
   std::array<std::uint8_t, 2> face{}, edge{};
 };
@@ -101,10 +103,10 @@ inline constexpr auto kEdgeFaces = [] {
   return table;
 }();
 
-/// Axes of the orientations, which are the 48 symmetries of the cube. An orientation converts the
-/// bits x, y, z of a corner in one frame to its bits in another frame: to = base ^ (a if x is set)
-/// ^ (b if y is set) ^ (c if z is set). The number of an orientation is base * 6 + the index of its
-/// axes (a b c).
+/// Axes of the orientations. The orientations are the 48 symmetries of the cube. An orientation
+/// converts the bits x, y, z of a corner in one frame to its bits in another frame: to = base ^ (a
+/// if x is set) ^ (b if y is set) ^ (c if z is set). The index of an orientation is base * 6 + the
+/// index of its axes (a b c) in this table.
 inline constexpr std::array<std::array<std::uint8_t, 3>, 6> kOrientationAxes = {
     {{1, 2, 4}, {2, 4, 1}, {4, 1, 2}, {2, 1, 4}, {1, 4, 2}, {4, 2, 1}}};
 inline constexpr std::uint8_t kOrientationCount = 48;
@@ -125,10 +127,10 @@ inline constexpr auto kIsMirrored = [] {
     table[o] = ((std::popcount(o / 6) & 1) != 0) != (o % 6 >= 3);
   return table;
 }();
-// Number of the orientation that only reverses x.
+// Index of the orientation that reverses x and keeps y and z.
 inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;
 
-/// kOrientationOf[base][x][y]: the orientation with this base that converts the axes x and y to
+/// kOrientationOf[base][x][y] is the orientation with this base that converts the axes x and y to
 /// these bits.
 inline constexpr auto kOrientationOf = [] {
   std::array<std::array<std::array<std::uint8_t, 5>, 5>, 8> table{};
@@ -140,9 +142,9 @@ inline constexpr auto kOrientationOf = [] {
 
 inline constexpr std::uint32_t kRotationCount = 24;
 
-/// kRotations[r][i]: the corner at position i after rotation r. Rotations are the orientations that
-/// do not mirror. They are ordered by the corner at position 0 (as bits), then by the axes along
-/// edges 0-1, 0-3 and 0-4.
+/// kRotations[r][i] is the corner at position i after rotation r. Rotations are the orientations
+/// without mirroring. They are sorted by the bits of the corner at position 0, then by the axes
+/// along the edges 0-1, 0-3 and 0-4.
 inline constexpr auto kRotations = [] {
   std::array<std::array<std::uint8_t, 8>, kRotationCount> table{};
   std::uint32_t count = 0;
@@ -158,7 +160,7 @@ inline constexpr auto kRotations = [] {
   return table;
 }();
 
-/// kRotatedFace[r][k]: the face at position k after rotation r.
+/// kRotatedFace[r][k] is the face at position k after rotation r.
 inline constexpr auto kRotatedFace = [] {
   std::array<std::array<std::uint8_t, 6>, kRotationCount> table{};
   const auto corners_of = [](std::uint32_t face) {
@@ -176,8 +178,8 @@ inline constexpr auto kRotatedFace = [] {
   return table;
 }();
 
-/// Returns the rotation that moves the corners `at0`, `at1` and `at3` to positions 0, 1 and 3.
-/// Returns kRotationCount if no such rotation exists.
+/// Returns the rotation after which the corners `at0`, `at1` and `at3` are at positions 0, 1 and 3.
+/// Returns kRotationCount if there is none.
 constexpr std::uint32_t rotation_of(std::uint32_t at0, std::uint32_t at1, std::uint32_t at3) {
   for (std::uint32_t r = 0; r < kRotationCount; ++r)
     if (kRotations[r][0] == at0 && kRotations[r][1] == at1 && kRotations[r][3] == at3) return r;

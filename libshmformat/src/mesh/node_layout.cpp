@@ -11,14 +11,14 @@ namespace {
 using Edge = std::array<std::uint8_t, 2>;
 using Face = std::array<std::uint8_t, 4>;
 
-/// Corners, edges and faces of a cell shape. A face with three corners repeats its first corner at
-/// the end.
+/// Corners, edges and faces of a cell shape. If a face has three corners, its last entry repeats
+/// the first corner.
 struct Solid {
   std::uint8_t corners;
   std::span<const Edge> edges;
-  std::span<const Face> faces;  ///< faces in the order of their nodes, quadrilaterals first
+  std::span<const Face> faces;  ///< faces in the order of their nodes; quadrilaterals come first
   std::uint8_t quads;           ///< number of quadrilaterals
-  /// True: the shape is a cell of a surface, whose only face is the cell itself.
+  /// True if the shape is that of a surface cell. Its only face is the cell itself.
   bool is_flat = false;
 };
 
@@ -87,7 +87,8 @@ MidNode edge_node(const Solid& solid, std::size_t e) {
   return node;
 }
 
-/// Adds to each edge of a hexahedron the edge that is diagonally opposite across the cell.
+/// For each edge of a hexahedron, adds the diagonally opposite edge to the edge's list of parallel
+/// edges.
 void add_opposite_edges(NodeLayout& layout) {
   for (std::uint8_t p = 8; p < 20; ++p) {
     MidNode& node = layout.mid[p];
@@ -113,7 +114,8 @@ MidNode face_node(const Solid& solid, std::size_t f) {
 }
 
 /// Returns the node in the middle of a hexahedron. If the faces have nodes, the body node refers to
-/// four edge nodes and four face nodes, which are in the plane halfway between bottom and top.
+/// four edge nodes and four face nodes. These eight nodes are in the plane halfway between the
+/// bottom and the top of the hexahedron.
 MidNode body_node(bool has_faces) {
   MidNode node;
   node.kind = MidNode::body;
@@ -136,7 +138,7 @@ enum Body : std::uint8_t { none, one };
   if (edges && solid.corners == 8) add_opposite_edges(layout);
   for (std::uint8_t f = 0; f < faces; ++f) {
     layout.mid[layout.nodes] = face_node(solid, f);
-    // The faces of a hexahedron are listed in opposite pairs.
+    // In the list of faces of a hexahedron, opposite faces are next to each other.
     if (solid.corners == 8)
       add_parallel(layout.mid[layout.nodes], static_cast<std::uint8_t>(20 + (f ^ 1)),
                    solid.faces[f ^ 1u][0]);

@@ -1,9 +1,10 @@
-// OpenFaces: the faces and edges of cells to which no second cell has been attached yet, in meshes
-// that also have cells other than hexahedra.
-//   faces  open triangles and quadrilaterals of cells, including flat cells, and open edges of flat
-//          cells. A face is removed when its first vertex is finalized.
-//   cells  cells that have an open face or recently had one. They are stored by number, so that the
-//          neighbour of a cell's neighbour can be found.
+// OpenFaces: the faces and edges that only one cell has so far, in meshes that also have cells
+// other than hexahedra.
+//   faces  open triangles and quadrilaterals of cells (including flat cells), and open edges of
+//          flat cells. A face is removed as soon as one of its vertices is finalized.
+//   cells  cells that have an open face or recently had one. They are stored by cell number, so
+//   that
+//          the neighbours of a cell's neighbours can be found.
 // spec: "Corners of other cells"
 #pragma once
 
@@ -19,67 +20,69 @@
 
 namespace shm {
 
-/// Positions, in a cell, of the nodes around one of its faces or at the two ends of one of its
-/// edges.
+/// The nodes around a face of a cell, or at the two ends of an edge, as positions in the cell.
 struct ShapeFace {
   std::uint8_t size = 0;
   std::array<std::uint8_t, 4> at{};
 };
 
-/// Sides of a cell. The first side of a flat cell is the cell itself, as a face.
+/// Sides of a cell. For a flat cell, the first side is the cell itself.
 struct CellSides {
   std::span<const ShapeFace> sides;
-  bool flat = false;  ///< true: a flat cell, which covers the face of a solid if it coincides with
-                      ///< that face
-  /// True: the sides of the cell stay open, so that later cells can be attached.
+  bool flat = false;  ///< true if the cell is flat. A flat cell covers the face of a solid cell
+                      ///< that has the same vertices
+  /// True if the sides of the cell remain open for later cells.
   bool opens = true;
 };
 
 class OpenFaces {
  public:
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  /// Largest number of nodes, and of sides, that are stored per cell.
+  /// Largest number of nodes that are stored for a cell, and largest number of its sides.
   static constexpr std::uint32_t kMost = 8;
 
   struct Face {
     std::array<std::uint32_t, 4> node{};  ///< vertex slots around the face
-    /// Links of the lists of faces at a vertex: face slot * 4 + position of the vertex in the face.
+    /// Links of the list of faces at each vertex: 4 * face slot + position of the vertex in the
+    /// face.
     std::array<std::uint32_t, 4> next{}, previous{};
-    std::uint32_t cell = kNone;  ///< index of the owner, the cell that added the face
+    std::uint32_t cell = kNone;  ///< index of the owner, which is the cell that added the face
     std::uint8_t size = 0;       ///< number of corners; 2 for an edge
-    bool flat = false;           ///< true: the face is itself a flat cell
-    bool covered = false;        ///< true: a flat cell coincides with the face
+    bool flat = false;           ///< true if the face itself is a flat cell
+    bool covered = false;        ///< true if a flat cell covers the face (has the same vertices)
   };
   struct Cell {
     /// Number of the cell among cells of all shapes, counted from 0.
     std::uint64_t number = kNever;
     std::uint32_t open = 0;  ///< number of open faces of the cell
     std::uint32_t size = 0;
-    std::array<std::uint32_t, kMost> node{};  ///< vertex slots of the nodes, in stored order
+    std::array<std::uint32_t, kMost> node{};  ///< vertex slots of the cell's nodes, in stored order
   };
   struct Vertex {
     std::uint32_t first = kNone;
-    /// Numbers of faces, of edges, and of faces that no flat cell covers (bare), at the vertex.
+    /// Counts of faces, edges and bare faces at the vertex. A face is bare if no flat cell covers
+    /// it.
     std::uint8_t faces = 0, edges = 0, bare = 0;
   };
 
-  /// Adds the next cell. `corners` are the vertex slots of the cell. behind() then returns the
-  /// cells across its sides.
+  /// Adds the next cell. `corners`: vertex slots of the cell's corners. After this call, behind()
+  /// returns the cells across its sides.
   void add_cell(const CellSides& sides, std::span<const std::uint32_t> corners);
   /// Counts a cell without adding any sides.
   void skip_cell() { ++next_number_; }
   std::uint64_t next_number() const { return next_number_; }
-  /// Returns, for each side of the last cell added, the number of the cell that had the same face,
-  /// or kNever if none exists. Only the first kMost sides are listed.
+  /// Returns one entry for each side of the most recently added cell: the number of the earlier
+  /// cell that had the same face, or kNever if there is none. Only the first kMost sides have an
+  /// entry.
   const std::array<std::uint64_t, kMost>& behind() const { return behind_; }
-  /// Removes all faces of a vertex that is finalized.
+  /// Removes all faces at a vertex. Call it when the vertex is finalized.
   void forget(std::uint32_t vertex);
 
-  /// Returns the newest open face with this cycle of vertices in either direction, or kNone if
-  /// no such face exists.
+  /// Returns an open face with this cycle of vertices in either direction. If there are several,
+  /// returns the newest. Returns kNone if there is none.
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   const Face& face(std::uint32_t i) const { return faces_[i]; }
-  /// Calls visit(face, place) for the faces at a vertex, the newest face first.
+  /// Calls visit(face, place) for each face at a vertex, beginning with the newest face.
   template <class Visit>
   void around(std::uint32_t vertex, Visit&& visit) const {
     if (vertex >= vertices_.size()) return;
@@ -90,7 +93,7 @@ class OpenFaces {
   Vertex vertex(std::uint32_t slot) const {
     return slot < vertices_.size() ? vertices_[slot] : Vertex();
   }
-  /// Returns the stored cell with this number, or null if no such cell exists.
+  /// Returns the stored cell with this number, or null if it is not stored.
   const Cell* cell(std::uint64_t number) const {
     const std::uint32_t place = by_number_.find(number);
     return place == kNone ? nullptr : &cells_[place];
@@ -99,10 +102,10 @@ class OpenFaces {
   const Cell& owner(const Face& face) const { return cells_[face.cell]; }
 
  private:
-  /// Largest number of faces at a vertex, the same as in the active surface. The limit keeps every
-  /// search short. Frozen: part of the format.
+  /// Largest number of faces at a vertex. It equals kMaxFacesAtVertex of the active surface. The
+  /// limit keeps every search short. Frozen: part of the format.
   static constexpr std::uint32_t kMostAtVertex = 128;
-  /// Number of cells without open faces that stay stored.
+  /// Number of cells that remain stored although they have no open faces.
   static constexpr std::size_t kResting = 256;
 
   void add_side(std::uint32_t side, std::span<const std::uint32_t> cycle, const CellSides& sides);
@@ -116,7 +119,8 @@ class OpenFaces {
   std::vector<Face> faces_;
   std::vector<std::uint32_t> free_faces_;
   std::vector<Cell> cells_;
-  // Indices of stored cells without open faces; the cell that has been there longest is in front.
+  // Indices of the stored cells without open faces. The cell that has been in the list for the
+  // longest time is the first.
   std::deque<std::uint32_t> resting_;
   IdMap by_number_;
   std::array<std::uint64_t, kMost> behind_{};

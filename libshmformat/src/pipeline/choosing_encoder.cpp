@@ -12,43 +12,44 @@
 namespace shm {
 namespace {
 
-/// Bounds for the shifts codec. The shifts codec qualifies if a cell needs at most kShiftBits bits
-/// on average, or at most kShiftBits / kShiftPart bits if size matters. Such a small number of bits
-/// means that most vertex numbers continue regularly from cell to cell.
+/// Bounds for the shifts codec. The codec qualifies if its cells need at most kShiftBits bits on
+/// average, or, if size matters more than speed, at most kShiftBits / kShiftPart bits. A number of
+/// bits this small means that most vertex numbers continue regularly from cell to cell.
 constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 constexpr std::size_t kFirstPieces = 3;
-/// Excess that is allowed for the shifts codec if size matters. A segment coded with shifts may be
-/// larger than with another codec by one part in kShiftShare. If the sample is within a first layer
-/// of cells, it may be larger by one part in kShiftShareOfLayer. Cells of that layer have no
-/// neighbours in an earlier layer, but shifts predict only from earlier rows and layers. The sample
-/// therefore overestimates the size of the segment.
+/// Excess size that is accepted for the shifts codec if size matters more than speed. The segment
+/// may become larger than with another codec by one part in kShiftShare, or by one part in
+/// kShiftShareOfLayer if all cells of the sample are in the first layer of cells. Shifts predict
+/// only from earlier rows and layers, and in the first layer there are no earlier layers. So such a
+/// sample overestimates the size of the segment.
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
-/// Largest saving of mixing, in tenths of the size of connectivity and vertex numbers.
+/// Estimated largest saving of mixing, in tenths of the size of connectivity and vertex numbers.
 constexpr std::uint64_t kMixedSavesTenths = 4;
-/// Round of the race between codecs. The last round, which covers the whole sample, is not in the
-/// table.
+/// A round of the race between codecs. The last round, which codes the whole sample, is not in the
+/// table kRounds.
 struct Round {
-  std::size_t pieces;   ///< number of pieces of the sample coded in the round; a piece usually has
-                        ///< 1024 cells
-  std::uint64_t share;  ///< inverse of the allowed excess: a codec drops out if its size exceeds
-                        ///< that of the smallest codec by more than 1 / share
-  std::uint64_t bytes;  ///< excess in bytes that is allowed in addition, since the cost of the
-                        ///< first learning is constant
-  bool values;          ///< true: the size of the values of each codec is estimated
-  bool mixes;  ///< true: the mixed codec is coded in the round; on few cells it has not learnt
+  std::size_t pieces;   ///< number of pieces of the sample that are coded; a piece usually has 1024
+                        ///< cells
+  std::uint64_t share;  ///< allowed excess: a codec drops out if its size exceeds the smallest size
+                        ///< by more than one part in `share`, plus `bytes`
+  std::uint64_t bytes;  ///< further allowed excess in bytes, because adaptive models cost some
+                        ///< bytes until they have learnt
+  bool values;          ///< true if the size of values is estimated for each codec
+  bool mixes;  ///< true if the mixed codec takes part; with few cells, its models have not learnt
                ///< enough
 };
 constexpr std::array<Round, 3> kRounds = {
     {{1, 10, 256, false, false}, {3, 20, 256, true, true}, {10, 50, 128, true, true}}};
-/// Factor by which the excess allowed for shifts is larger than the excess allowed for other
-/// codecs. Shifts stay in the race longer because they need fewer bytes in later rows.
+/// Factor for the allowed excess of the shifts codec. Shifts stay in the race longer than other
+/// codecs, since they need fewer bytes in later rows.
 constexpr std::uint64_t kShiftPatience = 2;
-/// Factor that ends the race between rows and mixed rows early. The race ends if mixing saves more
-/// than kClearly times the required share, or less than 1 / kClearly of that share.
+/// Factor for an early decision between rows and mixed rows. The decision is made early if mixing
+/// saves more than kClearly times the required share, or less than 1 / kClearly of the required
+/// share.
 constexpr std::uint64_t kClearly = 2;
 
-/// Largest number of components of static arrays with which several codecs are tried. Each codec in
-/// the race stores a separate copy of all values. With more components, the cells are only a small
+/// Largest total number of components of static arrays for which several codecs are tried. Each
+/// codec in the race stores a copy of all values. With more components, the cells are only a small
 /// part of the file.
 constexpr std::uint64_t kMostRacing = 512;
 
@@ -129,7 +130,8 @@ Result<void> ChoosingEncoder::choose(bool is_over, std::vector<EncodedGroup>& do
   return go_on_with(*best, done);
 }
 
-/// Codes those pieces of the sample with an index below `pieces` that `runner` has not coded yet.
+/// Codes the pieces of the sample up to index `pieces` (exclusive). Skips pieces that `runner` has
+/// coded before.
 Result<void> ChoosingEncoder::advance(Runner& runner, std::size_t pieces) const {
   if (!runner.encoder) runner.encoder = encoder_with(runner.codec);
   for (; runner.taken < pieces; ++runner.taken)
@@ -148,14 +150,14 @@ Result<void> ChoosingEncoder::go_on_with(Runner& runner, std::vector<EncodedGrou
 }
 
 /// Returns true if the shifts codec qualifies: its cells need almost no bytes, and the segment is
-/// at least as long as the sample, so that speed matters.
+/// at least as long as the sample. Shorter segments are coded quickly by any codec.
 Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
   if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
       !takes(ConnectivityCodec::shifts, *schema_))
     return false;
   const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
-  // If the first pieces already exceed the bound for the whole sample, the remaining pieces are not
-  // coded.
+  // Code a few pieces first. If they already exceed the bound for the whole sample, do not code the
+  // remaining pieces.
   for (const std::size_t pieces : {std::min(kFirstPieces, sample_.size()), sample_.size()}) {
     if (auto status = advance(shifts, pieces); !status) return status.error();
     const SegmentSize size = shifts.encoder->size();
@@ -164,8 +166,8 @@ Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
   return true;
 }
 
-/// Returns the codecs to try in the race, the fastest first. If size matters, the shifts codec is
-/// one of them.
+/// Returns the codecs that take part in the race, the fastest first. If size matters more than
+/// speed, the shifts codec is one of them.
 std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
   std::vector<ConnectivityCodec> codecs = trial_.codecs;
   std::uint64_t components = 0;
@@ -198,14 +200,14 @@ auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
       if (runner && runner->size.all() > least + least * times / round.share + round.bytes)
         drop(runners, codec);
     }
-    // The saving of mixing on many cells is representative of the remaining cells.
+    // If mixing has been measured on many cells, its saving is typical of the remaining cells.
     if (round.mixes) settle_mixing(runners, r + 1 == kRounds.size() && trial_.level != Level::best);
   }
   if (runners.size() == 1) return std::move(runners[0]);
   return finish_race(runners, is_over);
 }
 
-/// Runs the last round of the race, on the whole sample, and returns the winner.
+/// Runs the last round of the race, in which the whole sample is coded. Returns the winner.
 auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) -> Result<Runner> {
   const bool ends = is_over && trial_.level == Level::best;
   const bool is_first = runners[0].size.values == 0;
@@ -221,8 +223,9 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
     return std::move(best_of(runners));
   }
   if (lies_in_a_layer()) {
-    // Further cells of the first layer do not show how well the codecs code later layers, and
-    // coding these cells needs much memory.
+    // All cells of the sample are in the first layer. Coding more of these cells would not show how
+    // well the codecs code later layers, and would need much memory. So extrapolate the sizes
+    // instead of coding the rest of the sample.
     const std::uint64_t bytes = value_bytes(sample_.size());
     for (Runner& runner : runners)
       for (std::uint64_t* part : {&runner.size.topology, &runner.size.besides, &runner.size.values})
@@ -232,7 +235,7 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
       shifts_ = std::move(*shifts);
     return best;
   }
-  // Only two codecs run at a time, since the output of all codecs together would need too much
+  // Only two codecs run at a time, because the output of all codecs together would need too much
   // memory.
   while (runners.size() > 1) {
     std::vector<Runner> two;
@@ -246,15 +249,15 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
   return std::move(runners[0]);
 }
 
-/// Returns the number of runners that code values separately. Mixed rows code the same values as
-/// rows.
+/// Returns the number of runners whose values have to be coded separately. The values of mixed rows
+/// are the same as those of rows.
 std::size_t ChoosingEncoder::have_values_of_their_own(std::span<const Runner> runners) {
   return static_cast<std::size_t>(std::count_if(runners.begin(), runners.end(), [](auto& runner) {
     return runner.codec != ConnectivityCodec::mixed;
   }));
 }
 
-/// Returns the runner of `codec`, or null if the codec has left the race.
+/// Returns the runner of `codec`, or null if the codec is no longer in the race.
 auto ChoosingEncoder::find(std::span<Runner> runners, ConnectivityCodec codec) -> Runner* {
   const auto found = std::find_if(runners.begin(), runners.end(),
                                   [&](const Runner& runner) { return runner.codec == codec; });
@@ -267,20 +270,22 @@ void ChoosingEncoder::drop(std::vector<Runner>& runners, ConnectivityCodec codec
   runners.erase(runners.begin() + (runner - runners.data()));
 }
 
-/// Returns the coded size in bytes of the values so far. Pending values are coded to measure their
-/// size.
+/// Returns the exact size in bytes of the values so far. Values of the current group are coded to
+/// measure their size.
 std::uint64_t ChoosingEncoder::coded_values(Runner& runner) {
   return runner.encoder->size().values + runner.encoder->values_if_coded();
 }
 
-/// Advances each runner to `pieces` pieces, and determines the size of its values in the way that
-/// `values` states. Mixed rows advance only if `mixes` is set and mixing can save enough. If the
-/// size of values is not estimated, it is assumed to grow in proportion to their uncompressed size.
+/// Codes the sample up to `pieces` pieces with each runner, and determines the size of the runner's
+/// values. `values`: whether the size of the values is estimated, or assumed to grow in proportion
+/// to the uncompressed size. `mixes`: if false, mixed rows are not coded. Mixed rows are also not
+/// coded if mixing cannot save enough.
 Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces, Values values,
                                   bool mixes) const {
   using enum ConnectivityCodec;
   const std::uint64_t bytes = value_bytes(pieces);
-  // Runner for which the size of the values is always determined; never the shifts runner.
+  // Runner whose values are measured first; other runners may adopt the result. It is the runner of
+  // rows or, if rows has dropped out, of the slowest codec.
   Runner* first = find(runners, rows);
   if (!first) first = &runners.back();
   RatedDomains rated;
@@ -294,8 +299,9 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
     runner.value_bytes = bytes;
     return {};
   };
-  // Estimates are too inaccurate for shifts: they do not distinguish well between values predicted
-  // along vertex numbers and values predicted over a surface.
+  // If shifts compete, code the values to measure their size, because estimates do not show
+  // reliably whether predictions from vertex numbers or predictions from neighbours on the surface
+  // need fewer bytes.
   const bool codes =
       find(runners, shifts) &&
       (trial_.level == Level::best ? values != Values::grown : values == Values::estimated_last);
@@ -312,15 +318,16 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
     }
     if (auto status = size_of(runner, estimates && !is_mixed_rows); !status) return status;
     if (codes && !is_mixed_rows) runner.size.values = coded_values(runner);
-    // In the first round, the neighbours of a vertex are about the same for all codecs, and so is
-    // the size of the values.
+    // In the first round, the neighbours of a vertex are about the same for all codecs. Therefore
+    // all codecs get the same size of values.
     if (is_mixed_rows || runner.size.values == 0) runner.size.values = first->size.values;
   }
   return {};
 }
 
-/// Drops rows or mixed rows if the difference between their sizes is clear or `finally` is set. The
-/// two codecs differ only by the savings of mixing.
+/// Decides between rows and mixed rows, and drops one of them. Does so only if the difference
+/// between their sizes is clear, or if `finally` is set. Only the saving by mixing distinguishes
+/// these codecs.
 void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) {
   using enum ConnectivityCodec;
   Runner *with_rows = find(runners, rows), *with_mixed = find(runners, mixed);
@@ -334,15 +341,15 @@ void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) 
     drop(runners, rows);
 }
 
-/// Returns true if mixing can save enough. Decoding mixed bits takes several times as long as
-/// decoding other bits.
+/// Returns true if mixing can save enough to be worthwhile. Mixed bits take several times longer to
+/// decode than other bits.
 bool ChoosingEncoder::mixing_can_pay(const SegmentSize& other) const {
   return trial_.level == Level::best ||
          other.topology * kMixedSavesTenths * trial_.spare_share >= other.all() * 10;
 }
 
-/// Returns the best runner. Must hold: `runners` is not empty, and ordered from the fastest to the
-/// slowest.
+/// Returns the best runner. Precondition: `runners` is not empty, and is sorted from the fastest to
+/// the slowest codec.
 auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
   Runner* best = &runners[0];
   for (Runner& runner : runners.subspan(1))
@@ -350,10 +357,11 @@ auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
   return *best;
 }
 
-/// Returns true if `smaller` saves enough compared with `faster`, a runner whose codec is faster.
+/// Returns true if `smaller` saves enough bytes to be preferred to `faster`, whose codec is faster.
 bool ChoosingEncoder::is_better(const Runner& smaller, const Runner& faster) const {
   if (!is_worth_it(smaller.size, faster.size)) return false;
-  // Decoding mixed bits takes several times as long as decoding other bits, also in small meshes.
+  // Also apply the limits to mixed rows in short segments: mixed bits take several times longer to
+  // decode than other bits.
   return smaller.codec != ConnectivityCodec::mixed || trial_.level == Level::best ||
          (faster.size.all() - smaller.size.all()) * trial_.spare_share > faster.size.all();
 }
@@ -378,8 +386,8 @@ Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other)
     runner->size = runner->encoder->size();
     runner->size.values += runner->encoder->about_values(rated);
   }
-  // Shifts need the bytes of their cells only at the beginning of a segment, so these bytes are not
-  // counted.
+  // The bytes that shifts need for cells are not counted, because almost all of them are needed at
+  // the beginning of a segment.
   const std::uint64_t share = lies_in_a_layer() ? kShiftShareOfLayer : kShiftShare;
   const auto are_as_small = [&] {
     return shifts.size.all() - shifts.size.topology <= other.size.all() + other.size.all() / share;
@@ -392,7 +400,8 @@ Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other)
   return are_as_small();
 }
 
-/// Returns true if nearly every cell of the sample introduces a vertex that later cells can use.
+/// Returns true if all cells of the sample are probably in the first layer. This is assumed if
+/// nearly every cell introduces a vertex that later cells can use.
 bool ChoosingEncoder::lies_in_a_layer() const {
   std::int64_t alive = 0;
   for (const SegmentPiece& piece : sample_)
@@ -401,7 +410,7 @@ bool ChoosingEncoder::lies_in_a_layer() const {
   return alive * 8 >= static_cast<std::int64_t>(sample_cells_) * 7;
 }
 
-/// Returns the uncompressed size in bytes of the values in the first `pieces` pieces.
+/// Returns the uncompressed size in bytes of the values in the first `pieces` pieces of the sample.
 std::uint64_t ChoosingEncoder::value_bytes(std::size_t pieces) const {
   std::uint64_t bytes = 0;
   for (const SegmentPiece& piece : std::span(sample_).first(pieces))

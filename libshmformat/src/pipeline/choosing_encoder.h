@@ -1,18 +1,18 @@
-// ChoosingEncoder: codes one segment. It tries several codecs of hexahedra on the first cells of
-// the segment and continues with the codec that needs the fewest bytes. The bytes of coordinates
-// and values count too, because the codec determines the order in which they are coded. The choice
+// ChoosingEncoder: codes one segment. It tries several cell codecs on the first cells of the
+// segment, and continues with the codec that needs the fewest bytes. The bytes of coordinates and
+// arrays are counted, too, since the codec determines the order in which they are coded. The choice
 // depends only on these sizes, so it is the same for any number of threads.
 //
-// The codecs compete in a race of several rounds. In the first round, all codecs code the
-// connectivity of a few cells. After each round, a codec whose result is clearly larger than the
-// smallest result drops out. The remaining codecs code more cells in the next round, up to the end
-// of the sample. The winner continues after the sample, so its cells are not coded twice.
+// The codecs compete in a race of several rounds. In the first round, each codec codes the
+// connectivity of a few cells. After each round, codecs drop out if their size is clearly larger
+// than the smallest size. The remaining codecs code more cells in the next round, up to the end of
+// the sample. The winner continues after the sample, and does not code the sample again.
 //
-// The size of the values is estimated: for one codec in the first round, then for each codec whose
-// values differ. In later rounds the size is assumed to grow in proportion to the uncompressed
-// size. Values are coded to measure their size only in two cases. One case is that shifts compete,
-// which estimates do not distinguish well from other codecs. The other case is level best, if the
-// sample is the whole segment.
+// The size of the values is estimated in the first round for one codec, and later for each codec
+// whose values differ. In further rounds the size is assumed to grow in proportion to the
+// uncompressed size. The values are coded to measure their size only in two cases: if shifts
+// compete, because estimates cannot distinguish shifts well from other codecs; and at level best,
+// if the sample is the whole segment.
 #pragma once
 
 #include <cstddef>
@@ -25,69 +25,71 @@
 
 namespace shm {
 
-/// Codecs to try, and the rules of choice.
+/// The codecs to try, and the rules by which a codec is chosen.
 struct CodecTrial {
   Level level = Level::standard;  ///< level of the value coders
-  bool with_order = true;         ///< true: groups report the coding order of their elements
-  std::vector<ConnectivityCodec> codecs;  ///< codecs to try, the fastest first; not empty
+  bool with_order = true;         ///< true if groups contain the coding order of their elements
+  std::vector<ConnectivityCodec> codecs;  ///< codecs to try, from the fastest to the slowest; not
+                                          ///< empty
 
-  /// Way in which the shifts codec is tried. It qualifies if its cells need almost no bytes.
+  /// Rule for the choice of the shifts codec. The codec qualifies if its cells need almost no
+  /// bytes.
   enum class Shifts : std::uint8_t {
     no,
     for_speed,  ///< shifts are chosen whenever they qualify
-    for_size,   ///< shifts, which are faster, are chosen if they qualify and their values are about
-                ///< as small as with other codecs
+    for_size,   ///< shifts are chosen if they qualify and their values are about as small as those
+                ///< of other codecs
   };
   Shifts shifts = Shifts::no;
-  /// Number of cells at the beginning of a segment on which codecs are tried. If a segment has
-  /// fewer cells, the sample is the whole segment.
+  /// Number of cells in the sample. The sample is the beginning of a segment, and codecs are tried
+  /// on it. If a segment is shorter, the sample is the whole segment.
   std::size_t sample_cells = 16384;
-  // Savings that a slower codec needs in a segment longer than the sample. It must save more than
-  // one bit per `spare_bits` cells. It must also save more than one part in `spare_share` of all
-  // bytes, or more than one bit of connectivity and vertex numbers per `spare_bits` cells.
+  // Savings that a slower codec needs if the segment is longer than the sample. The slower codec
+  // must save more than one bit per `spare_bits` cells. In addition, it must save either more than
+  // one part in `spare_share` of all bytes, or more than one bit of connectivity and vertex numbers
+  // per `spare_bits` cells.
   std::uint64_t spare_share = 128;
   std::uint64_t spare_bits = 32;
 };
 
-/// Returns the codecs to try at `level`, the fastest first. If `codec` is not automatic, it is the
-/// only codec to try.
+/// Returns the codecs to try at `level`, from the fastest to the slowest. If `codec` is not
+/// `automatic`, the list contains only `codec`.
 CodecTrial trial_for(const Schema& schema, ConnectivityCodec codec, Level level);
 
 class ChoosingEncoder {
  public:
-  /// Creates an encoder of one segment. `schema` has passed check_schema() and must outlive the
-  /// encoder. If `trial` has a single codec, the encoder uses that codec from the first cell on.
+  /// Creates an encoder of one segment. `schema` must have passed check_schema() and must outlive
+  /// the encoder. If `trial` has only one codec, that codec is used from the first cell on.
   ChoosingEncoder(const Schema& schema, std::uint32_t group_cells, const CodecTrial& trial,
                   const SegmentStart& start);
 
-  /// Codes the cells of `piece`, and appends the groups that they complete to `done`.
+  /// Codes the cells of `piece`. Appends the groups that become complete to `done`.
   Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done);
-  /// Ends the segment and appends its remaining groups to `done`.
+  /// Ends the segment. Appends its remaining groups to `done`.
   Result<void> end(std::vector<EncodedGroup>& done);
 
  private:
-  /// Codec in the race. Its groups are stored here, since the groups of the winner are written to
-  /// the file.
+  /// A codec in the race. The runner stores its groups, since the groups of the winner are written
+  /// to the file.
   struct Runner {
     ConnectivityCodec codec = ConnectivityCodec::rows;
     std::unique_ptr<SegmentEncoder> encoder{};
-    std::size_t taken = 0;  ///< number of pieces of the sample that this codec has coded so far
+    std::size_t taken = 0;  ///< number of pieces of the sample that this runner has coded
     std::vector<EncodedGroup> done{};
-    SegmentSize size{};  ///< approximate size after the last round of this codec
-    /// Uncompressed size in bytes of the values in the pieces coded so far.
+    SegmentSize size{};  ///< approximate size, from the most recent measurement of this runner
+    /// Uncompressed size in bytes of the values in the coded pieces.
     std::uint64_t value_bytes = 0;
   };
 
-  /// Way in which a round determines the size of the runners' values.
+  /// The way in which a round determines the size of the values.
   enum class Values : std::uint8_t {
-    grown,  ///< the size is assumed to grow in proportion to the uncompressed size since the last
-            ///< round
+    grown,  ///< no estimate: the size grows in proportion to the uncompressed size
     estimated,
-    estimated_last,  ///< the size is estimated for the last time: later rounds do not estimate
+    estimated_last,  ///< estimated, for the last time; later rounds use `grown`
   };
 
-  /// Runs the race and sets the encoder of the winner. `is_over` is true if the sample is the whole
-  /// segment.
+  /// Runs the race, and sets encoder_ to the encoder of the winner. `is_over`: true if the sample
+  /// is the whole segment.
   Result<void> choose(bool is_over, std::vector<EncodedGroup>& done);
   std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const;
   Result<void> advance(Runner& runner, std::size_t pieces) const;
@@ -117,7 +119,7 @@ class ChoosingEncoder {
   SegmentStart start_;
   std::vector<SegmentPiece> sample_;
   std::size_t sample_cells_ = 0;
-  Runner shifts_{ConnectivityCodec::shifts};  // shifts runner after it has left the race
+  Runner shifts_{ConnectivityCodec::shifts};  // runner of shifts after it has dropped out
   std::unique_ptr<SegmentEncoder> encoder_;   // encoder of the chosen codec
 };
 

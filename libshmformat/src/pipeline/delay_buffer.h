@@ -1,5 +1,5 @@
-// DelayBuffer: holds cells back so that a cell adjacent to the last one can be coded first.
-// SpiralReorderer chooses the cell.
+// DelayBuffer: delays cells, so that a cell adjacent to the most recently coded cell can be coded
+// next. SpiralReorderer chooses this cell.
 #pragma once
 
 #include <array>
@@ -26,17 +26,18 @@ class DelayBuffer {
   explicit DelayBuffer(std::size_t capacity) : capacity_(capacity) {}
 
   bool empty() const { return order_.waiting() == 0; }
-  /// Returns true if more cells wait than the capacity allows.
+  /// Returns true if the number of waiting cells exceeds the capacity.
   bool is_overfull() const { return order_.waiting() > capacity_; }
-  /// Adds a cell. `corners`: the vertex numbers of the corners, if the cell is a hexahedron.
-  /// Entries would not do: an entry may soon be reused for another vertex, which would look like a
-  /// neighbour.
+  /// Adds a cell. `corners`: if the cell is a hexahedron, the vertex numbers of its corners.
+  /// Entries of the vertex table cannot be used instead, because an entry may be reused for another
+  /// vertex, and two cells would then seem to share a vertex.
   void push(std::uint64_t number, std::uint32_t block, std::span<const std::uint32_t> entries,
             std::span<const std::byte> data, const std::optional<Corners>& corners);
-  /// Removes the cell that comes next. The result is valid until the next call of push(). Must
-  /// hold: the buffer is not empty.
+  /// Removes and returns the cell that comes next. The result is valid until the next call to
+  /// push(). Precondition: the buffer is not empty.
   const Cell& pop();
-  /// Forgets the last cell. Call it between segments. Must hold: the buffer is empty.
+  /// Forgets which cell was returned most recently. Call it between segments. Precondition: the
+  /// buffer is empty.
   void begin_segment() { order_ = {}; }
 
  private:

@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-// Size in bytes of the groups of the first segment that are decoded before threads start. Decoding
-// groups of this size takes about a millisecond.
+// Size in bytes of the groups of the first segment that are decoded before threads are started.
+// Decoding these groups takes about a millisecond.
 constexpr std::size_t kAloneBytes = std::size_t{4} << 10;
 
 }  // namespace
@@ -74,7 +74,7 @@ Result<void> SegmentDecoder::begin_streams() {
   stream_bytes_.clear();
   ByteReader in(std::span<const std::byte>(payload_).subspan(header_bytes_));
   for (const container::StreamEntry& entry : group_.streams) {
-    // The caller may leave out the streams of parts that are not decoded.
+    // The caller may skip streams of parts that are not decoded.
     const bool is_included = parts_.includes(entry);
     const auto bytes =
         in.get_bytes(is_included ? entry.bytes : std::min<std::uint64_t>(entry.bytes, in.left()));
@@ -93,8 +93,8 @@ Result<void> SegmentDecoder::begin_streams() {
 
 namespace {
 
-/// Removes vertices and values from the block but keeps their memory. The cells stay, and are
-/// overwritten later.
+/// Removes the vertices and values of the block, but keeps their memory. The cells are kept; they
+/// are overwritten later.
 void clear(MeshBlock& block) {
   block.vertex_numbers.clear();
   block.xyz.clear();
@@ -255,8 +255,9 @@ Result<void> MeshDecoder::begin_group(container::GroupChunk chunk, std::uint32_t
 
 Result<void> MeshDecoder::begin_segment(std::uint32_t segment, std::uint64_t offset) {
   if (segment != segments_begun_)
-    return damaged("the segment is neither that of the previous group nor the next", groups_begun_,
-                   offset);
+    return damaged(
+        "the group belongs neither to the segment of the previous group nor to the next segment",
+        groups_begun_, offset);
   if (segment >= limits_.max_segments)
     return damaged("the file has more than " + std::to_string(limits_.max_segments) +
                        " segments, which is the limit",
@@ -282,15 +283,15 @@ Result<std::optional<MeshBlock>> MeshDecoder::next_block(bool wait) {
   }
 }
 
-/// Records the end of `segment`. Later segments may import the vertices in `alive`, which the
-/// segment has not finalized.
+/// Records the end of `segment`. `alive`: vertices that the segment has not finalized; later
+/// segments may import them.
 void MeshDecoder::leave(const std::vector<std::uint64_t>& alive, std::uint32_t segment) {
   for (std::uint64_t number : alive) alive_.insert_or_assign(number, segment);
 }
 
-/// Checks that the block continues where the last block ended, and counts its vertices and cells.
-/// Also checks the bounding box. Readers of single parts, even of damaged files, do not check the
-/// box: a wrong box is no reason to withhold intact data.
+/// Checks that the block continues at the end of the previous block, and counts its vertices and
+/// cells. Checks the bounding box, too. (Readers of single parts do not check the box, even in
+/// damaged files, because a wrong box is no reason to withhold intact data.)
 Result<void> MeshDecoder::join(const DecodedBlock& block) {
   if (block.segment.segment == segment_starts_.size()) {
     if (block.segment.first_cell != cells_ || block.segment.first_vertex != vertices_)
@@ -299,18 +300,19 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
     segment_starts_.push_back(cells_);
     segment_connectivity_.push_back(block.connectivity);
   } else if (segment_connectivity_.back() == ConnectivityCodec::automatic) {
-    segment_connectivity_.back() = block.connectivity;  // until now, the segment had only unused
+    segment_connectivity_.back() = block.connectivity;  // so far, the segment has only unused
                                                         // vertices and therefore no codec
   }
   if (auto status = check_imports(block); !status) return status;
   if (block.group_end && !block.group_end->has_its_box)
-    return damaged("the box of the group does not match its vertices", groups_, block.offset);
+    return damaged("the bounding box of the group does not match its vertices", groups_,
+                   block.offset);
   count(block);
   return {};
 }
 
-/// Checks that the segment imports each vertex only once, and only vertices that earlier segments
-/// have left alive.
+/// Checks that the segment imports no vertex twice, and that earlier segments have left all
+/// imported vertices alive.
 Result<void> MeshDecoder::check_imports(const DecodedBlock& block) {
   for (std::uint64_t number : block.imported) {
     const auto found = alive_.find(number);

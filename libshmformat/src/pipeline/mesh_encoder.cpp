@@ -105,8 +105,8 @@ Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::u
   return delay(number, block, entries, data);
 }
 
-/// Puts the cell into the delay buffer. If the buffer is full, codes the waiting cell that comes
-/// next.
+/// Adds the cell to the delay buffer. If the buffer is then too full, codes the waiting cell that
+/// comes next.
 Result<void> MeshEncoder::delay(std::uint64_t number, std::uint32_t block,
                                 std::span<const std::uint32_t> entries,
                                 std::span<const std::byte> data) {
@@ -132,7 +132,8 @@ Result<void> MeshEncoder::code_all_waiting() {
   return {};
 }
 
-/// Ends the current segment, to which the waiting cells belong, and begins the next one.
+/// Ends the current segment and begins the next one. All waiting cells belong to the segment that
+/// ends.
 Result<void> MeshEncoder::cut() {
   if (auto status = code_all_waiting(); !status) return status;
   if (auto status = queue_.end_segment(); !status) return status;
@@ -147,19 +148,19 @@ Result<void> MeshEncoder::cut() {
 
 Result<void> MeshEncoder::end() {
   if (auto status = code_all_waiting(); !status) return status;
-  // The remaining vertices have not been used by any cell: encodes them in ascending order.
+  // Encodes the remaining vertices, which no cell has used, in ascending order of their numbers.
   for (const std::uint32_t entry : vertices_.unused())
     if (auto status = code_unused(entry); !status) return status;
   if (auto status = queue_.end_segment(); !status) return status;
   if (auto status = catch_up(); !status) return status;
-  // Frees all data that only further cells would need, because coding of steps needs memory, too.
+  // Frees all data that only further cells would need, because coding of steps also needs memory.
   vertices_ = VertexTable(*schema_);
   delayed_.reset();
   queue_.let_go();
   return {};
 }
 
-// --- into the current segment, in coding order
+// --- passing data to the current segment, in coding order
 
 Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
                                std::span<const std::uint32_t> entries,
@@ -186,7 +187,7 @@ Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
   return queue_.added();
 }
 
-/// Passes a vertex that is new to the current segment to the encoder of the segment.
+/// Passes a vertex to the encoder of the current segment. The vertex is new to this segment.
 void MeshEncoder::give_vertex(SegmentPiece& piece, std::uint32_t entry) {
   SegmentPiece::Vertex vertex = vertices_.put_into_segment(entry, start_.segment);
   if (!vertex.imported) {
@@ -254,7 +255,7 @@ Result<void> MeshEncoder::finish_group(EncodedGroup& group) {
   return sink_(group.segment, header, group.streams);
 }
 
-/// Reports each vertex and cell of the group to the caller, in coding order.
+/// Reports each vertex and each cell of the group to the caller, in coding order.
 void MeshEncoder::report_order(const EncodedGroup& group) const {
   for (const EncodedGroup::Vertex& vertex : group.own) options_.coding_order->vertex(vertex.number);
   for (std::uint64_t cell : group.cell_numbers) options_.coding_order->cell(cell);
@@ -264,8 +265,8 @@ void MeshEncoder::report_order(const EncodedGroup& group) const {
 
 namespace {
 
-/// Returns the furthest reference that the options allow. A trend needs two earlier steps since the
-/// last key step, including the key step.
+/// Returns the farthest reference step that the options allow. A prediction by trend needs two
+/// earlier steps, neither of them before the most recent key step.
 StepReference most_referred(const Schema& schema, const WriteOptions& options) {
   if (!has_steps(schema) || options.key_steps > 2) return StepReference::trend;
   return options.key_steps == 2 ? StepReference::before : StepReference::nothing;

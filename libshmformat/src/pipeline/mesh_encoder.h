@@ -1,6 +1,7 @@
-// MeshEncoder: converts vertices and cells to chunk groups. It checks what the caller adds and
-// connects the units that do the work: the vertex table, the delay buffer, the segment cutter, and
-// the segment queue, whose groups it completes and writes. mesh_decoder.h is the counterpart.
+// MeshEncoder: converts vertices and cells to encoded groups. It checks the data that the caller
+// adds. It connects the parts that do the work: the vertex table, the delay buffer, the segment
+// cutter and the segment queue. It completes the groups of the segment queue and writes them. Its
+// counterpart is mesh_decoder.h.
 // spec: "Segments", "Group"
 #pragma once
 
@@ -21,23 +22,24 @@ namespace shm {
 
 class MeshEncoder {
  public:
-  /// Receives a finished group: its segment, its header, and the bitstreams that the header lists,
-  /// in order.
+  /// Receives a finished group: its segment, its header, and its bitstreams in the order of the
+  /// header.
   using GroupSink = std::function<Result<void>(std::uint32_t, const container::GroupHeader&,
                                                const std::vector<std::vector<std::byte>>&)>;
 
-  /// `schema` has passed check_schema() and must outlive the encoder.
+  /// `schema` must have passed check_schema() and must outlive the encoder.
   MeshEncoder(const Schema& schema, const WriteOptions& options, GroupSink sink);
   MeshEncoder(const MeshEncoder&) = delete;
   MeshEncoder& operator=(const MeshEncoder&) = delete;
 
-  /// Declares that the mesh consists of some segments of a larger mesh, from `start` on. Call it
-  /// before adding anything. Groups are then held until give_out_part(), except in Order::keep.
+  /// Declares that the encoder codes a part of a larger mesh: some of its segments, beginning with
+  /// segment `start`. Call it before anything is added. Groups are then stored until
+  /// give_out_part() is called, except in Order::keep.
   void begin_part(const SegmentStart& start);
 
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                           std::span<const std::byte> data);
-  /// Adds a vertex that is owned by a segment before this part. Allowed only if the part does not
+  /// Adds a vertex that is owned by a segment before this part. Precondition: the part does not
   /// begin with segment 0.
   Result<void> add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                    std::span<const std::byte> data);
@@ -48,30 +50,32 @@ class MeshEncoder {
   /// Returns true if nothing has been added.
   bool is_new() const { return totals_.cells == 0 && vertices_.empty(); }
 
-  /// Like add_vertex(), for callers that keep track of entries: the number is neither looked up nor
-  /// checked. Returns the entry that identifies the vertex in enter_cell() until its last use.
-  /// `xyz` and `data` have the sizes that the schema requires.
+  /// Adds a vertex without looking up or checking its number; the caller must keep track of
+  /// entries. Returns the entry, which identifies the vertex in enter_cell() until the vertex's
+  /// last use. `xyz` and `data` have the sizes that the schema requires.
   std::uint32_t enter_vertex(std::uint64_t number, const std::byte* xyz, const std::byte* data) {
     return vertices_.add(number, xyz, data);
   }
-  /// Like add_cell(), with entries that have not ended. The counts of nodes and bytes must be those
-  /// of the block.
+  /// Adds a cell, like add_cell(), but identifies its vertices by their entries instead of their
+  /// numbers. The vertices must not have had their last use. The counts of nodes and bytes must be
+  /// those of the block.
   Result<void> enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
                           std::uint64_t last_use, std::span<const std::byte> data);
 
   Result<void> end();
-  /// Writes all groups that are complete. Only the calls so far determine which groups these are,
-  /// not the speed of threads.
+  /// Writes all groups that are complete. The set of these groups depends only on the calls so far,
+  /// not on the speed of threads.
   Result<void> catch_up() { return queue_.catch_up(); }
-  /// Writes all groups of a part after end(), except in Order::keep. `numbers` are the stream
-  /// numbers of the imported vertices of the part, in the order of add_imported_vertex().
+  /// Writes all groups of a part. With Order::keep, the groups have already been written. Call it
+  /// after end(). `numbers`: the stream numbers of the vertices that the part imports, in the order
+  /// of the calls to add_imported_vertex().
   Result<void> give_out_part(std::span<const std::uint64_t> numbers);
   std::size_t imported() const { return stream_numbers_.imported(); }
 
   const container::Index& totals() const { return totals_; }
 
  private:
-  /// Returns true if groups list stream numbers for their imported vertices, not the caller's
+  /// Returns true if groups list imported vertices by their stream numbers instead of the caller's
   /// numbers.
   bool has_stream_numbers() const { return schema_->order != Order::keep; }
   Result<void> delay(std::uint64_t number, std::uint32_t block,
@@ -79,8 +83,9 @@ class MeshEncoder {
   Result<void> code_waiting();
   Result<void> code_all_waiting();
   Result<void> cut();
-  /// Codes a cell. `may_give`: the cell may be the first in the segment to use one of its vertices.
-  /// `may_end`: bit mask of the nodes at which the cell may use a vertex for the last time.
+  /// Codes a cell. `may_give`: true if the cell may be the first cell in the segment that uses one
+  /// of its vertices. `may_end`: bit mask of the nodes whose vertices may be used for the last
+  /// time.
   Result<void> code(std::uint64_t number, std::uint32_t block,
                     std::span<const std::uint32_t> entries, std::span<const std::byte> data,
                     bool may_give, std::uint64_t may_end);
@@ -93,7 +98,7 @@ class MeshEncoder {
   const Schema* schema_;
   const WriteOptions options_;
   GroupSink sink_;
-  std::vector<std::size_t> cell_data_bytes_;  // size of the data of a cell in bytes, by block
+  std::vector<std::size_t> cell_data_bytes_;  // for each block: size in bytes of the data of a cell
   std::vector<std::uint32_t> cell_entries_;
 
   VertexTable vertices_;
@@ -104,16 +109,18 @@ class MeshEncoder {
 
   SegmentStart start_;              // the current segment
   std::uint64_t coded_cells_ = 0;   // number of cells added to the queue
-  std::uint64_t own_vertices_ = 0;  // number of vertices added to the queue, without imports
+  std::uint64_t own_vertices_ = 0;  // number of vertices added to the queue; imported vertices are
+                                    // not counted
 
-  std::uint32_t last_segment_ = 0;  // segment of the last group written
-  bool holds_groups_ = false;       // true: a part whose imported vertices have no numbers yet
+  std::uint32_t last_segment_ = 0;  // segment of the most recently written group
+  bool holds_groups_ = false;       // true for a part whose imported vertices do not have numbers
+                                    // yet
   std::vector<EncodedGroup> held_;
 
   container::Index totals_;
 };
 
-/// Returns the schema to store in a file written with these options. Fails with ErrorCode::misuse
+/// Returns the schema that a file written with these options stores. Fails with ErrorCode::misuse
 /// if the schema or the options are invalid.
 Result<Schema> schema_of_file(Schema schema, const WriteOptions& options);
 

@@ -8,20 +8,22 @@
 namespace shm {
 namespace {
 
-// Smallest number of cells in a segment that is cut because the restart budget allows it. A segment
-// that ends at the beginning of an element block, which is a better place for a cut, needs only
-// half of that number.
+// Smallest number of cells after which a segment may end because of the restart budget (the largest
+// share of vertices that may be stored twice). At the beginning of an element block, which is a
+// better place for a cut, half of this number suffices.
 constexpr std::uint64_t kLeastSegmentCells = 131072;
 
-// Cells and bytes of a piece. A piece is large enough that passing it to another thread costs
-// little, and small compared with a group.
+// Number of cells and bytes of a piece. A piece must be so large that passing it to another thread
+// costs little, but it must be small compared with a group.
 constexpr std::size_t kPieceCells = 1024;
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
-// Limits on the bytes of the waiting pieces and of the waiting groups, per thread.
+// Limit per thread, in bytes, on the pieces that wait to be encoded. The same limit applies to the
+// groups that wait to be passed on.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 
-// Bytes of pieces of the first segment that are coded before threads start: some hundred cells.
+// Size in bytes of the pieces of the first segment that are coded before threads are started. These
+// pieces contain a few hundred cells.
 constexpr std::size_t kAlonePieceBytes = std::size_t{32} << 10;
 
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
@@ -33,7 +35,7 @@ class SegmentTask final : public Tasks::Task {
       : schema_(&schema), group_cells_(group_cells), trial_(trial), start_(start) {}
 
   Result<void> take(SegmentPiece& piece, const Tasks::Emit& emit) override {
-    if (!encoder_)  // created here, because tasks that wait need no encoder yet
+    if (!encoder_)  // create the encoder here, because waiting tasks do not need one yet
       encoder_ = std::make_unique<ChoosingEncoder>(*schema_, group_cells_, trial_, start_);
     auto result = encoder_->take(piece, done_);
     emit_done(emit);
@@ -86,7 +88,7 @@ SegmentQueue::SegmentQueue(const Schema& schema, const WriteOptions& options, Re
                                                             .alone = kAlonePieceBytes});
 }
 
-/// Returns the codecs to try on the current segment.
+/// Returns the codecs that are tried on the current segment.
 CodecTrial SegmentQueue::trial() const {
   const auto& codecs = options_->segment_connectivity;
   const ConnectivityCodec codec =
@@ -140,8 +142,8 @@ Result<void> SegmentQueue::catch_up() {
   return tasks_ ? take_finished(Tasks::Wait::for_output) : Result<void>();
 }
 
-/// Passes on the groups that threads have finished. With for_output, waits for all groups of the
-/// pieces passed on so far.
+/// Passes on the groups that threads have finished. If for_output is set, waits until all groups of
+/// the pieces passed on so far are finished.
 Result<void> SegmentQueue::take_finished(Tasks::Wait wait) {
   while (true) {
     auto group = tasks_->next(wait);

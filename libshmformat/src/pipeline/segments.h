@@ -1,6 +1,6 @@
 // Segments of the encoder.
-//   SegmentCutter  decides where segments end
-//   SegmentQueue   encodes segments, and passes their groups on in file order
+//   SegmentCutter  decides before which cells new segments begin
+//   SegmentQueue   encodes segments, and passes on their groups in file order
 // spec: "Segments"
 #pragma once
 
@@ -17,20 +17,21 @@
 
 namespace shm {
 
-/// Decides where segments end. The decision depends only on counts of added vertices and cells, so
-/// that the same calls produce the same bytes. Groups end within the segment encoder
-/// (codecs/shared/segment_encoder.h).
+/// Decides before which cells a new segment begins. The decision depends only on the numbers of
+/// vertices and cells added, so that the same calls produce the same bytes. The end of a group, in
+/// contrast, is decided by the segment encoder (codecs/shared/segment_encoder.h).
 class SegmentCutter {
  public:
   /// `options` must outlive the cutter.
   explicit SegmentCutter(const WriteOptions& options) : options_(&options) {}
 
-  /// Returns true if a segment begins before the next cell, which belongs to `block` and has number
-  /// `cell`.
+  /// Returns true if a new segment begins before the next cell. `block`, `cell`: element block and
+  /// number of this cell.
   bool is_due(std::uint32_t block, std::uint64_t cell) const;
   void begin_segment() { cells_ = introduced_ = 0; }
 
-  /// Counts a cell that introduces `introduced` vertices and ends `ended` vertices.
+  /// Counts a cell. `introduced`: number of vertices that the cell introduces. `ended`: number of
+  /// its vertices that no later cell uses.
   void add_cell(std::uint32_t block, std::uint64_t introduced, std::uint64_t ended) {
     block_ = block;
     ++cells_;
@@ -38,41 +39,43 @@ class SegmentCutter {
     live_ += introduced;
     live_ -= ended;
   }
-  /// Counts a vertex that an earlier part has introduced.
+  /// Counts a vertex that was introduced by an earlier part of the mesh.
   void add_import() { ++live_; }
 
  private:
   const WriteOptions* options_;
   std::uint64_t live_ = 0;   // number of vertices that a cell has used and that are not finalized
-  std::uint32_t block_ = 0;  // block of the last cell
+                             // yet
+  std::uint32_t block_ = 0;  // block of the most recent cell
   // Counts of the current segment
-  std::uint64_t cells_ = 0;  // number of cells added, both coded and waiting
+  std::uint64_t cells_ = 0;  // number of cells added so far, whether they are coded or waiting
   std::uint64_t introduced_ =
-      0;  // number of vertices that cells of the segment use and no earlier cell has used
+      0;  // number of vertices that were first used by cells of the current segment
 };
 
-/// Encodes segments, and passes their groups on in file order. With several threads, a segment is
-/// encoded while later segments begin; without threads, in the calls that add its cells. The groups
-/// and their order do not depend on the number of threads.
+/// Encodes segments, and passes on their groups in file order. With several threads, a segment is
+/// encoded while later segments are being added. Without threads, it is encoded by the calls that
+/// add its cells. The groups and their order do not depend on the number of threads.
 class SegmentQueue {
  public:
   using Receiver = std::function<Result<void>(EncodedGroup&)>;
 
-  /// `schema` and `options` must outlive the queue. `receive` is called in the caller's thread.
+  /// `schema` and `options` must outlive the queue. `receive` is called only in the caller's
+  /// thread.
   SegmentQueue(const Schema& schema, const WriteOptions& options, Receiver receive);
 
-  /// Begins a segment. The previous segment, if there is one, must have ended.
+  /// Begins a segment. If there is a previous segment, it must have ended.
   void begin_segment(const SegmentStart& start) { start_ = start; }
-  /// Last cells of the current segment, which are not being encoded yet. The caller adds cells and
-  /// calls added() after each cell.
+  /// The most recent cells of the current segment, which have not been passed on for encoding yet.
+  /// The caller adds each cell to this piece, and then calls added().
   SegmentPiece& piece() { return piece_; }
   Result<void> added() { return piece_is_full() ? pass_piece_on() : Result<void>(); }
   Result<void> end_segment();
 
-  /// Passes on all groups that are complete. Only the calls so far determine which groups these
-  /// are, not the speed of threads.
+  /// Passes on all groups that are complete. The set of these groups depends only on the calls so
+  /// far, not on the speed of threads.
   Result<void> catch_up();
-  /// Ends the threads and frees all memory. Must be the last call.
+  /// Ends the threads and frees all memory. No other function may be called after it.
   void let_go();
 
  private:
@@ -89,7 +92,8 @@ class SegmentQueue {
   Receiver receive_;
   SegmentStart start_;
   SegmentPiece piece_;
-  bool segment_begun_ = false;  // true: a piece of the current segment has been passed on
+  bool segment_begun_ = false;  // true if at least one piece of the current segment has been passed
+                                // on for encoding
   std::unique_ptr<ChoosingEncoder> encoder_;  // used without threads
   std::vector<EncodedGroup> done_;
   std::unique_ptr<Tasks> tasks_;  // used with threads

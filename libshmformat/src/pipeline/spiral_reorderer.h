@@ -1,9 +1,9 @@
-// SpiralReorderer: the delay buffer, which receives cells in input order and returns them in coding
-// order. It chooses a waiting cell that shares a face with the previous hexahedron, so that the
-// gate of the next cell is more often a face of the previous hexahedron. If no such cell exists,
-// it chooses the cell that has waited longest.
+// SpiralReorderer: the delay buffer. It receives cells in input order and returns them in coding
+// order. It chooses a waiting cell that shares a face with the previous hexahedron. The gate of a
+// cell (the face to which it is attached) is then more often a face of the previous hexahedron. If
+// no waiting cell shares a face, SpiralReorderer chooses the cell that has waited longest.
 //
-// A cell that shares no face with the cells chosen before it may wait long. The number of waiting
+// A cell that shares no face with the chosen cells may wait for a long time. The number of waiting
 // cells never exceeds the size of the buffer.
 // source: paper section 3.1.1. Not part of the format: a reader sees only the resulting order.
 #pragma once
@@ -19,19 +19,22 @@ namespace shm {
 
 class SpiralReorderer {
  public:
-  using Corners = std::array<std::uint64_t, 8>;  // any numbers that identify the vertices of the
-                                                 // corners, in stored order
+  using Corners = std::array<std::uint64_t, 8>;  // numbers that identify the vertices of the
+                                                 // corners, in stored order; any numbers may be
+                                                 // used
 
-  /// Add a cell. The caller chooses `handle`, which must differ from the handles of all waiting
+  /// Adds a cell. The caller chooses `handle`, which must differ from the handles of all waiting
   /// cells.
   void push_hexahedron(std::uint32_t handle, const Corners& corners);
   void push_other(std::uint32_t handle);
   std::size_t waiting() const { return by_age_.size(); }
-  /// Removes the waiting cell that comes next, and returns its handle. Must hold: waiting() > 0.
+  /// Removes the waiting cell that is next in coding order, and returns its handle. Precondition:
+  /// waiting() > 0.
   std::uint32_t pop();
 
  private:
-  /// Faces of the previous hexahedron, as seen by an observer who walks through the mesh.
+  /// Faces of the previous hexahedron, named from the viewpoint of an observer who walks through
+  /// the mesh.
   enum Label : std::uint8_t { kFront, kLeft, kRight, kTop, kBottom, kBack, kLabels };
   using Face = std::array<std::uint64_t, 4>;  // vertex numbers of a face, in ascending order
   struct FaceHash {
@@ -51,7 +54,7 @@ class SpiralReorderer {
   std::uint64_t next_age_ = 0;
   std::map<std::uint64_t, std::uint32_t> by_age_;
   std::unordered_map<std::uint32_t, Waiting> cells_;
-  // Handles of the waiting cells at each face, at most two.
+  // Handles of the waiting cells at each face. A face has at most two.
   std::unordered_map<Face, std::array<std::uint32_t, 2>, FaceHash> faces_;
 
   bool has_previous_ = false;

@@ -41,8 +41,8 @@ void StreamNumbers::store_own(const EncodedGroup& group) {
     if (group.own[i].ticket != kNone) numbers_[group.own[i].ticket] = group.header.first_vertex + i;
 }
 
-/// Codes the numbers of the imported vertices, which earlier groups own, and frees the tickets that
-/// end in the group.
+/// Codes the numbers of the vertices that the group imports; earlier groups own these vertices.
+/// Then frees the tickets of vertices whose last use is in the group.
 std::vector<std::byte> StreamNumbers::code_imports(const EncodedGroup& group) {
   for (const EncodedGroup::Import& import : group.imports)
     column_.code(coder_, import.stencil, import.slot, numbers_[import.ticket]);

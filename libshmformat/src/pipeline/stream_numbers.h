@@ -1,8 +1,8 @@
-// StreamNumbers: the stream numbers of vertices that later segments may import, and the streams
-// with which groups list the numbers of the vertices that they import. The stream number of a
-// vertex is known when the group that owns the vertex is complete. Until then a ticket identifies
-// the vertex, since other segments may be encoded at the same time. Not used in Order::keep, in
-// which groups contain the caller's numbers.
+// StreamNumbers: the stream numbers of vertices that later segments may import, and the streams in
+// which groups list the numbers of imported vertices. The stream number of a vertex is known as
+// soon as the group that owns the vertex is complete. Until then a ticket identifies the vertex,
+// because several segments may be encoded at the same time. This class is not used in Order::keep,
+// since groups then contain the caller's numbers.
 // spec: "Imports"
 #pragma once
 
@@ -22,24 +22,25 @@ namespace shm {
 class StreamNumbers {
  public:
   std::uint32_t new_ticket();
-  /// Frees a ticket once the group with cell `cell`, the last one that uses its vertex, has passed
-  /// complete(). `cell` counts cells in coding order and ascends from call to call.
+  /// Frees a ticket as soon as complete() has received the group with the last use of the vertex.
+  /// `cell`: number, in coding order, of the last cell that uses the vertex. From call to call,
+  /// `cell` must not decrease.
   void end_ticket(std::uint32_t ticket, std::uint64_t cell) { ending_.emplace_back(cell, ticket); }
 
-  // Imports from before the part that is encoded: set_imported() must precede complete()
+  // Vertices imported from before the part that is encoded: call set_imported() before complete()
 
-  /// Returns the ticket of a vertex that a segment before the part owns.
+  /// Returns a new ticket for a vertex that is owned by a segment before the part.
   std::uint32_t new_imported() { return imported_.emplace_back(new_ticket()); }
-  /// Returns the number of calls of new_imported().
+  /// Returns the number of calls to new_imported().
   std::size_t imported() const { return imported_.size(); }
-  /// Sets the stream numbers of these vertices, in the order of new_imported(). There must be
-  /// imported() numbers.
+  /// Sets the stream numbers of the vertices for which new_imported() was called, in the order of
+  /// these calls. Precondition: `numbers` has imported() entries.
   void set_imported(std::span<const std::uint64_t> numbers);
 
-  /// Call it before the first group of each segment.
+  /// Resets the coder of import numbers. Call it before the first group of each segment.
   void begin_segment() { column_ = {}; }
-  /// Adds a stream with the numbers of the vertices that the group imports, and stores the numbers
-  /// of the vertices that it owns. Call it for all groups in file order.
+  /// Completes a group: adds the stream with the numbers of its imported vertices, and stores the
+  /// numbers of the vertices that it owns. Call it for all groups in file order.
   void complete(EncodedGroup& group);
 
  private:
@@ -49,8 +50,10 @@ class StreamNumbers {
   std::vector<std::uint64_t> numbers_;  // by ticket
   std::vector<std::uint32_t> free_;
   std::deque<std::pair<std::uint64_t, std::uint32_t>>
-      ending_;  // for each ticket that ends: number of the cell with the last use, and the ticket
-  std::vector<std::uint32_t> imported_;  // tickets of the vertices owned before the part
+      ending_;  // a list of the tickets that end: the cell that uses the vertex last, and the
+                // ticket
+  std::vector<std::uint32_t> imported_;  // tickets of the vertices owned by segments before the
+                                         // part
   NumberColumn<RangeEncoder> column_;
   RangeEncoder coder_;
 };

@@ -1,6 +1,6 @@
-// VertexTable: the vertices that the caller may still use, and those that cells in the delay buffer
-// still use. Each vertex has an entry: its number, its values, and its uses. The entry is reused
-// after the last use of its vertex.
+// VertexTable: the vertices that the caller may still use, and the vertices that cells in the delay
+// buffer still use. Each vertex has an entry, which contains its number, its values and its uses.
+// After the last use of the vertex, the entry is reused.
 #pragma once
 
 #include <algorithm>
@@ -27,41 +27,45 @@ class VertexTable {
   std::size_t value_bytes() const { return value_bytes_; }
   bool empty() const { return entries_.empty(); }
 
-  /// Adds a vertex and returns its entry. find() does not find the vertex. `xyz` and `data` have
-  /// the sizes that the schema requires.
+  /// Adds a vertex and returns its entry. The vertex cannot be found by find(). `xyz` and `data`
+  /// have the sizes that the schema requires.
   std::uint32_t add(std::uint64_t number, const std::byte* xyz, const std::byte* data);
-  /// Adds a vertex and returns its entry, which find() returns until the vertex ends. Returns kNone
-  /// if there is a vertex with this number.
-  std::uint32_t add_named(std::uint64_t number, const std::byte* xyz, const std::byte* data);
-  /// Returns the entry of a vertex added by add_named(), or kNone if there is none with this
+  /// Adds a vertex and returns its entry. From then on, find() also returns this entry, until end()
+  /// is called for the vertex. Returns kNone if the table already contains a vertex with this
   /// number.
+  std::uint32_t add_named(std::uint64_t number, const std::byte* xyz, const std::byte* data);
+  /// Returns the entry of a vertex that was added by add_named(). Returns kNone if the table does
+  /// not contain a vertex with this number.
   std::uint32_t find(std::uint64_t number) const { return by_number_.find(number); }
 
   std::uint64_t number(std::uint32_t entry) const { return entries_[entry].number; }
-  /// Returns the coordinates, followed by the point data. Valid until the next vertex is added.
+  /// Returns the coordinates of a vertex, followed by its point data. The result is valid until the
+  /// next vertex is added.
   const std::byte* values(std::uint32_t entry) const {
     return values_.data() + entry * value_bytes_;
   }
 
-  // --- uses by the cells that are added
+  // --- uses of vertices by the cells that are added
 
   struct Uses {
-    std::uint64_t introduced = 0;   ///< number of vertices that no earlier cell has used
-    bool first_in_segment = false;  ///< true: a vertex has not been passed to the segment yet
+    std::uint64_t introduced = 0;   ///< number of vertices that no earlier cell of the mesh has
+                                    ///< used
+    bool first_in_segment = false;  ///< true if at least one vertex has not been passed to the
+                                    ///< segment yet
   };
-  /// Marks the vertices of a cell as used. The cell is added while `segment` is the current one.
+  /// Marks the vertices of a cell as used. `segment`: the segment to which the cell is added.
   Uses use(std::span<const std::uint32_t> entries, std::uint32_t segment);
-  /// Marks the vertices at the nodes in `last_use`, a bit mask, as ended: only waiting cells still
-  /// use them. The caller may use their numbers again. Returns the number of vertices that had not
-  /// ended before.
+  /// Marks vertices as ended: only waiting cells still use them, and the caller may use their
+  /// numbers again. `last_use`: bit mask of the nodes with these vertices. Returns the number of
+  /// vertices that had not ended before.
   std::uint64_t end(std::span<const std::uint32_t> entries, std::uint64_t last_use);
-  /// Marks a vertex as used by a segment before the part that is encoded.
+  /// Marks a vertex as used by a segment before the part that is being encoded.
   void mark_imported(std::uint32_t entry) {
-    in_segment_[entry] = 0;  // passed to an earlier segment; it does not matter to which
+    in_segment_[entry] = 0;  // any earlier segment; it does not matter which
     entries_[entry].used = true;
   }
 
-  // --- uses by the cells in the delay buffer
+  // --- uses of vertices by the cells in the delay buffer
 
   void begin_waiting(std::span<const std::uint32_t> entries) {
     for (const std::uint32_t e : entries) ++entries_[e].waiting;
@@ -70,35 +74,36 @@ class VertexTable {
     for (const std::uint32_t e : entries) --entries_[e].waiting;
   }
 
-  // --- into the current segment, in coding order
+  // --- passing vertices to the current segment, in coding order
 
   bool is_in_segment(std::uint32_t entry, std::uint32_t segment) const {
     return in_segment_[entry] == segment;
   }
-  /// Returns the vertex as an element of a piece of `segment`. The vertex must not be in the
-  /// segment yet. Until set_ticket(), an own vertex has no ticket.
+  /// Returns a vertex in the form in which a piece of `segment` contains it. Precondition: the
+  /// vertex has not been passed to the segment yet. If the segment owns the vertex, it has no
+  /// ticket until set_ticket() is called.
   SegmentPiece::Vertex put_into_segment(std::uint32_t entry, std::uint32_t segment);
   void set_ticket(std::uint32_t entry, std::uint32_t ticket) { entries_[entry].ticket = ticket; }
 
-  /// Frees the entries of the vertices at the nodes in `may_end`, a bit mask, that later cells do
-  /// not use. Calls `freed` with the ticket of each of these vertices. Returns all nodes of the
-  /// cell at which these vertices occur, as a bit mask.
+  /// Frees the entries of vertices that no later cell uses. `may_end`: bit mask of the nodes that
+  /// are examined. Calls `freed` with the ticket of each freed vertex. Returns a bit mask of all
+  /// nodes of the cell that have one of these vertices.
   template <class Freed>
   std::uint64_t free_ended(std::span<const std::uint32_t> entries, std::uint64_t may_end,
                            Freed&& freed);
-  /// Frees the entry of a vertex that was added by add_named() and that no cell uses.
+  /// Frees the entry of a vertex that was added by add_named() and that no cell has used.
   void free_unused(std::uint32_t entry);
-  /// Returns the vertices added by add_named() that no cell has used, in ascending order of their
-  /// numbers.
+  /// Returns the vertices that were added by add_named() and that no cell has used, in ascending
+  /// order of their numbers.
   std::vector<std::uint32_t> unused() const;
 
  private:
   struct Entry {
     std::uint64_t number = 0;
     std::uint32_t ticket = kNone;
-    std::uint32_t waiting : 30 = 0;  // number of uses by cells in the delay buffer
+    std::uint32_t waiting : 30 = 0;  // number of uses by the cells in the delay buffer
     bool used : 1 = false;           // true: a cell has used the vertex
-    bool ends : 1 = false;           // true: only waiting cells will still use the vertex
+    bool ends : 1 = false;           // true if only waiting cells will still use the vertex
     bool named = false;              // true: by_number_ contains the vertex
   };
 
@@ -108,7 +113,8 @@ class VertexTable {
 
   std::size_t xyz_bytes_, value_bytes_;
   std::vector<Entry> entries_;
-  /// The last segment to which each entry was passed. A separate list, because each cell reads it.
+  /// For each entry: the most recent segment to which the vertex was passed. This list is separate
+  /// from entries_, because it is read for each cell.
   std::vector<std::uint32_t> in_segment_;
   std::vector<std::byte> values_;  // coordinates and point data of each entry
   std::vector<std::uint32_t> free_;

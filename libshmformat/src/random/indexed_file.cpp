@@ -158,8 +158,8 @@ void IndexedFile::prefetch_groups(std::span<const std::size_t> groups) {
   source_->prefetch(ranges);
 }
 
-/// Returns the total length in bytes of the chunk header and the group header, if the chunk header
-/// has the form that writers choose.
+/// Returns the total length in bytes of the chunk header and the group header, assuming that the
+/// chunk header has the form that writers choose.
 std::uint64_t IndexedFile::head_bytes(const IndexEntry& group) const {
   container::ChunkHeader header;
   header.segment = group.segment;
@@ -202,7 +202,7 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   if (!bytes) return bytes.error();
   const std::uint64_t all = container::header_bytes(*bytes) + entry.header_bytes;
   if (bytes->size() < all &&
-      all <= entry.bytes) {  // the chunk header is long although a short header would suffice
+      all <= entry.bytes) {  // The chunk header is long although a short header would suffice.
     bytes = container::read_bytes(*source_, entry.offset, all, section);
     if (!bytes) return bytes.error();
   }
@@ -350,7 +350,7 @@ Result<void> IndexedFile::expect_group(std::size_t group,
 }
 
 Result<void> IndexedFile::expect_totals() const {
-  if (decodable_) return {};  // totals cannot be checked if some groups are lost
+  if (decodable_) return {};  // If some groups are lost, the totals cannot be checked.
   std::uint64_t vertices = 0, cells = 0;
   bool ok = index_.block_cells.size() == schema().blocks.size();
   for (const IndexEntry& group : groups_) {
@@ -368,8 +368,8 @@ Result<void> IndexedFile::expect_totals() const {
   return ok && cells == 0 ? Result<void>() : wrong_index("its groups do not add up to its totals");
 }
 
-/// Determines from the first chunk whether all chunk headers are long. `bytes` begin at the file
-/// start.
+/// Determines whether all chunk headers are long, from the header of the first chunk. `bytes` are
+/// the first bytes of the file.
 void IndexedFile::look_at_beginning(std::span<const std::byte> bytes) {
   const auto first = bytes.subspan(std::min(bytes.size(), container::kFileStartBytes));
   has_long_headers_ = container::header_bytes(first) == kLongHeaderBytes;

@@ -1,6 +1,6 @@
 // IndexedFile: reads a .shm file through its index. It finds chunks and the bitstreams of groups,
-// and reads only the requested data. It uses the offsets in the index. It checks all other contents
-// of the index against the file.
+// and reads only the requested data. It relies on the offsets in the index, and checks all other
+// contents of the index against the file.
 // spec: "Index and trailer", "Group"
 #pragma once
 
@@ -36,8 +36,8 @@ class IndexedFile {
 
   /// Opens an undamaged file. Reads only the trailer, the index and the schema.
   Result<void> open();
-  /// Opens a damaged file: scans all of it and stores the list of decodable parts. Only decodable
-  /// segments and groups are counted in the numbers of segments and groups.
+  /// Opens a damaged file: scans all of it and stores the list of decodable parts. segments() and
+  /// groups() then contain only the decodable segments and groups.
   Result<void> open_damaged();
   /// Returns the decodable parts, or null if the file was not opened by open_damaged().
   const DecodableParts* decodable() const { return decodable_.get(); }
@@ -64,7 +64,7 @@ class IndexedFile {
                first_group_.begin()) -
            1;
   }
-  /// Return the number that segments()[segment] or groups()[group] has in the file.
+  /// Return the original number of segments()[segment] or groups()[group] in the file.
   std::uint32_t segment_number(std::size_t segment) const {
     return groups_[first_group_[segment]].segment;
   }
@@ -77,13 +77,13 @@ class IndexedFile {
                       : std::span<const std::uint32_t>();
   }
 
-  /// Returns the payload of a whole chunk. Stores the version of the chunk in `version` unless
-  /// `version` is null.
+  /// Returns the payload of a whole chunk. If `version` is not null, stores the version of the
+  /// chunk there.
   Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry,
                                             std::uint8_t* version = nullptr);
-  /// Result of read_chunk_of_parts(), which works like read_chunk() for a chunk with several parts.
-  /// Such a chunk is read once per part, so a small payload is stored for the next call. The
-  /// payload returned is valid until the next call.
+  /// Result of read_chunk_of_parts(), which works like read_chunk() but is for chunks with several
+  /// parts of step values. Such a chunk is requested once per part, so a small payload is cached.
+  /// The payload is valid until the next call.
   struct Payload {
     std::span<const std::byte> bytes;
     std::uint8_t version = 0;
@@ -103,22 +103,22 @@ class IndexedFile {
     std::vector<std::byte> bytes;  ///< group header as stored in the payload
     container::GroupHeader header;
     std::uint64_t payload_offset = 0;  ///< offset of the payload in the file
-    /// Offset in the file of each stream that the header lists.
+    /// Offset in the file of each stream that the group header lists.
     std::vector<std::uint64_t> stream_offset;
   };
   Result<GroupHead> read_group_head(std::size_t group);
   /// Announces to the source that these groups will be read as a whole.
   void prefetch_groups(std::span<const std::size_t> groups);
   /// Announces to the source which bitstreams of these groups will be read. To determine these
-  /// bitstreams, reads the headers of the groups. The headers are stored for read_group_head(),
-  /// which also reports errors in them. Does nothing if there are too many groups.
+  /// bitstreams, reads the headers of the groups and stores them for read_group_head(), which later
+  /// reports any errors in the headers. If there are too many groups, does nothing.
   using WantsStream =
       std::function<bool(const container::GroupHeader&, const container::StreamEntry&)>;
   void prefetch_streams(std::span<const std::size_t> groups, const WantsStream& wants);
   /// Returns the bytes of one bitstream of a group.
   Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
                                              std::size_t stream);
-  /// Reads a group. In the payload returned, streams that are not wanted are replaced by zeros.
+  /// Reads a group. In the payload returned, streams that are not wanted are replaced with zeros.
   Result<container::GroupChunk> read_group(std::size_t group, const DecodedParts& parts);
 
   Error wrong_index(std::string detail) const {
@@ -137,8 +137,9 @@ class IndexedFile {
   /// Returns the memory budget for unpacked blobs that is left after the schema. Every call returns
   /// the same budget, so that reading the same parts again does not fail.
   UnpackBudget budget() const;
-  /// Returns true if the unpacked size of blobs is bounded, like container::has_bounded_blobs().
-  /// This is the case in the files that may use earlier values.
+  /// Returns true if the unpacked size of blobs in this file is bounded
+  /// (container::has_bounded_blobs()). This is the case if and only if values may be coded by
+  /// reference to earlier values.
   bool has_bounded_blobs() const { return schema().earlier_values; }
 
   RandomSource* source_;
@@ -147,7 +148,8 @@ class IndexedFile {
   std::unique_ptr<const Schema> schema_;
   std::uint64_t index_offset_ = 0;
   container::Index index_;
-  // True if all chunk headers are long, even if short headers would suffice.
+  // True if the file stores all chunk headers in their long form, even if short headers would
+  // suffice.
   bool has_long_headers_ = false;
   std::vector<SegmentInfo> segments_;
   std::vector<container::IndexEntry> groups_;

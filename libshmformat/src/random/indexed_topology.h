@@ -1,4 +1,4 @@
-// Declares add_group(), which finds a group through the index and reads its topology.
+// add_group(): finds a group through the index and reads its topology.
 #pragma once
 
 #include <cstddef>

@@ -41,7 +41,7 @@ class NumberSet {
     }
     return twice_;
   }
-  /// Returns all numbers in ascending order. Must hold: twice() was called and returned nullopt.
+  /// Returns all numbers in ascending order. Precondition: twice() was called and returned nullopt.
   std::vector<std::uint64_t> numbers() const {
     std::vector<std::uint64_t> numbers;
     numbers.reserve(static_cast<std::size_t>(size_));

@@ -62,13 +62,14 @@ Result<void> PiecePicker::pick(MeshBlock& block, std::size_t group) {
       return status;
     if (auto status = pick_cell(block, cell); !status) return status;
   }
-  // No cell uses the remaining vertices of the block.
+  // The vertices of the block that remain are not used by any cell.
   if (request_->of_vertices()) return take_vertices(block, vertex, block.vertex_count());
   return request_->wants_unused() ? take_unused(block, vertex) : Result<void>();
 }
 
-/// Adds the vertices of a block from `next` to `end` to the buffer, where they are stored until
-/// cells use them. If vertices are requested, adds the requested vertices to the piece.
+/// Adds the vertices of a block from index `next` to index `end` - 1 to the buffer, which stores
+/// them until cells use them. If vertices are requested, also adds the requested vertices to the
+/// piece.
 Result<void> PiecePicker::take_vertices(const MeshBlock& block, std::size_t& next,
                                         std::size_t end) {
   const std::size_t xyz_bytes = 3 * scalar_bytes(file_->schema().coordinate_type);
@@ -100,7 +101,8 @@ Result<void> PiecePicker::take_vertices(const MeshBlock& block, std::size_t& nex
   return {};
 }
 
-/// Adds the vertices of a block from index `next` on to the piece. No cell uses these vertices.
+/// Adds to the piece all vertices of a block whose index is `next` or higher. No cell uses these
+/// vertices.
 Result<void> PiecePicker::take_unused(const MeshBlock& block, std::size_t next) {
   const std::size_t first = next;
   if (auto status = take_vertices(block, next, block.vertex_count()); !status) return status;

@@ -20,7 +20,7 @@ namespace shm {
 
 class PiecePicker {
  public:
-  /// Vertex of the piece that an earlier segment owns.
+  /// Vertex of the piece that was imported, i.e. that an earlier segment owns.
   struct Import {
     std::size_t segment = 0;  // index of the segment that imports the vertex
     std::array<double, 3> point{};
@@ -31,25 +31,25 @@ class PiecePicker {
   PiecePicker(const IndexedFile& file, const PieceRequest& request, const DecodedParts& parts);
 
   void begin_segment(std::size_t segment) { segment_ = segment; }
-  /// Copies the requested part of the next block of the segment to piece(). The block belongs to
-  /// `group`. The call may move the contents of the block away.
+  /// Copies the requested part of the next block of the segment to piece(). `group` is the group to
+  /// which the block belongs. The call may leave the block empty.
   Result<void> pick(MeshBlock& block, std::size_t group);
   void end_segment();
-  /// Ends the mesh. Must be called after all segments. Checks that every requested element has been
-  /// found exactly once.
+  /// Ends the mesh. Call this function after all segments. Checks that every requested element has
+  /// been found exactly once.
   Result<void> end_mesh();
 
-  /// Returns the requested part of the last block.
+  /// Returns the requested part of the most recent block.
   MeshBlock& piece() { return piece_; }
   /// Returns the number of elements found so far that meet all conditions except the box.
   std::uint64_t found() const { return found_; }
-  /// Returns the number of vertices in the box that later cells may use.
+  /// Returns the number of stored vertices that are in the box and that later cells may use.
   std::size_t waiting_in_box() const { return buffer_.in_box(); }
 
   // Return the number of vertices picked so far.
   std::uint64_t vertex_count() const { return vertices_.set.size(); }
-  /// Return the numbers of the picked vertices and cells, in ascending order. Must hold: end_mesh()
-  /// was called.
+  /// Return the numbers of the picked vertices and cells, in ascending order. Precondition:
+  /// end_mesh() was called.
   const std::vector<std::uint64_t>& vertex_numbers() { return vertices_.all(); }
   const std::vector<std::uint64_t>& cell_numbers() { return cells_.all(); }
   const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
@@ -65,7 +65,7 @@ class PiecePicker {
   Result<void> pick_cell(const MeshBlock& block, std::size_t cell);
   void pick_cell_values(const MeshBlock& block, std::size_t cell, bool wanted);
   void give(VertexBuffer::Vertex& vertex);
-  /// Set of numbers. The sorted list of the numbers is created when it is first requested.
+  /// Set of numbers, with a sorted list of the numbers that is created on first request.
   struct Numbers {
     const std::vector<std::uint64_t>& all() {
       if (list.size() != set.size()) list = set.numbers();
@@ -79,12 +79,12 @@ class PiecePicker {
   const PieceRequest* request_;
   VertexBuffer buffer_;
   std::vector<std::uint32_t> cell_arrays_;  // requested static cell arrays
-  std::vector<std::size_t> taken_;  // number of elements of the current block that have been read,
-                                    // for each requested cell array
+  // For each requested cell array, the number of elements of the current block that have been read.
+  std::vector<std::size_t> taken_;
   std::size_t segment_ = 0, group_ = 0;
   std::uint64_t found_ = 0;
   MeshBlock piece_;
-  // Vertices of the piece that other segments may contain, too.
+  // Vertices of the piece that may also occur in other segments.
   std::unordered_set<std::uint64_t> shared_;
 
   Numbers vertices_, cells_;

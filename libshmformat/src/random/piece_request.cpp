@@ -21,8 +21,8 @@ bool has(const std::vector<Number>& numbers, Number number) {
   return std::binary_search(numbers.begin(), numbers.end(), number);
 }
 
-/// Returns true if `numbers` contain any of first, ..., first + count - 1. Must hold: `numbers` are
-/// in ascending order.
+/// Returns true if `numbers` contain any of first, ..., first + count - 1. Precondition: `numbers`
+/// are in ascending order.
 bool has_any(const std::vector<std::uint64_t>& numbers, std::uint64_t first, std::uint64_t count) {
   const auto found = std::lower_bound(numbers.begin(), numbers.end(), first);
   return found != numbers.end() && *found - first < count;
@@ -73,13 +73,13 @@ Result<void> PieceRequest::check() const {
   return {};
 }
 
-/// Returns true if the number of a cell is its position in coding order. Otherwise the file stores
-/// cell numbers.
+/// Returns true if the number of a cell is its position in coding order. If it returns false, the
+/// file stores cell numbers.
 bool PieceRequest::numbers_are_positions() const {
   return file_->schema().order != Order::keep || file_->schema().delay == 0;
 }
 
-/// Returns true if any of these positions in coding order is the number of a requested cell.
+/// Returns true if a requested cell number equals any of these positions in coding order.
 bool PieceRequest::may_number(std::uint64_t first, std::uint64_t count) const {
   const CellSelection& cells = request_.cells;
   if (cells.range && !overlap(first, count, cells.range->first, cells.range->end)) return false;
@@ -134,8 +134,8 @@ auto PieceRequest::visits() const -> std::vector<Visit> {
   }
   std::stable_partition(visits.begin(), visits.end(),
                         [](const Visit& visit) { return !visit.probe; });
-  // Segments without lost values are read first: a vertex that is in several segments takes its
-  // values from the segment that is read first.
+  // Segments without lost values are read first. If several segments contain a vertex, its values
+  // come from the first of them that is read.
   std::stable_partition(visits.begin(), visits.end(), [&](const Visit& visit) {
     return file_->lost_arrays(visit.segment).empty();
   });

@@ -1,5 +1,5 @@
-// PieceRequest: a request for a part of a file, and the list of segments that may contain this part
-// according to the index.
+// PieceRequest: a request for a piece of a file. From the index, it determines the list of segments
+// that may contain requested elements.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +13,15 @@ namespace shm {
 
 class PieceRequest {
  public:
-  /// Segment to read. `probe` is true if the segment may contain no requested element. The cells of
-  /// such a segment are checked before its values are read.
+  /// Segment to read. `probe` is true if it is not certain that the segment contains requested
+  /// elements. The cells of such a segment are checked before its values are read.
   struct Visit {
     std::size_t segment = 0;
     bool probe = false;
   };
   static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};
 
-  /// Creates a request. `file` is borrowed. Must hold: `file` is open. Fails if the request
+  /// Creates a request. `file` is borrowed. Precondition: `file` is open. Fails if the request
   /// contains elements or arrays that do not exist.
   static Result<PieceRequest> of(ExtractRequest request, const IndexedFile& file);
 
@@ -45,12 +45,12 @@ class PieceRequest {
   /// kUnknown. When that number of elements has been found, reading can stop.
   std::uint64_t expected() const { return expected_; }
 
-  /// Returns true if the group may contain requested cells, according to cell numbers.
+  /// Returns true if the group may contain requested cells. Decides this by the cell numbers only.
   bool may_be_in_group(const container::IndexEntry& group) const;
   /// Returns true if a group or segment may have vertices in the requested box. `of_index` is the
-  /// box of the group or segment in the index.
+  /// box that the index states for the group or segment.
   bool may_be_in_box(const std::array<double, 6>& of_index) const;
-  /// Returns a box of the index, enlarged by the largest error of quantized coordinates.
+  /// Returns a box from the index, enlarged by the maximum quantization error of the coordinates.
   std::array<double, 6> widened(std::array<double, 6> box) const;
 
  private:

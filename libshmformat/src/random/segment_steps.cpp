@@ -10,8 +10,9 @@
 namespace shm {
 namespace {
 
-// Largest number of steps that are read together, and largest total number of their components. The
-// numbers are limited because each column needs memory.
+// Limits for reading several steps together: at most kMostSteps steps with at most kMostComponents
+// components in total. They are necessary because each step has its own decoder (column), which
+// needs memory.
 constexpr std::size_t kMostSteps = 8, kMostComponents = 32;
 
 Error at_chunk(Error error, std::uint64_t offset) {
@@ -37,8 +38,8 @@ SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepRefere
   if (held.at && *held.at >= key_ && *held.at <= wanted) from_ = *held.at + 1;
 }
 
-/// Returns true if decoding the step needs the mesh. A column continues from part to part, so if
-/// one part needs the mesh, all parts need it.
+/// Returns true if decoding the step needs the mesh. If one part of the step needs the mesh, all
+/// parts need it, because the decoder (column) continues from part to part.
 bool SegmentSteps::told_by_mesh(std::size_t step) const {
   const auto parts = parts_of(step);
   return StepParts::may_need_elements(info()) &&
@@ -62,7 +63,7 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
   if (!std::exchange(begun_, true))
     if (auto status = read_earlier_passes(mesh); !status) return status.error();
   const std::size_t nth = next_++;
-  if (pass_.from == pass_.end) {  // held_ already contains the values of the wanted step
+  if (pass_.from == pass_.end) {  // The values of the wanted step are already in held_.
     const StepIndex::Part& part = parts_of(wanted_)[nth];
     const std::size_t stride = scalar_bytes(info().type) * info().components;
     const auto values =
@@ -76,8 +77,8 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
   return std::move(values_);
 }
 
-/// Returns true if the step has the same groups as the wanted step. Only then can the stored values
-/// of this step serve as reference.
+/// Returns true if the step has the same groups as the wanted step. If not, the stored values of
+/// the step cannot serve as reference.
 bool SegmentSteps::has_same_groups(std::size_t step) const {
   const auto of_held = parts_of(step), wanted = parts_of(wanted_);
   return std::equal(of_held.begin(), of_held.end(), wanted.begin(), wanted.end(),
@@ -86,12 +87,13 @@ bool SegmentSteps::has_same_groups(std::size_t step) const {
                     });
 }
 
-/// Reads all steps before the wanted step, except the steps of the last pass.
+/// Reads all steps before the wanted step in passes of several steps. The last pass, which contains
+/// the wanted step, is only begun here.
 Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   if (from_ > key_ && !has_same_groups(from_ - 1))
     return file_->wrong_index("steps of an array have different groups");
-  // Memory limits the number of steps per pass. The memory is estimated as kKeptOfEach bytes per
-  // component and per active vertex or cell.
+  // The memory limit determines the number of steps per pass. A step is assumed to need kKeptOfEach
+  // bytes per component and per active vertex or cell.
   constexpr std::uint64_t kKeptOfEach = 40;
   const std::uint64_t active = mesh == nullptr ? 0 : mesh->most_active();
   const std::uint64_t room = most_kept() / (kKeptOfEach * info().components * (active + 1));
@@ -107,7 +109,7 @@ Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   }
 }
 
-/// Returns the memory limit in bytes for all columns of a pass together.
+/// Returns the memory limit in bytes for the decoders (columns) of all steps of a pass together.
 std::uint64_t SegmentSteps::most_kept() const {
   return most_kept_of_steps(file_->limits().max_column_bytes, file_->source().size());
 }
@@ -120,11 +122,11 @@ void SegmentSteps::begin_pass() {
                                     most_kept() / (pass_.end - pass_.from));
     by_mesh_.push_back(told_by_mesh(step));
   }
-  // Until all groups are read, the values in held_ belong to different steps.
+  // While a pass is reading groups, held_ contains values of different steps in different groups.
   if (pass_.from < pass_.end) held_->at.reset();
 }
 
-/// Returns the elements in the group of a part.
+/// Returns the elements of the group to which a part belongs.
 Result<ColumnElements> SegmentSteps::elements_of(StepElements& mesh,
                                                  const StepIndex::Part& part) const {
   const std::size_t group = part.group - file_->first_group(segment_);
@@ -138,7 +140,7 @@ Result<ColumnElements> SegmentSteps::elements_of(StepElements& mesh,
   return elements;
 }
 
-/// Decodes the nth group at all steps of the pass.
+/// Decodes the values of the nth group at all steps of the pass.
 Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
   const StepIndex::Part& part = parts_of(wanted_)[nth];
   ColumnElements elements;
@@ -236,7 +238,7 @@ Result<void> SegmentSteps::check_reference(std::size_t step,
   return {};
 }
 
-/// Stores the values of a group at the last steps, to which later steps may refer.
+/// Stores a group's values at the most recent steps, since later steps may refer to them.
 void SegmentSteps::hold(std::size_t offset) {
   if (most_ == StepReference::nothing) return;
   const auto put = [&](std::vector<std::byte>& to, const std::vector<std::byte>& from) {

@@ -1,8 +1,8 @@
 // SegmentSteps: reads one stepped array in one segment, from a key step to the wanted step, through
 // an IndexedFile and its StepIndex. It reads group by group, and returns the values of the wanted
 // step for each group. It reads all steps of a group together, so that the topology of the group is
-// decoded only once. It stores the values of the last step, and those of the step before the last
-// step if trends are allowed.
+// decoded only once. It keeps in memory the values of the most recently decoded step. If trends are
+// allowed, it also keeps the values of the step before that.
 // spec: "Step values"
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace shm {
 
-/// Values of an array in a segment that are stored between two requests.
+/// Values of an array in one segment, stored from one request to the next.
 struct HeldSteps {
   /// Index in StepIndex::steps() of the step whose values are in `last`.
   std::optional<std::size_t> at;
@@ -26,27 +26,28 @@ struct HeldSteps {
 
 class SegmentSteps {
  public:
-  /// Creates a reader of step `wanted`. All references are borrowed. Must hold: the array is
+  /// Creates a reader of step `wanted`. All references are borrowed. Precondition: the array is
   /// stepped and has a step `wanted`. The reader uses and replaces the values in `held`.
   SegmentSteps(IndexedFile& file, const StepIndex& index, StepReference most, std::uint32_t array,
                std::size_t segment, std::size_t wanted, HeldSteps& held);
 
-  /// Returns true if any values are predicted over the mesh, so that decoding needs the mesh.
+  /// Returns true if decoding needs the mesh, because some values are predicted from neighbours in
+  /// the mesh.
   bool needs_mesh() const;
   /// Returns true if all groups have been read.
   bool at_end() const { return next_ == parts_of(wanted_).size(); }
-  /// Returns the part of the next group that has elements of the array. Must hold: at_end() is
+  /// Returns the part of the next group that has elements of the array. Precondition: at_end() is
   /// false.
   const StepIndex::Part& next_part() const { return parts_of(wanted_)[next_]; }
 
   /// Returns the number of elements of the array in the segment, according to the index.
   std::uint64_t elements() const;
 
-  /// Returns the elements in the group of a part. Fails if the number of elements differs from the
-  /// number in the part.
+  /// Returns the elements of the group to which a part belongs. Fails if their number differs from
+  /// the number that the part states.
   Result<ColumnElements> elements_of(StepElements& mesh, const StepIndex::Part& part) const;
-  /// Returns the values of next_part() at the wanted step. `mesh` describes the segment. It may be
-  /// null if needs_mesh() is false.
+  /// Returns the values of next_part() at the wanted step. `mesh` provides the elements of the
+  /// segment; it may be null if needs_mesh() is false.
   Result<std::vector<std::byte>> read_next(StepElements* mesh);
 
  private:
@@ -83,7 +84,8 @@ class SegmentSteps {
 
   Pass pass_{};
   std::vector<std::optional<StepParts>> columns_;  // decoder of each step of the pass
-  std::vector<bool> by_mesh_;  // result of told_by_mesh() for each step of the pass
+  // For each step of the pass: true if values are predicted from neighbours in the mesh.
+  std::vector<bool> by_mesh_;
 
   // Values of the current group at the step that is being decoded, and at earlier steps.
   std::vector<std::byte> values_, one_back_, two_back_, trend_;

@@ -46,7 +46,7 @@ Result<void> StepIndex::add_decodable(const IndexedFile& file) {
 }
 
 /// Computes the number of elements of stepped arrays from the totals of the index. Fails if the
-/// groups of the index do not add up to these totals.
+/// groups in the index do not add up to these totals.
 Result<void> StepIndex::count_elements(const IndexedFile& file) {
   const Schema& schema = file.schema();
   const container::Index& totals = file.index();
@@ -100,7 +100,7 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
   return {};
 }
 
-/// Checks that the index lists all elements of the last step.
+/// Checks that the index lists all elements of the most recently added step.
 Result<void> StepIndex::expect_complete(const IndexedFile& file) const {
   if (parts_.empty() || parts_.back().first + parts_.back().count == elements_[last_array_])
     return {};

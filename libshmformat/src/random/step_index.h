@@ -1,6 +1,7 @@
-// StepIndex: the entries of the index for stepped arrays. It lists which parts of which chunks
-// contain an array at a step, and at which earlier step reading must begin. It checks that the
-// entries are consistent. The contents of the chunks are checked when they are read.
+// StepIndex: the entries of the index for stepped arrays. For each array and step, it lists the
+// parts of chunks that contain the values, and the earlier step at which reading must begin.
+// StepIndex checks that the entries are consistent. It does not check the contents of the chunks;
+// readers check these.
 // spec: "Index and trailer"
 #pragma once
 
@@ -16,8 +17,7 @@ namespace shm {
 
 class StepIndex {
  public:
-  /// Part of step values, with the position of the chunk that contains it, possibly together with
-  /// other parts.
+  /// Part of step values, with the position of its chunk. The chunk may contain other parts, too.
   struct Part {
     std::uint64_t offset = 0, bytes = 0;  // position and size in bytes of the chunk
     std::uint64_t first = 0, count = 0;   // index of the first element, and number of elements
@@ -28,12 +28,14 @@ class StepIndex {
   struct Step {
     std::uint64_t step = 0;
     bool refers = false;  // true if any part of the step refers to another step
-    std::size_t key = 0;  // index of the last step, up to this step, that refers to no other step
+    // Index of the key step at which reading of this step begins: the closest step, this step or an
+    // earlier one, that refers to no other step.
+    std::size_t key = 0;
     std::size_t begin = 0, end = 0;
   };
 
-  /// Creates the lists. Must hold: `file` is open. On success, removes the entries of step values
-  /// from the index of `file`. For a damaged file, uses the decodable step values.
+  /// Creates the lists. Precondition: `file` is open. On success, removes the entries of step
+  /// values from the index of `file`. For a damaged file, lists only the decodable step values.
   static Result<StepIndex> of(IndexedFile& file);
 
   const std::vector<Step>& steps(std::uint32_t array) const { return steps_[array]; }
@@ -44,7 +46,7 @@ class StepIndex {
   /// in order.
   std::span<const Part> parts(const Step& step, std::size_t first_group,
                               std::size_t end_group) const;
-  /// Returns the index of the last step, up to index `nth`, that refers to no other step.
+  /// Returns the index of the key step at which reading of step `nth` begins.
   std::size_t key_of(std::uint32_t array, std::size_t nth) const { return steps_[array][nth].key; }
 
  private:
@@ -58,7 +60,7 @@ class StepIndex {
   std::vector<std::uint64_t> elements_;   // number of elements of each array
   std::vector<std::vector<Step>> steps_;  // list of the steps of each array
   std::vector<Part> parts_;
-  std::uint32_t last_array_ = 0;  // array of the previous part, if there is a previous part
+  std::uint32_t last_array_ = 0;  // array of the previous part; not used for the first part
 };
 
 }  // namespace shm

@@ -1,6 +1,6 @@
-// VertexBuffer: stores vertices of a segment with their values. A vertex is stored from the cell
-// that introduces it to the cell that uses it last. Requested cells copy their vertices from the
-// buffer.
+// VertexBuffer: stores vertices of a segment with their values. The buffer contains a vertex from
+// its first use to its last use by a cell. Vertices of requested cells are copied from the buffer
+// to the piece.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ class VertexBuffer {
   /// same number.
   bool add(const MeshBlock& block, std::size_t v, bool in_box);
   /// Returns the vertex with this number, or null if no such vertex exists. The pointer is valid
-  /// until the next call of add().
+  /// until the next call to add().
   Vertex* find(std::uint64_t number);
   void remove(std::uint64_t number);
   void clear();

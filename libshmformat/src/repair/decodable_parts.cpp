@@ -43,19 +43,21 @@ class Gatherer {
   const FoundChunks* found_;
   DecodableParts out_;
   std::optional<std::uint32_t> segment_;  // segment of the previous group
-  bool broken_ = false;                   // true: the rest of the current segment cannot be decoded
+  // True if the rest of the current segment cannot be decoded.
+  bool broken_ = false;
 
-  // Number, in the file, of the first group whose number is uncertain. Used only without an index.
+  // Number, in the file, of the first group whose number is not certain. Used only if the file has
+  // no index.
   std::optional<std::uint64_t> first_unsure_;
-  // Pairs of an array that does not cover all blocks, and the index of a group that certainly has
-  // elements of this array.
+  // Set of (array, group index) pairs: the array does not cover all blocks, but the group certainly
+  // has elements of the array.
   std::set<std::pair<std::uint32_t, std::size_t>> partial_;
   // Number of parts expected for each pair of array and segment.
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t> expected_;
 
-  // Last step of the current array that can be read, by segment.
+  // For each segment, the most recent step of the current array that can be read.
   std::unordered_map<std::size_t, std::uint64_t> last_step_;
-  // Number of groups with vertices, and with cells, before each group.
+  // For each group, how many of the groups before it have vertices, and how many have cells.
   std::vector<std::uint64_t> groups_with_vertices_, groups_with_cells_;
 };
 
@@ -141,11 +143,11 @@ void Gatherer::gather_by_index() {
 }
 
 /// Returns how many chunks between the previous group and `group` are lost. `next_chunk` is the
-/// index, among the found chunks, of the chunk after the previous group. The call sets it to the
-/// index of the chunk after `group`.
+/// index of the chunk after the previous group, among the chunks found. The call advances it to the
+/// chunk after `group`.
 std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_chunk) const {
   const auto& chunks = found_->chunks();
-  // The first chunk of a file is the schema, even if it is lost.
+  // The search starts at chunk 1, since chunk 0 is the schema, even if it is lost.
   std::uint64_t next =
                     next_chunk == 0 ? 1 : std::uint64_t{chunks[next_chunk - 1].header.sequence} + 1,
                 lost = 0;
@@ -159,11 +161,12 @@ std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_c
   return lost;
 }
 
-/// Collects the groups of a file without an index. A group certainly begins its segment in two
-/// cases: if no chunk is lost before the group, or if the number of lost chunks equals the number
-/// of lost segments, each of which then has one group. The number of the group in the file is
-/// certain in the same cases. It is also certain if a single chunk is lost together with cells or
-/// vertices. Otherwise the number is uncertain, since lost chunks between groups may be extras.
+/// Collects the groups of a file without an index. It is certain that a group is the first group of
+/// its segment in two cases: if no chunk is lost before the group, or if the number of lost chunks
+/// equals the number of lost segments. (Each lost segment then has exactly one group.) In both
+/// cases the group's number in the file is certain, too. The number is also certain if a single
+/// chunk is lost and cells or vertices are missing. In all other cases the number is uncertain,
+/// since some of the lost chunks may be extras.
 void Gatherer::gather_by_numbers() {
   std::size_t next_chunk = 0;
   std::uint64_t number = 0, end_cell = 0, end_vertex = 0;
@@ -171,7 +174,7 @@ void Gatherer::gather_by_numbers() {
   for (const FoundGroup& group : found_->groups()) {
     const IndexEntry& entry = group.entry;
     std::uint64_t lost = lost_before(group, next_chunk);
-    // If no cells or vertices are lost, the lost chunks contain other kinds of data.
+    // If no cells or vertices are missing, the lost chunks are not groups.
     if (readable && group.readable && entry.first_cell == end_cell &&
         entry.first_vertex == end_vertex)
       lost = 0;
@@ -247,7 +250,7 @@ std::uint64_t Gatherer::expected_parts(std::uint32_t array, std::size_t segment)
   return counts[out_.first_group[segment + 1]] - counts[out_.first_group[segment]];
 }
 
-/// Returns true if a chunk is lost between or next to these parts. Such a chunk may belong to the
+/// Returns true if a chunk is lost between or next to these parts. The lost chunk may belong to the
 /// same array, step and segment.
 bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
   const auto& chunks = found_->chunks();
@@ -340,8 +343,9 @@ void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
     }
     const auto run = of_step.subspan(i, end - i);
     i = end;
-    // If any chunk of the step refers to another step, reading starts at the same step in all
-    // segments. The segment then needs the previous step.
+    // If any part of the step refers to another step, a reader starts at the same earlier step in
+    // all segments. Each segment then needs the previous step, even if its own parts refer to no
+    // step.
     const auto last = last_step_.find(segment);
     if (step.refers)
       follows =

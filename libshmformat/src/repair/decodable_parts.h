@@ -3,8 +3,8 @@
 // - in these groups, the arrays whose bitstreams are undamaged;
 // - the step values that cover all these groups of a segment and refer to no lost values.
 //
-// The parts are computed from FoundChunks. They are described by the entries that an index of these
-// parts would have.
+// DecodableParts is computed from FoundChunks. It describes each part by an index entry, as if the
+// parts were a file of their own.
 // spec: "Recovery"
 #pragma once
 
@@ -21,7 +21,7 @@ namespace shm {
 
 struct DecodableParts {
   std::vector<std::byte> beginning;  ///< file start and schema chunk
-  /// Totals of the whole file if they are known; contain no index entries.
+  /// Totals of the whole file, if they are known. The member `entries` is empty.
   container::Index totals;
   std::uint64_t index_offset = 0;
   bool has_index = false;
@@ -30,12 +30,12 @@ struct DecodableParts {
   std::vector<container::IndexEntry> groups;
   std::vector<std::uint64_t> group_numbers;  ///< number of each group in the file
 
-  /// Index in `groups` of the first group of each segment that has decodable groups. The last entry
-  /// is the number of groups.
+  /// Index in `groups` of the first group of each segment. Contains only segments that have
+  /// decodable groups. The last entry is the number of groups.
   std::vector<std::size_t> first_group;
   /// Lost static arrays of each segment, in ascending order.
   std::vector<std::vector<std::uint32_t>> lost_arrays;
-  /// True for each segment of which no part is known to be lost.
+  /// True for each segment that is complete as far as is known.
   std::vector<bool> whole;
 
   /// Part of step values, with offset and length of the chunk that contains it.
@@ -48,17 +48,17 @@ struct DecodableParts {
     std::uint64_t step = 0;
     /// True if any part of the step, including lost parts, refers to another step.
     bool refers = false;
-    /// Decodable parts of the step. Values.group is an index in `groups`; values.first is an
-    /// element index within these parts.
+    /// Decodable parts of the step. In each part, Values.group is an index in `groups`, and
+    /// values.first is an index among the elements of these parts.
     std::vector<Part> parts;
   };
   std::vector<Step> steps;  ///< sorted by array, then by step
 
-  /// Array and step number of all step values that the index lists.
+  /// Array and step number of all step values that the original index lists.
   std::set<std::pair<std::uint32_t, std::uint64_t>> listed_steps;
   std::vector<container::IndexEntry> extras, step_times;
 
-  /// Finds the parts that can be decoded. Must hold: `known` has a schema.
+  /// Finds the parts that can be decoded. Precondition: `known` has a schema.
   static DecodableParts of(const FoundChunks& known);
 };
 

@@ -70,16 +70,15 @@ Result<void> FoundChunks::read() {
 Result<std::vector<std::byte>> FoundChunks::payload_of(const FoundChunk& chunk,
                                                        std::uint64_t most) {
   const std::uint64_t begin = chunk.offset + chunk.header.bytes();
-  // The size is limited so that all payloads together are not larger than the file.
+  // The size of the payload is limited, so that all payloads together are not larger than the file.
   std::vector<std::byte> payload(static_cast<std::size_t>(
       std::min({most, chunk.header.payload_bytes, chunk.room - chunk.header.bytes()})));
   if (auto status = source_->read_at(begin, payload); !status) return status.error();
   return payload;
 }
 
-/// Finds the first undamaged copy of the schema. Fails if another copy differs: the file then
-/// consists of parts of two files, and a schema of one file would misinterpret the values of the
-/// other.
+/// Finds the first undamaged copy of the schema. Fails if the copies differ: the file then consists
+/// of parts of two files, and the schema of one file does not describe the values of the other.
 Result<void> FoundChunks::find_schema() {
   const FoundChunk* first = nullptr;
   for (const FoundChunk& chunk : scan_.chunks) {
@@ -180,7 +179,7 @@ Result<bool> FoundChunks::is_contradicted(const container::Index& index) {
 
 Result<void> FoundChunks::judge_by_index() {
   const std::vector<FoundChunk>& found = scan_.chunks;
-  // Undamaged chunks by their number, except the index.
+  // Undamaged chunks by chunk number. The index is not included.
   std::vector<std::size_t> by_number(found.size() - 1);
   for (std::size_t i = 0; i < by_number.size(); ++i) by_number[i] = i;
   std::erase_if(by_number, [&](std::size_t i) { return !found[i].whole; });
@@ -227,8 +226,7 @@ void FoundChunks::add_lost(const IndexEntry& listed) {
   const std::uint64_t size = source_->size();
   Damage damage{DamageKind::damaged, container::chunk_name(listed.kind), listed.offset, 0};
   damage.bytes = listed.offset < size ? std::min(listed.bytes, size - listed.offset) : 0;
-  // If another chunk overlaps the position of the lost chunk, none of the lost chunk's bytes are
-  // left.
+  // If another chunk occupies the position of the lost chunk, no bytes of the lost chunk are left.
   const auto& found = scan_.chunks;
   const auto next = std::lower_bound(
       found.begin(), found.end(), listed.offset,
@@ -263,7 +261,7 @@ void FoundChunks::add_damage(Damage damage, const std::vector<container::StepEnt
   }
 }
 
-// --- without an index: by the headers of chunks
+// --- files without an index: damage is found by the headers of chunks
 
 Result<void> FoundChunks::judge_by_numbers() {
   std::vector<std::size_t> order(scan_.chunks.size());
@@ -299,15 +297,16 @@ Result<void> FoundChunks::judge_by_numbers() {
   return {};
 }
 
-/// Reports a gap between two chunks whose numbers are not consecutive, or which are not adjacent in
-/// the file.
+/// Reports a gap between two chunks: either chunk numbers are missing between them, or there are
+/// bytes between them.
 void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& after) {
   const std::uint64_t end =
       before == nullptr ? container::kFileStartBytes : before->offset + before->bytes();
   const std::uint64_t chunks =
       after.header.sequence - (before == nullptr ? 0 : std::uint64_t{before->header.sequence} + 1);
   const std::uint64_t bytes = end < after.offset ? after.offset - end : 0;
-  // If the previous chunk is damaged and seems too long, its damage has been reported already.
+  // The bytes are not reported if the previous chunk is damaged and seems too long, since its
+  // damage has been reported already.
   if (chunks == 0 && (bytes == 0 || (before != nullptr && !before->whole))) return;
   Damage damage{DamageKind::damaged, "chunk", std::min(end, source_->size()), bytes};
   damage.chunks = chunks;
@@ -318,8 +317,8 @@ void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& after) {
   damages_.push_back(std::move(damage));
 }
 
-/// Assigns the cells between the last readable group and `after` to the damages that were found
-/// between these two groups.
+/// For each Damage entry between the last readable group and `after`, records the cells that are
+/// missing between these two groups.
 void FoundChunks::guess_cells(const FoundGroup& after) {
   const std::uint64_t end = group_before_ ? group_before_->end_cell() : 0;
   for (const std::size_t i : unplaced_) {
@@ -335,7 +334,7 @@ void FoundChunks::guess_cells(const FoundGroup& after) {
 
 // --- chunks
 
-/// Records a chunk, damaged or not, under its number.
+/// Records a chunk, damaged or undamaged, by its number.
 Result<void> FoundChunks::take(const FoundChunk& chunk, const IndexEntry* listed) {
   std::optional<Damage> damage;
   if (!chunk.whole) damage = damage_of(DamageKind::damaged, chunk, source_->size());
@@ -394,7 +393,7 @@ Result<FoundGroup> FoundChunks::look_at_group(const FoundChunk& chunk) {
   for (const container::StreamEntry& stream : header.streams) {
     const auto bytes = in.get_bytes(stream.bytes);
     if (in.ok() && (chunk.whole || checksum(bytes) == stream.checksum)) continue;
-    // A group that refers to an array that does not exist has never belonged to this file.
+    // If a group refers to an array that does not exist, the group belongs to another file.
     if (stream.kind == container::StreamKind::array && schema_ &&
         stream.array < schema_->arrays.size())
       group.lost_arrays.push_back(stream.array);

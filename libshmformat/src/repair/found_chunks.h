@@ -1,7 +1,7 @@
-// FoundChunks: the contents of a file any part of which may be damaged. It lists the chunks found,
-// damaged or not, each number once. It also lists groups, step values, and all damages. An
-// undamaged index shows which chunks the original file had. Without it, the original chunks are
-// derived from the sequence numbers of chunks and the headers of groups.
+// FoundChunks: the contents of a file that may be damaged anywhere. It lists the chunks found,
+// damaged or undamaged, and contains each chunk number only once. It also lists groups, step
+// values, and all damage. An undamaged index shows which chunks the original file had. Without it,
+// the original chunks are derived from the sequence numbers of chunks and the headers of groups.
 // spec: "Container", "Index and trailer", "Recovery"
 #pragma once
 
@@ -20,10 +20,11 @@ namespace shm {
 /// Group whose chunk header is undamaged.
 struct FoundGroup {
   std::uint32_t sequence = 0;
-  container::IndexEntry entry;  ///< entry copied from the group header if the header is readable;
-                                ///< otherwise only position and segment are set
+  /// Index entry of the group, made from the group header. If the header is not readable, only
+  /// position and segment are set.
+  container::IndexEntry entry;
   bool readable = false;
-  bool has_mesh = false;  ///< true: all bitstreams except those of arrays are undamaged
+  bool has_mesh = false;  ///< true if all bitstreams except those of arrays are undamaged
   std::vector<std::uint32_t> lost_arrays;
 
   std::uint64_t end_cell() const { return entry.first_cell + entry.cells; }
@@ -49,7 +50,7 @@ class FoundChunks {
   const std::vector<FoundGroup>& groups() const { return groups_; }
   const std::vector<FoundPart>& parts() const { return parts_; }
   const std::optional<container::Index>& index() const { return index_; }
-  /// Return the offset and the length of the index in `source`. Must hold: an index was found.
+  /// Return the offset and the length of the index in `source`. Precondition: an index was found.
   std::uint64_t index_offset() const { return index_offset_; }
   std::uint64_t index_bytes() const { return scan_.chunks.back().bytes(); }
   /// Returns true if no chunk is lost between the last of chunks() and the index.
@@ -59,8 +60,8 @@ class FoundChunks {
   /// Returns the payload of the first undamaged schema chunk, or an empty list if no schema is
   /// undamaged.
   const std::vector<std::byte>& schema_payload() const { return schema_payload_; }
-  /// Returns the file start and the schema chunk as in an undamaged file. Must hold: a schema was
-  /// found.
+  /// Returns the file start and the schema chunk with the bytes that they have in an undamaged
+  /// file. Precondition: a schema was found.
   std::vector<std::byte> beginning() const;
   const std::optional<Schema>& schema() const { return schema_; }
 
@@ -93,12 +94,15 @@ class FoundChunks {
   std::optional<container::Index> index_;
   std::uint64_t index_offset_ = 0;
   std::vector<std::byte> schema_payload_;
-  // True if the schema chunk has a long header although a short header would suffice.
+  // True if the file stores the header of the schema chunk in its long form, although the short
+  // form would suffice.
   bool has_long_headers_ = false;
   std::optional<Schema> schema_;
   std::vector<Damage> damages_;
   // State that is used only without an index.
-  std::vector<std::size_t> unplaced_;       // indices of the damages whose cells are not known yet
+
+  // Indices in damages_ of the entries whose lost cells are not known yet.
+  std::vector<std::size_t> unplaced_;
   std::optional<FoundGroup> group_before_;  // last readable group
 };
 

@@ -27,7 +27,7 @@ void SparseGroup::unfold(std::uint32_t covered, TiledItems& out) const {
   out.left_out.push_back(uncovered_behind);
 }
 
-/// Returns true if the array covers `block`. Stores the last result, since consecutive elements
+/// Returns true if the array covers `block`. Caches the previous result, since consecutive elements
 /// usually belong to the same block.
 bool Coverage::operator()(std::uint32_t block) {
   if (block != last_) {
@@ -38,10 +38,10 @@ bool Coverage::operator()(std::uint32_t block) {
 }
 
 /// Adds a group. A column skips the uncovered elements of a tile before it codes the covered
-/// elements. A skipped element stores the state of the element that was coded last. An uncovered
-/// element can therefore also be skipped in the next tile that has covered elements, even in a
-/// later group. It need not be skipped at all if no covered element refers to its slot before the
-/// slot is reused.
+/// elements. Skipping an element stores in its slot the state of the most recently coded element.
+/// The result is therefore the same if an uncovered element is skipped later, at the next tile with
+/// covered elements, even in a later group. If no covered element refers to its slot before the
+/// slot is reused, the uncovered element need not be skipped at all.
 void SparseGroupBuilder::add_group(const TiledItems& all, std::uint32_t slots,
                                    std::span<const std::uint64_t> numbers) {
   SparseGroup& to = out_->emplace_back();
@@ -121,8 +121,8 @@ void SparseGroupBuilder::put_skipped(std::span<SparseGroup> groups) {
   }
 }
 
-/// Renumbers slots in the order of their first use. The upper bound SparseGroup::slots of a group
-/// is then the number of slots that are used up to that group.
+/// Renumbers slots in the order of their first use. SparseGroup::slots of a group then equals the
+/// number of slots that this group and earlier groups use.
 void SparseGroupBuilder::number_by_first_use(std::span<SparseGroup> groups) const {
   std::vector<std::uint32_t> new_slots(slots_, kNone);
   std::uint32_t slots = 0;

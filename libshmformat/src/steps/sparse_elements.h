@@ -1,9 +1,9 @@
-// SparseElements: the elements that a column needs for an array on few elements. These are the
-// elements that the array covers, and the other elements to whose slots a covered element refers. A
-// column over these elements produces the same values as a column over all elements. The builder
-// receives the groups that have covered elements, in order. It produces the same groups without the
-// elements that are not needed. It needs 60 bytes of memory for each covered element, and at most 4
-// for each slot to which a covered element refers.
+// SparseElements: the elements that a column (the coder of an array) needs if the array covers only
+// few elements of the mesh. These are the covered elements, and uncovered elements to whose slots a
+// covered element refers. A column over these elements produces the same values as a column over
+// all elements. The builder receives the groups that have covered elements, in order. It produces
+// the same groups without the elements that are not needed. It needs 60 bytes of memory for each
+// covered element, and at most 4 for each slot to which a covered element refers.
 // spec: "Step values"
 #pragma once
 
@@ -16,10 +16,11 @@
 
 namespace shm {
 
-/// The elements of one group that a column needs.
+/// The elements of one group that a column (the coder of an array) needs.
 struct SparseGroup {
-  /// End positions of the tile in `items` and in `skipped`. `uncovered` is the number of uncovered
-  /// elements in the tile and in the preceding tiles without covered elements.
+  /// One tile. `items_end` and `skipped_end` are its ends in the lists `items` and `skipped`.
+  /// `uncovered` is the number of uncovered elements in this tile and in preceding tiles without
+  /// covered elements.
   struct Tile {
     std::uint32_t items_end = 0, skipped_end = 0, uncovered = 0;
   };
@@ -28,8 +29,10 @@ struct SparseGroup {
   std::vector<std::uint32_t> skipped;  ///< slots of uncovered elements
   std::vector<Tile> tiles;             ///< tiles with covered elements
   std::vector<std::uint64_t> numbers;  ///< numbers of the covered elements, if known
-  std::uint32_t slots = 0;  ///< upper bound of the slots used in this group and in earlier groups
-  /// Upper bound of the slots of all elements of this group and of earlier groups.
+  /// Number of slots (after renumbering) that this group and earlier groups use.
+  std::uint32_t slots = 0;
+  /// Upper bound on the original slots of all elements of this group and of earlier groups: each
+  /// slot is less than this number.
   std::uint32_t all_slots = 0;
   std::uint32_t uncovered_behind = 0;  ///< number of uncovered elements after the last tile
 
@@ -38,7 +41,7 @@ struct SparseGroup {
            skipped.capacity() * sizeof(std::uint32_t) + tiles.capacity() * sizeof(Tile) +
            numbers.capacity() * sizeof(std::uint64_t);
   }
-  /// Expands the group to items for a column that covers the block `covered`.
+  /// Converts the group to the items of a column whose array covers only the block `covered`.
   void unfold(std::uint32_t covered, TiledItems& out) const;
 };
 
@@ -64,9 +67,9 @@ class SparseGroupBuilder {
   SparseGroupBuilder(std::span<const std::uint32_t> blocks, std::vector<SparseGroup>& out)
       : covers_(blocks), out_(&out) {}
 
-  /// Adds the next group that has covered elements. Either the items or the blocks of `all` may be
-  /// missing. `slots` is larger than every slot in the items. `numbers` are the numbers of all
-  /// elements or of the covered elements, or empty.
+  /// Adds the next group that has covered elements. In `all`, either the items or the blocks may be
+  /// empty. `slots` is an upper bound: every slot in the items is less than `slots`. `numbers`
+  /// contains the numbers of all elements, the numbers of the covered elements, or nothing.
   void add_group(const TiledItems& all, std::uint32_t slots,
                  std::span<const std::uint64_t> numbers);
   /// Ends a segment. Must be called after the groups of each segment.
@@ -76,11 +79,12 @@ class SparseGroupBuilder {
   std::size_t bytes() const { return bytes_ + looked_at_.size() * sizeof(LookedAt); }
 
  private:
-  /// Data of a slot, stored by the original number of the slot in the mesh.
+  /// Data about one slot. The slot is identified by its original number in the mesh.
   struct Slot {
-    std::uint32_t number = kNone;   ///< number of the slot after renumbering
-    std::uint32_t skipped = kNone;  ///< tile before which an uncovered element used the slot; kNone
-                                    ///< if no uncovered element uses the slot
+    std::uint32_t number = kNone;  ///< number of the slot after renumbering
+    /// If the most recent user of the slot is an uncovered element: index of the tile with covered
+    /// elements at which that element is skipped. Otherwise kNone.
+    std::uint32_t skipped = kNone;
   };
   /// Uncovered element to which a covered element refers. A column skips this element before it
   /// codes the covered elements of a tile.

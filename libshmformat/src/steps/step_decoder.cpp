@@ -83,8 +83,8 @@ Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
 }
 
 /// Returns the kind of reference of the part. A trend needs the two previous steps, and the later
-/// of these two must itself refer to a step. Otherwise the later step is a key step, and a reader
-/// that begins at this key step does not have the earlier step.
+/// of these two must itself refer to a step. The reason: if the later step is a key step, a reader
+/// may have begun at it, and then does not have the earlier step.
 Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
   const Last& last = last_[header.array];
   const StepReference kind = container::refers_to(header);

@@ -1,5 +1,4 @@
-// StepDecoder: decodes step_values chunks to values of stepped arrays. The counterpart that encodes
-// is step_encoder.h.
+// StepDecoder: decodes step_values chunks to values of stepped arrays. StepEncoder encodes them.
 // spec: "Step values"
 #pragma once
 
@@ -30,19 +29,20 @@ class StepDecoder {
   /// part. Errors contain no offset.
   Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes,
                          std::uint64_t file);
-  /// Returns true if the last step that began is complete.
+  /// Returns true if all values of the most recent step have been decoded.
   bool is_complete() const { return array_ == kNone || last_[array_].first == elements_[array_]; }
 
  private:
-  /// State of an array at its last step.
+  /// State of an array at its most recent step.
   struct Last {
     bool begun = false;
-    std::uint64_t step = 0, first = 0;  // number of the last step, and index of its first element
-                                        // that has not been read
-    std::size_t groups = 0;             // number of groups read
+    // Number of the most recent step, and index of the next element to be read in it.
+    std::uint64_t step = 0, first = 0;
+    std::size_t groups = 0;  // number of groups read
     StepMemory values;
     std::uint64_t step_before = 0;
-    std::uint32_t run = 0;  // number of steps from the last key step to step_before, both included
+    // Number of steps from the key step before `step` to step_before, both included.
+    std::uint32_t run = 0;
     bool has_referred = false;
   };
 

@@ -9,17 +9,19 @@
 namespace shm {
 namespace {
 
-/// Divisor that defines "few elements": the elements of an array are few if they are at most 1 /
-/// kFew of all elements.
+/// Divisor that defines "few elements": an array covers few elements if it has at most 1 / kFew of
+/// all elements.
 constexpr std::uint64_t kFew = 4;
-/// Number of bytes that may always be used to store the elements of arrays on few elements.
+/// Memory in bytes for the elements of arrays that cover few elements. It is granted even if the
+/// limit is lower.
 constexpr std::size_t kLeastKept = std::size_t{1} << 20;
-/// Largest number of covers that are built in one pass, since each cover needs memory by slot. The
-/// first pass builds one cover, and each later pass twice as many as the previous one, because a
-/// caller that needs many covers usually needs all of them.
+/// Maximum number of covers (sets of elements that arrays cover) that are built in one pass over
+/// the groups, since each cover needs memory for each slot. The first pass builds one cover, and
+/// each later pass doubles the number, because a caller that needs several covers usually needs all
+/// of them.
 constexpr std::size_t kMostCoversAtOnce = 16;
 
-/// Block number, in GroupElements, of the vertices that are not imported.
+/// Block number that GroupElements assigns to vertices that are not imported.
 constexpr std::uint32_t kOwn[] = {0};
 
 }  // namespace
@@ -69,8 +71,9 @@ void StepElements::expect(std::uint32_t array, std::uint64_t elements) {
   Cover& entry = cover(array);
   entry.array = array;
   const ArrayInfo& info = schema_->arrays[array];
-  // If groups have already been counted, they belong to a cover that is not sparse. This cover does
-  // not become sparse, whatever number of elements a later step expects.
+  // If the elements of some groups have already been counted, an earlier step has found that this
+  // cover is not sparse (has too many elements). This does not change, whatever number of elements
+  // later steps have.
   if (entry.made || entry.counted > 0 || info.components > kMostStepComponents) return;
   const bool covers_all = !of_points(entry) && info.blocks.empty();
   const std::uint64_t all =
@@ -130,8 +133,8 @@ ColumnElements StepElements::dense(std::uint32_t array, const GroupElements& all
 }
 
 /// Reads all groups once, and builds this cover and some covers that will probably be needed next.
-/// A cover that needs too much memory is not stored: the mesh is then decoded again for this cover,
-/// as for covers of many elements.
+/// If a cover needs too much memory, it is not stored. The mesh is then decoded again for each
+/// step, as it is for covers of many elements.
 Result<void> StepElements::make_sparse(std::uint32_t wanted) {
   std::vector<Making> all;
   for (auto next = covers_.find(wanted); next != covers_.end() && all.size() < made_at_once_;

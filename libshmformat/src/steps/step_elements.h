@@ -1,7 +1,7 @@
 // StepElements: finds the groups that have elements of a stepped array, and provides these elements
-// to a column. For an array on few elements, it stores these elements from step to step
-// (sparse_elements.h). The cost of a step then depends on the number of its values and not on the
-// size of the mesh. For other arrays, the mesh is decoded again.
+// to a column. For an array that covers only few elements, it stores these elements from step to
+// step (sparse_elements.h). The cost of a step then depends on the number of its values and not on
+// the size of the mesh. For other arrays, the mesh is decoded again at each step.
 // spec: "Step values"
 #pragma once
 
@@ -21,21 +21,21 @@ namespace shm {
 /// memory. Arrays with more components are coded only with zstd.
 inline constexpr std::uint32_t kMostStepComponents = 256;
 
-/// Elements of a group, in the form that a column needs.
+/// Elements of a group, in the form that a column (the coder of an array) needs.
 struct ColumnElements {
   const TiledItems* items = nullptr;
-  std::uint32_t slots = 0;  ///< upper bound of the slots in `items`
+  std::uint32_t slots = 0;  ///< upper bound on the slots in `items`: each slot is less
 
-  /// Upper bound of the slots of all elements of the mesh, if `items` contains only some elements;
-  /// otherwise 0.
+  /// Upper bound on the slots of all elements of the mesh. Set only if `items` contains only some
+  /// elements; otherwise 0.
   std::uint32_t all_slots = 0;
-  /// Numbers of the covered elements in a Reader. Empty unless the ElementNeeds of the StepTopology
-  /// request numbers.
+  /// Numbers of the covered elements, as a Reader returns them. Empty unless the ElementNeeds of
+  /// the StepTopology request numbers.
   std::span<const std::uint64_t> numbers;
 };
 
-/// Number of the cover of each array. A cover is the set of elements that an array covers. Stepped
-/// arrays with the same cover have the same number.
+/// Cover number of each array. A cover is the set of elements that an array covers. Stepped arrays
+/// with the same cover have the same number.
 using CoverNumbers = std::shared_ptr<const std::vector<std::uint32_t>>;
 CoverNumbers cover_numbers(const Schema& schema);
 
@@ -67,21 +67,21 @@ class StepElements {
   bool has_neighbourhoods(std::size_t group) const { return topology_->has_neighbourhoods(group); }
   std::size_t groups() const { return topology_->groups(); }
   std::uint64_t most_active() const { return topology_->most_active(); }
-  /// Returns the number of bytes used to store the elements of arrays on few elements.
+  /// Returns the number of bytes used to store the elements of arrays that cover only few elements.
   std::size_t kept_bytes() const { return kept_bytes_; }
 
  private:
   /// Data shared by arrays that cover the same elements.
   struct Cover {
-    std::uint32_t array = 0;      // an array that has this cover; other arrays may have it too
+    std::uint32_t array = 0;      // one of the arrays that cover these elements
     bool is_sparse = false;       // true: the arrays cover few elements
     bool made = false;            // true: `sparse` has been built
     std::vector<OfGroup> groups;  // groups that have elements of the arrays
     std::size_t counted = 0;      // number of groups whose elements have been counted
-    // Elements of `groups`, without those that are not needed; set if `made` is true.
+    // Elements that a column needs, for each of `groups`. Set if `made` is true.
     std::vector<SparseGroup> sparse;
 
-    /// Returns the index in `groups` of the first group that is not before `group`.
+    /// Returns the index in `groups` of the first group whose number is at least `group`.
     std::size_t nth(std::size_t group) const;
   };
   struct Making;
@@ -100,7 +100,8 @@ class StepElements {
   const Schema* schema_;
   StepTopology* topology_;
   CoverNumbers numbers_of_covers_;
-  std::map<std::uint32_t, Cover> covers_;  // covers by cover number
+  // Data of each cover (set of covered elements), by cover number.
+  std::map<std::uint32_t, Cover> covers_;
   std::size_t kept_bytes_ = 0, made_at_once_ = 1;
   TiledItems unfolded_;
   std::vector<std::uint64_t> numbers_;

@@ -11,11 +11,11 @@
 namespace shm {
 namespace {
 
-// Zstd level for arrays with too many components for columns.
+// Zstd compression level for arrays that have too many components for the codec `columns`.
 constexpr int kWideArrayZstdLevel = 9;
 
-/// The values of a group at one step, coded with `terms`. `refers` is true if they refer to the
-/// reference values. There may be no reference values.
+/// The values of a group at one step, coded with `terms`. `refers` is true if the values refer to
+/// the reference values. It is false if there are no reference values.
 struct StepTerms {
   bool refers = false;
   EncodedColumn column;
@@ -91,10 +91,10 @@ void StepEncoder::go_on(std::uint32_t array, std::uint64_t last_step, std::uint3
   steps_ = std::max(steps_, last_step + 1);
 }
 
-/// Returns the furthest reference that the next step of the array may use.
+/// Returns the highest StepReference that the next step of the array may use.
 StepReference StepEncoder::most_next(std::uint32_t array) const {
-  // A reader of a quantized array restores values that differ from the values passed to the
-  // encoder.
+  // The encoder cannot use a reference for a quantized array: it knows only the original values,
+  // but a reader has the restored values.
   if (schema_->arrays[array].quantization.lossy()) return StepReference::nothing;
   const std::uint32_t run = before_[array].run;
   if (run == 0 || run >= key_steps_) return StepReference::nothing;
@@ -104,12 +104,12 @@ StepReference StepEncoder::most_next(std::uint32_t array) const {
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
   if (step < before.next_step) return misuse("steps of an array must ascend", "steps");
-  // This number is not used if the step may not refer to other steps.
+  // Number of the previous step; not used if the new step may not refer to other steps.
   reference_step_ = before.next_step - 1;
   most_here_ = most_next(array);
   before.next_step = step + 1;
-  if (elements_[array] > 0)
-    steps_ = std::max(steps_, step + 1);  // a step without elements leaves no trace in the file
+  // A step of an array without elements stores nothing in the file.
+  if (elements_[array] > 0) steps_ = std::max(steps_, step + 1);
   array_ = array;
   step_ = step;
   first_ = 0;
@@ -180,8 +180,8 @@ Result<EncodedColumn> StepEncoder::encode() {
   return column_->encode(*elements, pending_, level_, reference(*reference_));
 }
 
-/// Chooses the reference for all groups of a step, in the first group of the step, by encoding this
-/// group with each permitted reference.
+/// Chooses the reference for all groups of a step. Encodes the first group with each permitted
+/// reference, and chooses the reference with the smallest result.
 EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
   EncodedColumn best;
   for (const StepReference kind :
@@ -204,9 +204,9 @@ EncodedColumn StepEncoder::encode_in_terms() {
   return encode_terms(schema_->arrays[*array_], pending_, reference(*reference_), scratch_).column;
 }
 
-/// Chooses the reference for all groups of a step that is coded with the codec terms, in the first
-/// group of the step. Keeps the reference of the previous step, unless the first group now needs a
-/// quarter more bytes than when that reference was chosen.
+/// Chooses the reference for all groups of a step that is coded with the codec `terms`, by encoding
+/// the first group. Keeps the reference of the previous step, unless the first group now needs over
+/// 25 % more bytes than it needed when that reference was chosen.
 EncodedColumn StepEncoder::choose_terms() {
   Before& before = before_[*array_];
   const auto with = [&](StepReference kind) {
@@ -228,7 +228,7 @@ EncodedColumn StepEncoder::choose_terms() {
       before.liked = StepReference::trend;
     }
   }
-  // If this step could not refer to a trend, the next step chooses again.
+  // If this step was not allowed to use all references, the next step chooses again.
   before.liked_bytes = most_here_ == most_ ? best.column.bytes.size() : 0;
   reference_ = best.refers ? before.liked : StepReference::nothing;
   return std::move(best.column);

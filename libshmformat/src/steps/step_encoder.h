@@ -1,5 +1,5 @@
 // StepEncoder: encodes values of stepped arrays as step_values. Each group that has elements of the
-// array becomes one part. The counterpart that decodes is step_decoder.h.
+// array becomes one part. StepDecoder decodes the parts.
 // spec: "Step values"
 #pragma once
 
@@ -21,8 +21,8 @@ class StepColumnEncoder : public StepColumn<ColumnPlanner> {
  public:
   using StepColumn::StepColumn;
 
-  /// Encodes the values of the group's elements. `reference` contains the values to which they
-  /// refer, or is empty.
+  /// Encodes the values of the group's elements. `reference` contains the values to which the
+  /// group's values refer, or is empty.
   EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
                        Level level, std::span<const std::byte> reference);
 };
@@ -36,25 +36,25 @@ class StepEncoder {
 
   /// Creates an encoder. `schema` has passed check_schema(). It must outlive the encoder, and so
   /// must `topology`, the topology of the whole mesh. `elements` lists the number of elements of
-  /// each array. Of every `key_steps` consecutive steps, at least one is a key step, which refers
-  /// to no other step.
+  /// each array. Among any `key_steps` consecutive steps of an array, at least one is a key step,
+  /// which refers to no other step.
   StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
 
   /// Continues an array that already has steps in the file, up to `last_step`. `run` is the number
-  /// of steps from the last key step to `last_step`, both included.
+  /// of steps from the most recent key step to `last_step`, both included.
   void go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run);
   /// Returns true if the next step of the array may use this kind of reference.
   bool refers_to(std::uint32_t array, StepReference kind) const { return most_next(array) >= kind; }
-  /// Stores all values of an earlier step, to which the next step may refer. Must be called after
-  /// go_on(): if the next step may refer to a trend, first for the last step but one; then for the
-  /// last step.
+  /// Stores all values of an earlier step, to which the next step may refer. Call this function
+  /// after go_on(). If the next step may refer to a trend, call it for the two most recent steps,
+  /// in order; otherwise only for the most recent step.
   void remember(std::uint32_t array, std::span<const std::byte> values) {
     before_[array].values.take(0, values);
   }
 
-  /// Position of a part in the whole mesh. `first` is the index of the part's first element, for
-  /// each array. `all` is the number of elements in the whole mesh, for each array.
+  /// Position of a part in the whole mesh, for each array: `first` is the index of the first
+  /// element that the part contains, `all` is the number of elements in the whole mesh.
   struct Part {
     std::uint32_t first_group = 0;
     std::vector<std::uint64_t> first, all;
@@ -62,14 +62,16 @@ class StepEncoder {
   /// Declares that the topology and `elements` are those of a part. Must be called before any other
   /// function.
   void begin_part(Part part);
-  /// Sets the reference of the next step of a part, which another part has chosen.
+  /// Sets the reference that the next step uses. In a file with several parts, one part chooses the
+  /// reference, and the other parts receive it by this function.
   void choose(StepReference reference) { given_reference_ = reference; }
   /// Returns the reference of the current step, or nullopt if it has not been chosen yet.
   std::optional<StepReference> chosen() const { return array_ ? reference_ : std::nullopt; }
-  /// Begins a step, which may remain without values.
+  /// Begins a step. The step may end without values.
   Result<void> begin(std::uint32_t array, std::uint64_t step);
 
-  /// Adds values of a step. Must hold: the array is stepped, and `values` contains whole elements.
+  /// Adds values of a step. Precondition: the array is stepped, and `values` contains whole
+  /// elements.
   Result<void> add(std::uint32_t array, std::uint64_t step, std::span<const std::byte> values);
   /// Ends the current step, if there is one.
   Result<void> end_step();
@@ -84,9 +86,9 @@ class StepEncoder {
   /// State of an array between its steps.
   struct Before {
     std::uint64_t next_step = 0;  ///< lowest step number that may come next
-    std::uint32_t run = 0;        ///< number of steps since the last key step, key step included
+    std::uint32_t run = 0;        ///< number of steps from the most recent key step on
     StepMemory values;
-    /// Reference that was chosen last for the codec terms.
+    /// Reference that choose_terms() chose most recently.
     StepReference liked = StepReference::nothing;
     /// Size in bytes of the first group of the step at which `liked` was chosen.
     std::size_t liked_bytes = 0;

@@ -15,7 +15,7 @@ namespace shm {
 /// refer. Both encoder and decoder store these values in memory.
 inline constexpr std::uint64_t kMostReferenceBytes = std::uint64_t{1} << 27;
 
-/// Returns the furthest reference that values in a file may use. `elements` lists the number of
+/// Returns the highest StepReference that values in a file may use. `elements` lists the number of
 /// elements of each array.
 StepReference most_reference(const Schema& schema, std::span<const std::uint64_t> elements);
 
@@ -25,18 +25,18 @@ StepReference most_reference(const Schema& schema, std::span<const std::uint64_t
 void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std::byte> before,
            std::vector<std::byte>& out);
 
-/// Stores the values of the last steps of an array.
+/// Stores the values of the one or two most recent steps of an array.
 class StepMemory {
  public:
-  /// Creates a memory. `most` is the furthest reference that will be passed to reference().
+  /// Creates a memory. `most` is the highest StepReference that will be passed to reference().
   explicit StepMemory(StepReference most = StepReference::nothing) : most_(most) {}
 
-  /// Stores the values of a step that begin at byte `offset`. The values of a step must be passed
-  /// in order.
+  /// Stores a run of values of a step. The run begins at byte `offset` of the step's values. The
+  /// values of a step must be passed in order.
   void take(std::size_t offset, std::span<const std::byte> values);
-  /// Returns the reference values for the `bytes` bytes of values that begin at byte `offset`. The
-  /// result is valid until the next call. `info` describes the array. Must hold: enough steps have
-  /// been stored, and `kind` is at most `most`.
+  /// Returns the reference values for a run of values: `bytes` bytes from byte `offset` of the
+  /// step's values. The result is valid until the next call. `info` describes the array.
+  /// Precondition: enough steps have been stored, and `kind` is at most `most`.
   std::span<const std::byte> reference(StepReference kind, const ArrayInfo& info,
                                        std::size_t offset, std::size_t bytes);
 
@@ -45,7 +45,7 @@ class StepMemory {
   std::vector<std::byte> last_, before_last_, trend_;
 };
 
-/// Returns a StepMemory for an array of a file whose references go as far as `most`.
+/// Returns a StepMemory for an array. `most` is the highest StepReference that the file uses.
 StepMemory memory_of(const ArrayInfo& array, StepReference most);
 
 }  // namespace shm

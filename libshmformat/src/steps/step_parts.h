@@ -1,5 +1,5 @@
-// StepParts: decodes the parts of one stepped array at one step. The caller finds the parts and the
-// values to which they refer.
+// StepParts: decodes the parts of one stepped array at one step. The caller finds the parts and
+// provides the values to which the parts refer.
 // spec: "Step values"
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace shm {
 
-/// Returns an error about the step values with this header. Must hold: the array exists. The error
-/// contains no offset.
+/// Returns an error about the step values with this header. Precondition: the array exists. The
+/// error contains no offset.
 Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
                         const std::string& detail, ErrorCode code = ErrorCode::corrupt);
 
@@ -36,8 +36,8 @@ class StepParts {
             std::uint64_t most_kept)
       : schema_(&schema), most_bytes_(most_bytes), column_(schema, array, most_kept) {}
 
-  /// Returns true if values of this array may be predicted over the mesh. All codecs except terms
-  /// predict in this way.
+  /// Returns true if values of this array may be predicted from neighbours in the mesh. This is
+  /// impossible if the array has more than kMostStepComponents components.
   static bool may_need_elements(const ArrayInfo& info) {
     return info.components <= kMostStepComponents;
   }
@@ -46,7 +46,8 @@ class StepParts {
   Result<void> check_size(const container::StepHeader& header) const;
   /// Decodes the values of the next part, which belongs to a group in `segment`. `elements` are the
   /// elements of the group; the pointer may be null if no part of the segment at this step is
-  /// predicted over the mesh. `reference` contains the values to which the part refers.
+  /// predicted from neighbours in the mesh. `reference` contains the values to which the part
+  /// refers.
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,
                                         std::span<const std::byte> bytes, std::uint32_t segment,
                                         const ColumnElements* elements,

@@ -39,8 +39,8 @@ bool StepTopology::uses(const container::GroupHeader& header,
     case StreamKind::imports: return true;
     case StreamKind::cell_numbers: return needs_.cell_numbers && keep && schema_->delay > 0;
     case StreamKind::vertex_numbers:
-      // The header of a group without cells does not show whether the hexahedra of its segment are
-      // coded by vertex numbers.
+      // The stream of vertex numbers is needed if the hexahedra of the segment are coded by vertex
+      // numbers. If a group has no cells, its header does not show whether this is the case.
       return keep && (needs_.vertex_numbers || header.cells == 0 ||
                       (first->kind == StreamKind::connectivity &&
                        first->codec == container::Codec::replay));
@@ -89,7 +89,7 @@ Result<const GroupElements*> StepTopology::elements(std::size_t group) {
   if (has_elements_ && group + 1 == next_) return &elements_;
   if (!decoder_ || next_ > group || groups_[next_].segment != segment ||
       groups_[next_ - 1].segment != segment) {
-    next_ = group;  // decoding continues with the first group of this segment
+    next_ = group;  // decode again from the first group of this segment on
     while (next_ > 0 && groups_[next_ - 1].segment == segment) --next_;
   }
   while (next_ <= group)
@@ -121,8 +121,8 @@ Result<void> StepTopology::decode(const Group& group) {
   elements_.cell_numbers.clear();
   if (!decoder_) {
     DecodedParts parts = DecodedParts::without_values();
-    // In other orders, the numbers of own vertices are their positions, and callers do not need the
-    // numbers of imported vertices.
+    // If the order is not Order::keep, the number of a vertex that the segment owns is its
+    // position. Callers do not need the numbers of imported vertices.
     parts.vertex_numbers = needs_.vertex_numbers && schema_->order == Order::keep;
     parts.imported_vertices = true;
     parts.vertex_neighbourhoods = needs_.vertices;
@@ -145,7 +145,7 @@ Result<void> StepTopology::decode(const Group& group) {
   for (bool first = true; first || !decoder_->is_complete(); first = false) {
     DecodedBlock block;
     if (auto status = decoder_->next_block(block); !status) return status;
-    if (!first) {  // the first vertex or cell of a block begins a tile
+    if (!first) {  // Each block begins a new tile.
       elements_.vertices.tile_begin.push_back(elements_.vertices.items.size());
       elements_.cells.tile_begin.push_back(elements_.cells.items.size());
     }
@@ -184,7 +184,7 @@ void StepTopology::release() {
   has_elements_ = false;
 }
 
-/// Returns a lower bound for the size in bytes of the elements of all groups.
+/// Returns a lower bound on the size in bytes of the elements of all groups.
 std::uint64_t StepTopology::expected_bytes() const {
   const std::uint64_t cell = (needs_.cells ? sizeof(Neighbourhood) : 0) +
                              (needs_.cell_numbers ? sizeof(std::uint64_t) : 0);
@@ -202,7 +202,7 @@ std::uint64_t StepTopology::expected_bytes() const {
 }
 
 /// Stores the elements of the group. If the elements of all groups need too much memory, or are
-/// expected to, frees all stored elements.
+/// expected to need too much, frees all stored elements.
 void StepTopology::keep() {
   if (kept_.empty()) keeps_ = expected_bytes() <= most_kept_;
   kept_bytes_ += elements_.bytes();

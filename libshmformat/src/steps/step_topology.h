@@ -23,13 +23,14 @@ namespace shm {
 
 /// Vertices and cells of a group, in the form that the columns of static arrays use.
 struct GroupElements {
-  /// All vertices of the group, including imported vertices. In all segments but the first,
-  /// `blocks` is 1 for an imported vertex and 0 for other vertices.
+  /// All vertices of the group, including imported vertices. In the first segment, `blocks` is
+  /// empty. In the other segments, it contains 1 for an imported vertex and 0 for any other vertex.
   TiledItems vertices;
   TiledItems cells;
-  std::uint32_t slots = 0;  ///< upper bound of the slots in `vertices` and `cells`
+  std::uint32_t slots = 0;  ///< upper bound on the slots in `vertices` and `cells`
 
-  /// Numbers, in a Reader, of the vertices that are not imported, and of the cells.
+  /// Numbers of the vertices that are not imported, and numbers of the cells, as a Reader returns
+  /// them.
   std::vector<std::uint64_t> vertex_numbers, cell_numbers;
 
   std::size_t bytes() const {
@@ -42,7 +43,7 @@ struct GroupElements {
 /// States which data of the elements of groups is needed. If any data of cells is needed, the block
 /// of each cell is provided, too.
 struct ElementNeeds {
-  /// True: the neighbourhoods of vertices or cells are needed.
+  /// True if the neighbourhoods of vertices or of cells are needed.
   bool vertices = false, cells = false;
   bool vertex_numbers = false, cell_numbers = false;
 
@@ -63,13 +64,13 @@ ElementNeeds needs_of_steps(const Schema& schema);
 
 class StepTopology {
  public:
-  /// Memory limit in bytes below which the elements of all groups are stored.
+  /// Memory limit in bytes. If the elements of all groups need less memory, they are stored.
   static constexpr std::size_t kMostKept = std::size_t{64} << 20;
 
   /// Creates an object without groups. `schema` has passed check_schema() and must outlive this
   /// object. Decoding a group fails with over_limit if its elements need more than `most_bytes`.
-  /// `cell_bytes` is cell_data_bytes(schema) if the caller shares this list; if null, the list is
-  /// computed.
+  /// `cell_bytes` is the list that cell_data_bytes(schema) returns, so that several objects can
+  /// share it. If it is null, the list is computed.
   StepTopology(const Schema& schema, std::uint64_t most_bytes, const ElementNeeds& needs,
                std::size_t most_kept = kMostKept, CellBytes cell_bytes = nullptr);
 
@@ -84,8 +85,8 @@ class StepTopology {
   /// Returns true if the elements of the group have neighbourhoods. They have none if the cells are
   /// coded with the patterns codec.
   bool has_neighbourhoods(std::size_t group) const;
-  /// Return the sums of the counts in the headers of all groups. An imported vertex counts once per
-  /// import.
+  /// Return the number of vertices and of cells in all groups, according to the group headers. A
+  /// vertex that is imported counts again for each import.
   std::uint64_t cells_in_all() const { return cells_in_all_; }
   std::uint64_t vertices_in_all() const { return vertices_in_all_; }
   /// Returns the largest number of vertices that are active at the same time.
@@ -101,7 +102,8 @@ class StepTopology {
   std::size_t most_kept() const { return most_kept_; }
   /// Returns the number of bytes of the stored elements.
   std::size_t kept_bytes() const { return keeps_ ? kept_bytes_ : 0; }
-  /// Frees the decoder state that is used for the next group. The next call rebuilds this state.
+  /// Frees the state of the decoder, which is only needed to decode the next group. If that group
+  /// is requested, the state is rebuilt.
   void release();
 
  private:
@@ -133,7 +135,7 @@ class StepTopology {
   GroupElements elements_;  // elements of group next_ - 1
   bool has_elements_ = false;
 
-  bool keeps_ = true;  // true: the elements of all groups so far are stored
+  bool keeps_ = true;  // true if the elements of all groups so far are stored
   std::vector<GroupElements> kept_;
   std::size_t kept_bytes_ = 0;
 };

@@ -1,8 +1,8 @@
 // Codecs for the values of one stepped array at one step, group by group. The codec `columns`
-// predicts each value over the mesh: from the value's neighbours, and perhaps also from the
+// predicts each value over the mesh: from the value's neighbours, and optionally also from the
 // previous step. The codec `shuffled_zstd` sorts the bytes by significance and compresses them with
-// zstd. The encoder writes the smaller of these two results. The third codec, `terms`, is for
-// speed: it predicts each value from the previous step, without the mesh.
+// zstd. The encoder writes the smaller of these two results. The third codec, `terms`, is faster:
+// it predicts each value from the previous step, without the mesh.
 // spec: "Step values"
 #pragma once
 
@@ -27,23 +27,23 @@ std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
                                                    std::span<const std::byte> reference,
                                                    TermScratch& scratch);
 
-/// Codes the values of one array at one step with the codec `columns`. `Column`: ColumnDecoder, or
-/// ColumnPlanner (step_encoder.h).
+/// Codes the values of one array at one step with the codec `columns`. The parameter `Column` is
+/// ColumnDecoder or ColumnPlanner (step_encoder.h).
 template <class Column>
 class StepColumn {
  public:
   /// `schema` must outlive this object.
   StepColumn(const Schema& schema, std::uint32_t array) : schema_(&schema), array_(array) {}
 
-  /// Call it before each group that is coded in columns. The column continues from the group before
-  /// if that group is in the same segment. Returns false if this is impossible because that group
-  /// has a different reference.
+  /// Begins a group. Call this function before each group that is coded with the codec `columns`.
+  /// If the previous group is in the same segment, the column continues from that group. Returns
+  /// false if the previous group has a different reference, so that the column cannot continue.
   bool begin(std::uint32_t segment, StepReference reference) {
     const bool goes_on = continues(segment);
     if (goes_on && reference != reference_) return false;
     if (!goes_on) {
-      // In all segments but the first, the column treats vertices as elements of two "blocks": 0
-      // for own vertices, 1 for imported vertices (see GroupElements).
+      // Except in the first segment, the column assigns vertices to two "blocks": block 0 for
+      // vertices that the segment owns, block 1 for imported vertices (see GroupElements).
       const bool may_import = segment > 0 && info().location == Location::point;
       column_.emplace(info(), may_import ? std::vector<std::uint32_t>{0} : info().blocks,
                       ColumnTraits{.earlier_values = schema_->earlier_values});
@@ -69,14 +69,15 @@ class StepColumn {
 
 class StepColumnDecoder : public StepColumn<ColumnDecoder> {
  public:
-  /// `schema` must outlive this object. `most_kept` is a limit in bytes for data stored by slot.
+  /// `schema` must outlive this object. `most_kept` limits the memory in bytes for the data of
+  /// slots.
   StepColumnDecoder(const Schema& schema, std::uint32_t array,
                     std::uint64_t most_kept = ~std::uint64_t{0})
       : StepColumn(schema, array), most_kept_(most_kept) {}
 
   bool begin(std::uint32_t segment, StepReference reference);
-  /// Decodes the values of a group. `limit` is the size of all values in bytes. Returns nullopt for
-  /// damaged data.
+  /// Decodes the values of a group. `limit` is the size in bytes of all decoded values. Returns
+  /// nullopt for damaged data.
   std::optional<std::vector<std::byte>> decode(const ColumnElements& elements, Codec codec,
                                                std::span<const std::byte> bytes,
                                                std::uint64_t limit,
@@ -86,7 +87,7 @@ class StepColumnDecoder : public StepColumn<ColumnDecoder> {
 
  private:
   std::uint64_t most_kept_;
-  std::unique_ptr<ColumnMemory> kept_;  // limits the memory of the column
+  std::unique_ptr<ColumnMemory> kept_;  // memory limit of the column decoder
 };
 
 }  // namespace shm

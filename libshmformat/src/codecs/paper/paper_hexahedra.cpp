@@ -7,11 +7,12 @@
 namespace shm {
 namespace {
 
-// Returns the bit of a face in a set of faces.
+// Returns the bit that represents a face in a bit mask of faces.
 constexpr std::uint32_t face_bit(std::uint32_t face) { return 1u << face; }
 
-// Order in which faces of the previous hexahedron are tried as gate: the face straight ahead comes
-// first, the face behind comes last.
+// Order in which the faces of the previous hexahedron are tried as the gate, which is the face to
+// which the current hexahedron is attached. The first is face 5, opposite to the previous gate; the
+// last is face 0, the previous gate itself.
 constexpr std::array<std::uint8_t, 6> kGateOrder = {5, 3, 1, 4, 2, 0};
 
 template <std::size_t kCount>
@@ -22,9 +23,10 @@ bool all_different(const std::array<std::uint32_t, kCount>& slots) {
   return true;
 }
 
-/// Operation that codes a hexahedron which, in some rotation, has the set `mask` of active faces;
-/// none if no operation expects active faces at these positions.
 enum class Fit : std::uint8_t { none, hut, roof, step, bridge };
+/// Returns the operation that codes a hexahedron whose active faces are `mask`. The faces are
+/// numbered after a rotation of the hexahedron. Returns none if no operation has these active
+/// faces.
 constexpr Fit fit_of(std::uint32_t mask) {
   const auto has = [&](std::uint32_t faces) { return (mask & faces) == faces; };
   const int count = std::popcount(mask);
@@ -37,7 +39,8 @@ constexpr Fit fit_of(std::uint32_t mask) {
   return (count == 3 || tunnel) && has(face_bit(1) | face_bit(3)) ? Fit::bridge : Fit::none;
 }
 
-/// A rotation of the stored hexahedron that the encoder tries for a given set of active faces.
+/// A rotation that the encoder tries for the stored hexahedron, and the operation that would then
+/// code the hexahedron.
 struct RotationFit {
   std::uint8_t rotation = 0;
   Fit fit = Fit::none;
@@ -59,8 +62,8 @@ constexpr auto kFits = [] {
   return table;
 }();
 
-// Returns true if all corners of the face are known. `corners`: vertex slots of the corners of a
-// hexahedron; kNone if unknown.
+// Returns true if all corners of the face are known. `corners`: vertex slots of the corners of the
+// hexahedron; kNone for an unknown corner.
 bool known(const std::array<std::uint32_t, 8>& corners, std::uint32_t face) {
   for (std::uint8_t c : kFaceCorners[face])
     if (corners[c] == kNone) return false;
@@ -69,7 +72,7 @@ bool known(const std::array<std::uint32_t, 8>& corners, std::uint32_t face) {
 
 }  // namespace
 
-// --- the encoder's choice of operation, rotation and gate
+// --- encoder: the choice of operation, rotation and gate
 
 template <class Coder>
 auto PaperHexahedra<Coder>::choose_plan(const StoredCell& cell) const -> Plan {
@@ -109,7 +112,8 @@ auto PaperHexahedra<Coder>::choose_plan(const StoredCell& cell) const -> Plan {
   return best;
 }
 
-/// Determines how the gate would be coded, and estimates the cost; a smaller cost is better.
+/// Determines how the gate would be coded (`plan.mode`), and estimates the cost of coding it in
+/// arbitrary units (`plan.cost`). A smaller cost is better.
 template <class Coder>
 void PaperHexahedra<Coder>::rate_gate(Plan& plan, const Corners& target) const {
   const bool turns = plan.operation == kStep || plan.operation == kBridge;
@@ -119,7 +123,8 @@ void PaperHexahedra<Coder>::rate_gate(Plan& plan, const Corners& target) const {
     const Quad& quad = surface_.face(plan.gate_face).quad;
     const auto turn =
         static_cast<std::uint32_t>(std::find(quad.begin(), quad.end(), target[0]) - quad.begin());
-    if (!turns && turn != 0) return;  // a HUT or ROOF on the previous hexahedron has turn 0
+    if (!turns && turn != 0)
+      return;  // a HUT or ROOF is possible on this face only if corner 0 is the face's first vertex
     plan.mode = kOnFace;
     plan.cost = (k == last_face_ ? 0 : 8 + i) * 8 + (turn == last_turn_ ? 0 : 1 + turn);
     return;
@@ -220,9 +225,9 @@ bool PaperHexahedra<Coder>::on_previous(std::uint32_t face) const {
   return surface_.face(face).alive && surface_.face(face).cell == previous_cell_;
 }
 
-/// Lists the faces at edges of the previous hexahedron that are not its own faces, as pairs: the
-/// face corner at the edge's first vertex, and the edge. Edges come in ascending order; at each
-/// edge the newest face comes first.
+/// Lists the faces at the edges of the previous hexahedron, except that hexahedron's own faces.
+/// Each entry is a pair: the face corner at the edge's first vertex, and the edge. Edges are in
+/// ascending order; the faces at one edge are listed from newest to oldest.
 template <class Coder>
 void PaperHexahedra<Coder>::list_edge_gates(
     std::vector<std::pair<FaceCorner, std::uint32_t>>& out) const {
@@ -267,7 +272,8 @@ bool PaperHexahedra<Coder>::code_gate(Coder& symbols, const Plan& plan, const Co
   return code_gate_face(symbols, plan, target, gate.at, gate.mirrored);
 }
 
-/// Codes the gate. The modes are tried in order; a mode that has no faces is skipped.
+/// Codes the gate. Tries the modes (on the previous hexahedron, at its edges, at its vertices,
+/// anywhere) in this order, and skips modes for which no face exists.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_gate_face(Coder& symbols, const Plan& plan, const Corners& target,
                                            FaceCorner& corner, bool mirrored) {
@@ -298,8 +304,9 @@ bool PaperHexahedra<Coder>::code_gate_face(Coder& symbols, const Plan& plan, con
   return code_gate_anywhere(symbols, plan, target, corner);
 }
 
-/// Codes the gate as one of the faces of the previous hexahedron in `left`, and the place of corner
-/// 0 in this face.
+/// Codes which face of the previous hexahedron is the gate, and at which corner of this face corner
+/// 0 of the current hexahedron is. `left`: number of faces of the previous hexahedron that are
+/// still active.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_on_face(Coder& symbols, const Plan& plan,
                                                     const Corners& target, std::uint32_t left) {
@@ -322,16 +329,17 @@ FaceCorner PaperHexahedra<Coder>::code_gate_on_face(Coder& symbols, const Plan& 
   return kNone;
 }
 
-/// Codes the gate as one of the faces in `scratch_`, which are at edges of the previous hexahedron.
-/// That edge becomes the edge from corner 0 to corner 3 of the current hexahedron.
+/// Codes which of the faces in `scratch_` is the gate. Each of these faces shares an edge with the
+/// previous hexahedron. The shared edge of the gate becomes the edge from corner 0 to corner 3 of
+/// the current hexahedron.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& plan,
                                                     const Corners& target, bool mirrored) {
   for (std::size_t i = 0; i < scratch_.size(); ++i) {
     const auto [corner, edge] = scratch_[i];
     const bool forward = surface_.around(corner, 1) == previous_[kEdgeCorners[edge][1]];
-    // Around the face, corner 3 is just before corner 0; if the face is mirrored, it is just after
-    // corner 0.
+    // In the order around the face, corner 3 is just before corner 0. If the face is mirrored,
+    // corner 3 is just after corner 0.
     const std::uint32_t step = forward ? (mirrored ? 0u : 1u) : (mirrored ? 3u : 0u);
     const FaceCorner origin = corner / 4 * 4 + (corner + step) % 4;
     const bool hit =
@@ -341,8 +349,8 @@ FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& 
   return kNone;
 }
 
-/// Codes the gate as one of the faces in `scratch_`, which are at vertices of the previous
-/// hexahedron. That vertex becomes corner 0 of the current hexahedron.
+/// Codes which of the faces in `scratch_` is the gate. Each of these faces shares a vertex with the
+/// previous hexahedron. The shared vertex of the gate becomes corner 0 of the current hexahedron.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_at_vertex(Coder& symbols, const Plan& plan,
                                                       const Corners& target) {
@@ -355,7 +363,8 @@ FaceCorner PaperHexahedra<Coder>::code_gate_at_vertex(Coder& symbols, const Plan
   return kNone;
 }
 
-/// Codes the gate by the number of a live vertex, then selects one of the faces at this vertex.
+/// Codes the gate as the number of a live vertex and the index of the gate among the faces at this
+/// vertex.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_gate_anywhere(Coder& symbols, const Plan& plan,
                                                const Corners& target, FaceCorner& corner) {
@@ -373,8 +382,9 @@ bool PaperHexahedra<Coder>::code_gate_anywhere(Coder& symbols, const Plan& plan,
   return true;
 }
 
-/// Codes the face at the edge from corner `from` to corner `along` that is not `not_face`. Sets the
-/// vertices above both ends of the edge.
+/// Codes a face that contains the edge between the vertices `from` and `along` and differs from
+/// `not_face`. Sets `above_from` to the other vertex next to `from` in this face, and `above_along`
+/// to the other vertex next to `along`.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_side(Coder& symbols, std::uint32_t along, std::uint32_t from,
                                       std::uint32_t not_face, std::uint32_t side_face, int model,
@@ -409,8 +419,8 @@ bool PaperHexahedra<Coder>::code_second_face(Coder& symbols, const Plan& plan,
   return code_corners_left(symbols, target, cell);
 }
 
-/// Codes corners 5 and 6 after a STEP. The coder deduces these corners from active faces, if there
-/// are any.
+/// Codes corners 5 and 6 after a STEP. If active faces determine these corners, the corners are
+/// deduced from the faces instead of being coded.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corners_left(Coder& symbols, const Corners& target,
                                               CellTopology& cell) {
@@ -465,8 +475,9 @@ std::uint32_t PaperHexahedra<Coder>::add_vertex(CellTopology& cell, std::uint32_
   return cell.slots[position] = surface_.add_vertex();
 }
 
-/// Encoder: returns the first corner that is coded before `position` and has the same vertex, or 8
-/// if none exists. Only in a START may corners have the same vertex.
+/// Encoder: returns the first corner that is coded before corner `position` and has the same
+/// vertex. Returns 8 if no such corner exists. Only in a START can two corners have the same
+/// vertex.
 template <class Coder>
 std::uint32_t PaperHexahedra<Coder>::earlier_corner(const StoredCell& stored,
                                                     std::uint32_t position) {
@@ -523,7 +534,8 @@ bool PaperHexahedra<Coder>::code_reference(Coder& symbols, ReferenceModel& model
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corner_order(Coder& corner_order, const Gate& gate,
                                               CellTopology& cell, std::uint32_t rotation) {
-  // Expected rotation: the rotation of the gate's owner, transferred across the gate.
+  // Predicted rotation: the rotation whose axes continue the axes of the hexahedron that owns the
+  // gate.
   std::uint32_t expected = kRotationCount;
   if (!gate.mirrored) {
     const auto& owner = surface_.face(gate.at / 4).owner_corner;
@@ -549,7 +561,7 @@ bool PaperHexahedra<Coder>::code_corner_order(Coder& corner_order, const Gate& g
   return true;
 }
 
-/// Removes the shared faces from the surface, and adds the other faces to it.
+/// Removes the faces that the hexahedron shares with the surface, and adds its other faces.
 template <class Coder>
 void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
   cell.cell_slot = surface_.begin_cell();
@@ -571,8 +583,8 @@ void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
     const auto& c = kFaceCorners[k];
     const Quad quad = {v[c[0]], v[c[1]], v[c[2]], v[c[3]]};
     if (!distinct && !all_different(quad)) continue;
-    // Only a hexahedron with repeated corners can have the same face twice. In that case, search
-    // for the face again.
+    // If corners are repeated, two faces of the hexahedron may be identical, and the first of them
+    // has already been added or removed. So search for the face again.
     const std::uint32_t now =
         distinct ? present[k] : surface_.find_face(quad[0], quad[1], quad[2], quad[3]);
     if (now != kNone) {
@@ -582,8 +594,8 @@ void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
     } else if (std::all_of(quad.begin(), quad.end(), [&](std::uint32_t vertex) {
                  return surface_.vertex(vertex).face_count < kMaxFacesAtVertex;
                })) {
-      // Number the corners like a reader: if the corner order does not matter, corners are in the
-      // order of the frame.
+      // Number the corners in the same order as a reader does: in stored order if the corner order
+      // matters, otherwise in the order of the coder's frame (positions 0 to 7).
       const auto stored = [&](std::uint8_t i) { return order_matters ? cell.stored_corner[i] : i; };
       previous_face_[k] =
           surface_.add_face(quad, {stored(c[0]), stored(c[1]), stored(c[2]), stored(c[3])},

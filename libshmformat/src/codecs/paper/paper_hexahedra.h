@@ -1,9 +1,10 @@
-// Paper hexahedra: the complete published method, which is the baseline of all comparisons. It
-// codes hexahedra in coding order as symbols of the bitstreams "connectivity" and "corner order".
-// Encoder and decoder keep the same state: the previous hexahedron and the models.
+// Paper hexahedra: the published method of coding hexahedra, which is the baseline of all
+// comparisons. Hexahedra are coded in coding order, as symbols of the bitstreams "connectivity" and
+// "corner order". Encoder and decoder keep the same state: the previous hexahedron and the models.
 //
-// A hexahedron is attached to the active surface by one of five operations. Further shared faces
-// are deduced and confirmed:
+// A hexahedron is attached to the active surface by one of five operations. The operation states
+// which faces the hexahedron shares with the surface. Further shared faces are deduced, and one
+// decision confirms each of them.
 //   START   no face is shared, or no other operation fits: eight corners are coded, each as new,
 //           live or repeated
 //   HUT     one face f0 is shared
@@ -33,8 +34,8 @@ class PaperHexahedra {
   /// `surface` must outlive this object.
   explicit PaperHexahedra(ActiveSurface& surface) : surface_(surface) {}
 
-  /// Codes the corners of one hexahedron, their order if it matters, and attaches the hexahedron to
-  /// the surface. Returns false only when decoding damaged data.
+  /// Codes the corners of one hexahedron and, if it matters, their order. Attaches the hexahedron
+  /// to the surface. Returns false only when decoding damaged data.
   bool code(Coder& symbols, Coder& corner_order, const StoredCell& stored, CellTopology& cell,
             bool order_matters);
 
@@ -43,7 +44,8 @@ class PaperHexahedra {
   enum GateMode : std::uint8_t { kOnFace, kAtEdge, kAtVertex, kAnywhere, kGateModes };
 
   /// The way in which a hexahedron is attached to the surface: operation, rotation and gate. The
-  /// encoder chooses the plan; the decoder decodes it in several steps.
+  /// encoder chooses the whole plan before it codes the hexahedron. The decoder decodes the plan
+  /// step by step.
   struct Plan {
     Operation operation = kStart;
     std::uint32_t rotation = 0;
@@ -51,15 +53,15 @@ class PaperHexahedra {
     std::uint32_t gate_face = kNone, side_face = kNone, far_face = kNone;
     std::uint64_t cost = ~std::uint64_t{0};
   };
-  /// The corner of the gate face at which vertex 0 of the hexahedron is, and the direction in which
-  /// the other vertices of the face follow.
+  /// The position of the hexahedron on the gate face: the face corner at which vertex 0 of the
+  /// hexahedron is, and the direction in which the other vertices of the face follow.
   struct Gate {
     FaceCorner at = kNone;
     bool mirrored = false;
   };
   using Corners = std::array<std::uint32_t, 8>;
-  /// Models for a vertex number that is coded relative to the last coded number or to the oldest
-  /// live vertex.
+  /// Models for a vertex number. The number is coded either as the difference from the previously
+  /// coded number, or by the vertex's age relative to the oldest live vertex.
   struct ReferenceModel {
     AdaptiveBit from_last;
     SignedModel<NumberModel> step;
@@ -73,7 +75,7 @@ class PaperHexahedra {
   static std::uint32_t earlier_corner(const StoredCell& stored, std::uint32_t position);
   static void rotate(const StoredCell& stored, CellTopology& cell, std::uint32_t rotation);
 
-  // Coding functions, in the order of the calls
+  // The following functions code the parts of a hexahedron. They are called in this order.
   bool code_gate(Coder& symbols, const Plan& plan, const Corners& target, Gate& gate);
   bool code_gate_face(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner& corner,
                       bool mirrored);
@@ -91,7 +93,8 @@ class PaperHexahedra {
                  std::uint32_t side_face, int model, std::uint32_t& above_from,
                  std::uint32_t& above_along);
   bool code_corners_left(Coder& symbols, const Corners& target, CellTopology& cell);
-  /// `repeats`: the earlier corner with the same vertex; 8 if none exists.
+  /// `repeats`: the earlier corner that has the same vertex as the corner `position`; 8 if no such
+  /// corner exists.
   bool code_corner(Coder& symbols, const Corners& target, CellTopology& cell,
                    std::uint32_t position, std::uint32_t repeats = 8);
   bool code_reference(Coder& symbols, ReferenceModel& model, std::uint32_t& slot);

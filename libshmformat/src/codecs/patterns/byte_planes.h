@@ -1,6 +1,7 @@
-// Byte planes: the first plane contains byte 0 (the least significant byte) of all numbers, the
-// next plane byte 1 of all numbers, and so on. A plane of zeros is left out; any other plane is
-// stored either uncompressed or compressed by zstd.
+// Byte planes: a list of numbers is stored as planes. The first plane contains byte 0 (the least
+// significant byte) of all numbers, the second plane contains byte 1 of all numbers, and so on. A
+// plane that contains only zeros is not stored; any other plane is stored either uncompressed or
+// compressed by zstd.
 // spec: "Patterns"
 #pragma once
 
@@ -16,16 +17,17 @@
 
 namespace shm {
 
-/// Writes a plane: the stored size in bytes, followed by the stored bytes. A stored size of 0 means
-/// that all bytes of the plane are zero. If the stored size equals the size of the plane, the plane
-/// is uncompressed; any other size belongs to one zstd frame.
+/// Writes a plane: first its stored size in bytes, then the stored bytes. The stored size is 0 if
+/// all bytes of the plane are zero. If the stored size equals the size of the plane, the plane is
+/// uncompressed. If it has any other value, the plane is compressed as one zstd frame.
 void put_plane(ByteWriter& out, std::span<const std::byte> plane, ZstdCompressor& zstd);
 
 /// Reads a plane of `size` bytes. Returns false if the data is damaged.
 bool get_plane(ByteReader& in, std::uint64_t size, std::vector<std::byte>& plane,
                ZstdDecompressor& zstd);
 
-/// Returns the size in bytes of the largest number, which is the number of planes.
+/// Returns the number of planes that the numbers need, which is the number of bytes of the largest
+/// number.
 template <class Word>
 std::uint32_t plane_count(std::span<const Word> numbers) {
   Word all = 0;
@@ -33,7 +35,7 @@ std::uint32_t plane_count(std::span<const Word> numbers) {
   return static_cast<std::uint32_t>((std::bit_width(all) + 7) / 8);
 }
 
-/// Writes the `planes` low bytes of each number as planes.
+/// Writes `planes` planes, which contain the low bytes of the numbers.
 template <class Word>
 void put_planes(ByteWriter& out, std::span<const Word> numbers, std::uint32_t planes,
                 std::vector<std::byte>& scratch, ZstdCompressor& zstd) {
@@ -46,7 +48,7 @@ void put_planes(ByteWriter& out, std::span<const Word> numbers, std::uint32_t pl
   }
 }
 
-/// Reads numbers of `planes` bytes each. Returns false if the data is damaged.
+/// Reads numbers that were stored as `planes` planes. Returns false if the data is damaged.
 template <class Word>
 bool get_planes(ByteReader& in, std::uint32_t planes, std::span<Word> numbers,
                 std::vector<std::byte>& scratch, ZstdDecompressor& zstd) {
@@ -66,8 +68,8 @@ bool get_planes(ByteReader& in, std::uint32_t planes, std::span<Word> numbers,
 /// Writes the number of planes, then the planes of `numbers`.
 void put_numbers(ByteWriter& out, std::span<const std::uint32_t> numbers,
                  std::vector<std::byte>& scratch, ZstdCompressor& zstd);
-/// Reads the list that put_numbers() writes for exactly `count` numbers. Returns false if the data
-/// is damaged.
+/// Reads a list that was written by put_numbers(). The list must contain exactly `count` numbers.
+/// Returns false if the data is damaged.
 bool get_numbers(ByteReader& in, std::uint64_t count, std::vector<std::uint32_t>& numbers,
                  std::vector<std::byte>& scratch, ZstdDecompressor& zstd);
 

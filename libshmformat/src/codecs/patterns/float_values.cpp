@@ -10,7 +10,7 @@
 namespace shm {
 namespace {
 
-// Number of words in a block, which fits into the first-level cache
+// Number of values per block. A block fits into the first-level cache.
 constexpr std::size_t kBlock = 512;
 template <class Bits>
 using Block = std::array<Bits, kBlock>;
@@ -28,7 +28,8 @@ void take_residuals(const FloatResiduals& from, std::size_t first, std::size_t c
     words[i] = static_cast<Bits>(words[i] >> 1) ^ static_cast<Bits>(0 - (words[i] & 1));
 }
 
-/// Stores in `places` the indices of the reference values; the index of a NaN is 0.
+/// Reads `count` floating-point values and stores their indices in `places`. An index is the
+/// position of a value among all values of its type in ascending order; the index of a NaN is 0.
 template <class Bits>
 void take_places(const std::byte* from, std::size_t stride, std::size_t count,
                  Block<Bits>& places) {

@@ -1,7 +1,7 @@
-// Decoding of floating-point values from residuals relative to reference values. A residual is a
-// difference of two indices (integers in the order of the values). The results are the same as in
-// TermColumn's loop over single values, but this code processes blocks of some hundred values
-// without branches.
+// Float values: decodes floating-point values from residuals. A residual is the difference between
+// the index of a value and the index of its reference value. (Indices are integers in the order of
+// the values.) The results are the same as in the loop of TermColumn over single values, but this
+// code processes blocks of a few hundred values without branches.
 // spec: "Values by terms"
 #pragma once
 
@@ -13,14 +13,15 @@
 namespace shm {
 
 struct FloatResiduals {
-  /// Byte 0 of all residuals; each further byte plane begins `distance` bytes after the previous
-  /// one
+  /// Pointer to the byte plane with the least significant byte of each residual. Each further byte
+  /// plane begins `distance` bytes after the previous plane.
   const std::byte* planes = nullptr;
   std::size_t distance = 0;
   std::uint32_t width = 0;  ///< size of a residual in bytes
 };
 
-/// The values of one component and their references, each `stride` bytes apart.
+/// The values of one component and their reference values. `stride`: number of bytes from one value
+/// or reference value to the next.
 struct FloatPlaces {
   const std::byte* reference = nullptr;
   std::byte* values = nullptr;
@@ -28,10 +29,11 @@ struct FloatPlaces {
   std::size_t count = 0;  ///< number of values, at least 1
 };
 
-/// Decodes values of a floating-point type. `changes`: true if the value's difference from its
-/// reference is coded relative to the same difference of the previous element. `change`: on input,
-/// the difference of the previous element; on return, that of the last element. Returns the index
-/// of the last value. Must hold: `type` is a floating-point type.
+/// Decodes values of the floating-point type `type`. `changes`: if false, each residual is a
+/// difference: the value's index minus the index of its reference value; if true, each residual is
+/// the change of this difference since the previous element. `change`: on input, the difference of
+/// the previous element; on return, the difference of the last element. Returns the index of the
+/// last value. Precondition: `type` is a floating-point type.
 std::int64_t decode_floats(ScalarType type, const FloatResiduals& residuals, bool changes,
                            std::uint64_t& change, const FloatPlaces& floats);
 

@@ -11,18 +11,19 @@ double power_of_two(std::int32_t exponent) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
 }
 
-/// Returns true for a binary domain in which all powers and products are normal (not denormal)
-/// numbers.
+/// Returns true if the domain is binary and its exponent is moderate, so that no power or product
+/// in the conversion is a denormal number.
 bool is_usual_binary(const ValueDomain& domain) {
   return domain.kind == DomainKind::binary && domain.exponent >= -900 && domain.exponent <= 900;
 }
 
-// 1.5 * 2^52: adding and then subtracting this constant rounds a number to an integer
+// 1.5 * 2^52. Adding this constant to a number and then subtracting it rounds the number to an
+// integer.
 constexpr double kRound = 6755399441055744.0;
 constexpr double kMost = 1125899906842624.0;  // largest index: 2^50
 
-// These two functions convert between integers and doubles up to kMost by their bits. Unlike the
-// conversion instructions of many processors, the functions can be vectorized.
+// The next two functions convert between integers and doubles of magnitudes up to kMost by changing
+// bits. Unlike the conversion instructions of many processors, these functions can be vectorized.
 constexpr auto kRoundBits = std::bit_cast<std::uint64_t>(kRound);
 std::uint64_t as_integer(double whole) {
   return std::bit_cast<std::uint64_t>(whole + kRound) - kRoundBits;
@@ -37,8 +38,8 @@ double value_of(std::uint64_t bits) {
   return static_cast<double>(std::bit_cast<Float>(static_cast<Bits>(bits)));
 }
 
-/// Stores the indices of values. `unit(d)` returns the value of index d; `scale(value)` returns a
-/// number close to the index.
+/// For each value, stores its index in `indices`. `unit(d)` returns the value of index d.
+/// `scale(value)` returns a number close to the index of the value.
 template <class Bits, class Scale, class Unit>
 bool indices_as(std::span<const std::uint64_t> bits, std::span<std::int64_t> indices,
                 const Scale& scale, const Unit& unit) {
@@ -69,14 +70,15 @@ bool indices_as(std::span<const std::uint64_t> bits, const ValueDomain& domain,
       [by = power_of_two(-domain.exponent)](double d) { return d * by; });
 }
 
-/// Stores nearest_integer(value * times) for each value. Returns false if a value is NaN or too
-/// large. The function compares bits so that the loop can be vectorized.
+/// For each value, stores nearest_integer(value * times) in `nearest`. Returns false if a value is
+/// NaN or too large. The function compares bit patterns instead of numbers, so that the loop can be
+/// vectorized.
 template <class Bits>
 bool nearest_as(std::span<const std::uint64_t> bits, double times,
                 std::span<std::int64_t> nearest) {
   constexpr auto kMostBits = std::bit_cast<std::uint64_t>(kMost);
   constexpr auto kHalfBits = std::bit_cast<std::uint64_t>(.5);
-  std::uint64_t within = ~std::uint64_t{0};  // top bit: set if all values so far are within kMost
+  std::uint64_t within = ~std::uint64_t{0};  // top bit: 1 as long as all values are within kMost
   for (std::size_t i = 0; i < bits.size(); ++i) {
     const double scaled = value_of<Bits>(bits[i]) * times;
     within &= (std::bit_cast<std::uint64_t>(scaled) << 1 >> 1) - kMostBits;
@@ -87,8 +89,8 @@ bool nearest_as(std::span<const std::uint64_t> bits, double times,
   return within >> 63 != 0;
 }
 
-/// Replaces indices by the bits of their values. Returns false, without any change, if an index is
-/// too large for as_double().
+/// Replaces each index in `words` by the bits of its value. If an index is too large for
+/// as_double(), returns false and changes nothing.
 template <class Unit>
 bool values_as(ScalarType type, std::span<std::uint64_t> words, const Unit& unit) {
   constexpr auto kMostIndex = static_cast<std::uint64_t>(kMost);

@@ -24,7 +24,7 @@ std::uint32_t most_nodes(const Schema& schema) {
 
 void PatternHistory::reach(std::uint32_t bits) {
   if (bits <= bits_) return;
-  // Move the oldest row to the beginning, so that the ring can continue after the latest row.
+  // Move the oldest row to the beginning of rows_, so that new rows can follow the latest row.
   if (!rows_.empty() && remembered_ > at_) {
     std::rotate(rows_.begin(), rows_.begin() + static_cast<std::ptrdiff_t>(at_ + 1) * stride_,
                 rows_.end());
@@ -36,7 +36,7 @@ void PatternHistory::reach(std::uint32_t bits) {
 
 void PatternHistory::expect(std::uint64_t cells) {
   const std::uint64_t rows = std::min<std::uint64_t>(ring_, remembered_ + 1 + cells + kRows);
-  // Without this call, resize() would double the capacity of the vector
+  // Without reserve(), resize() would double the capacity of the vector
   rows_.reserve(static_cast<std::size_t>(rows * stride_));
 }
 
@@ -47,7 +47,7 @@ std::uint32_t PatternHistory::add_slot() {
   return static_cast<std::uint32_t>(vertices_.size() - 1);
 }
 
-/// Adds some rows, which will be filled soon.
+/// Adds more rows to rows_ than are needed now, so that this function is rarely called.
 void PatternHistory::add_rows() {
   const std::size_t rows = std::min<std::size_t>(ring_, std::size_t{at_} + kRows);
   if (rows * stride_ > rows_.capacity()) expect(remembered_ / 2);

@@ -1,11 +1,15 @@
-// Cells of a segment that is coded as patterns. A cell refers to earlier cells by their distance in
-// coding order. A pattern specifies, for each node of a cell, the earlier cell and the node at
-// which the same vertex occurs. Patterns repeat independently of the vertex numbers, so a cell is
-// stored as the index of its pattern in a list.
+// Pattern cells: the cells of a segment that is coded as patterns. A cell refers to earlier cells
+// by their distance in coding order. For each node of a cell, the pattern specifies an earlier cell
+// that has the same vertex, and the node of that vertex in the earlier cell. The same patterns
+// occur again and again, whatever the vertex numbers are, so a cell is stored as the index of its
+// pattern in a list.
 //
-//   PatternCell     a cell, in the form that the coder of cells passes to the coders of values
-//   PatternHistory  the slots of vertices, and the numbers of the remembered cells; when decoding,
-//                   also the rows of these cells, and the last two cells that used each vertex
+//   PatternCell     a cell, in the form in which the coder of cells passes it to the coders of
+//                   values
+//   PatternHistory  assigns slots to the live vertices, and counts the earlier cells to which a
+//                   cell can refer (the remembered cells). A decoder also stores the vertex slots
+//                   of these cells, and for each vertex the two most recent cells that
+//                   used it
 // spec: "Patterns"
 #pragma once
 
@@ -21,80 +25,86 @@
 
 namespace shm {
 
-// Limits of patterns: nodes per cell, and size of the history. Frozen: part of the format.
+// Largest number of nodes per cell. Frozen: part of the format.
 inline constexpr std::uint32_t kMostPatternNodes = 64;
-/// Cells can refer only to the last 2^bits cells. The limit kMostHistoryNodes counts each cell with
-/// the largest number of nodes per cell of any block.
+/// Largest size of the history: cells can refer only to the 2^kMostHistoryBits most recent cells,
+/// and the history may contain at most kMostHistoryNodes nodes. For this limit, every cell counts
+/// as having the largest number of nodes per cell of any block. Frozen: part of the format.
 inline constexpr std::uint32_t kMostHistoryBits = 20;
 inline constexpr std::uint64_t kMostHistoryNodes = std::uint64_t{1} << 23;
 
-/// Sources of a node: ways to specify the earlier cell that has its vertex. Frozen: part of the
-/// format.
+/// Sources of a node. A source specifies the earlier cell that contains the vertex of the node.
+/// Frozen: part of the format.
 namespace pattern_source {
 inline constexpr std::uint32_t kBefore = 0;  ///< source: the previous cell
 
-/// Sources: the cells that come just after the cells to which the previous cell referred. They
-/// continue the references of the previous cell.
+/// Sources: the cells that follow the cells to which the previous cell referred. For example, if
+/// the previous cell referred to cell 10, one of these sources refers to cell 11.
 inline constexpr std::uint32_t kOn = 1, kOnCount = 3;
-/// Sources: the last two cells that used the vertex of an earlier node of this cell. Only the first
-/// seven nodes of this cell are considered.
+/// Sources: the two most recent cells that used the vertex of an earlier node of this cell. Only
+/// the first kUsersOf nodes of this cell are considered.
 inline constexpr std::uint32_t kUsers = kOn + kOnCount, kUsersOf = 7;
-/// Source: an earlier cell whose distance is coded
+/// Source: an earlier cell, coded by its distance
 inline constexpr std::uint32_t kFar = kUsers + 2 * kUsersOf;
-/// Source: no earlier cell, because the vertex is new; new_vertex lists its flags
+/// Source: none, because the vertex is new in the segment; the flags in namespace new_vertex are
+/// stored in place of a node
 inline constexpr std::uint32_t kNew = kFar + 1;
-/// Source: no remembered cell; the slot of the vertex is coded
+/// Source: none, because no remembered cell contains the vertex; the slot of the vertex is coded
 inline constexpr std::uint32_t kSlot = kNew + 1;
 inline constexpr std::uint32_t kHere = kSlot + 1;  ///< source: an earlier node of this cell
 inline constexpr std::uint32_t kCount = kHere + 1;
 }  // namespace pattern_source
-/// Flags of a new vertex, stored instead of the index of a node in an earlier cell.
+/// Flags of a new vertex. They are stored instead of the index of a node in an earlier cell.
 namespace new_vertex {
-/// Flag: the number of the new vertex is not the last vertex number plus one
+/// Flag: the vertex number is stored, because it is not the previous vertex number plus one
 inline constexpr std::uint32_t kNumbered = 1;
 inline constexpr std::uint32_t kImported = 2;
 inline constexpr std::uint32_t kMost = 3;
 }  // namespace new_vertex
 
-/// Returns true if cells of the schema can be coded as patterns: there is no delay, and cells have
-/// 1 to 64 nodes.
+/// Returns true if cells of the schema can be coded as patterns: the schema has no delay buffer,
+/// and each cell has 1 to 64 nodes.
 bool takes_patterns(const Schema& schema);
-/// Returns the largest number of nodes per cell of any block.
+/// Returns the largest number of nodes that a cell of any block has.
 std::uint32_t most_nodes(const Schema& schema);
 
-/// A cell. The bit masks are sets of node positions; bit 0 is the first node.
+/// A cell as coded by a pattern. Each bit mask is a set of node positions; bit 0 represents the
+/// first node.
 struct PatternCell {
   std::uint32_t block = 0;
   std::uint64_t introduced = 0;  ///< nodes whose vertices are new in the segment
   std::uint64_t again = 0;       ///< nodes with the same vertex as an earlier node of the cell
-  std::uint64_t imports = 0;     ///< subset of `introduced`: vertices that an earlier segment owns
+  std::uint64_t imports = 0;     ///< subset of `introduced`: nodes whose vertices belong to an
+                                 ///< earlier segment
   std::uint64_t last_use = 0;    ///< nodes whose vertices no later cell uses
-  std::span<const std::uint32_t> slots{};  ///< slots by node, valid until the next cell
+  std::span<const std::uint32_t> slots{};  ///< slot of the vertex at each node; the span is valid
+                                           ///< until the next cell
 };
 
 class PatternHistory {
  public:
-  /// Creates an empty history. `stride`: the largest number of nodes per cell.
+  /// Creates an empty history. `stride`: the largest number of nodes per cell, which is the length
+  /// of a row.
   explicit PatternHistory(std::uint32_t stride) : stride_(stride), nobody_(stride, kNone) {}
 
   std::uint32_t stride() const { return stride_; }
   bool may_reach(std::uint32_t bits) const {
     return bits <= kMostHistoryBits && std::uint64_t{stride_} << bits <= kMostHistoryNodes;
   }
-  /// Sets the number of remembered cells to 2^bits. Does nothing if that is fewer than before. Must
-  /// hold: may_reach().
+  /// Increases the number of remembered cells to 2^bits. Does nothing if the number is already that
+  /// large. Precondition: may_reach(bits).
   void reach(std::uint32_t bits);
-  /// Allocates memory for this number of further cells.
+  /// Reserves memory for `cells` further cells.
   void expect(std::uint64_t cells);
   std::uint32_t bits() const { return bits_; }
 
   // --- vertices
 
   struct Vertex {
-    /// The last cell that used the vertex, and the cell before it that did; initially both are the
-    /// cell that introduced the vertex.
+    /// The two most recent cells that used the vertex: `last` is the latest of all, `before` the
+    /// one before it. Initially both are the cell that introduced the vertex.
     std::uint32_t last = 0, before = 0;
-    std::uint64_t number = 0;  ///< decoding: number of the vertex in the source
+    std::uint64_t number = 0;  ///< used for decoding: number of the vertex in the source mesh
   };
   enum class State : std::uint8_t { finalized, own, imported };
   /// Adds a vertex that the current cell introduces, and returns its slot.
@@ -121,21 +131,23 @@ class PatternHistory {
   }
   State state(std::uint32_t slot) const { return states_[slot]; }
   Vertex& vertex(std::uint32_t slot) { return vertices_[slot]; }
-  // The next two functions return data by slot. The spans are valid until a vertex is introduced.
+  // Each of the next two functions returns data of all vertices, indexed by slot. The spans are
+  // valid until the next vertex is introduced.
   std::span<Vertex> vertices() { return vertices_; }
   std::span<const State> states() const { return states_; }
   const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }
   std::uint64_t live() const { return live_; }
-  /// Returns an upper bound of all slots (exclusive).
+  /// Returns the size of the slot table; every slot is less than this.
   std::uint32_t slots() const { return static_cast<std::uint32_t>(vertices_.size()); }
 
   // --- cells, given by their number in the segment modulo 2^32
 
   std::uint32_t next() const { return next_; }
   bool remembers(std::uint32_t cell) const { return next_ - cell - 1 < remembered_; }
-  /// The rows of the remembered cells, valid until a cell is added. The row of a cell contains its
-  /// slots by node, then kNone. The row of a cell that is not remembered contains only kNone.
-  /// kStride: the stride of the history if it is known at compile time, otherwise 0.
+  /// Access to the rows of the remembered cells; valid until the next cell is added. The row of a
+  /// cell lists the slots of its nodes, followed by kNone. If a cell is not remembered, its row
+  /// contains only kNone. kStride: the stride of the history if it is known at compile time,
+  /// otherwise 0.
   template <std::uint32_t kStride>
   class Rows {
    public:
@@ -158,13 +170,13 @@ class PatternHistory {
     const std::uint32_t *rows_, *nobody_;
     std::uint32_t ring_, at_, stride_, next_, remembered_;
   };
-  /// Returns the row of the current cell, which the caller fills in. It is valid until the next
-  /// call.
+  /// Returns the row of the current cell. The caller fills in the row. The pointer is valid until
+  /// the next call.
   std::uint32_t* begin_row() {
     if (std::size_t{at_ + 1} * stride_ > rows_.size()) add_rows();
     return rows_.data() + std::size_t{at_} * stride_;
   }
-  /// The cells to which one cell referred; the first `count` entries are valid.
+  /// The earlier cells to which one cell referred. The first `count` entries are valid.
   struct References {
     std::array<std::uint32_t, pattern_source::kOnCount> cells{};
     std::uint32_t count = 0;
@@ -176,14 +188,14 @@ class PatternHistory {
   };
   const References& references() const { return references_; }
 
-  /// Ends the current cell, after all its vertices have been marked as used. `nodes`: number of
-  /// slots in its row.
+  /// Ends the current cell. Call it after all vertices of the cell have been marked as used.
+  /// `nodes`: number of slots in the row of the cell.
   void add_cell(std::uint32_t nodes, const References& references) {
     for (std::uint32_t i = nodes; i < stride_; ++i) rows_[std::size_t{at_} * stride_ + i] = kNone;
     at_ = at_ + 1 == ring_ ? 0 : at_ + 1;
     pass_cell(references);
   }
-  /// Ends the current cell in an encoder, which needs no rows.
+  /// Ends the current cell in an encoder. An encoder does not store rows.
   void pass_cell(const References& references) {
     references_ = references;
     ++next_;
@@ -198,14 +210,15 @@ class PatternHistory {
   std::uint32_t bits_ = 0;
   // Number of rows in the ring: one for each remembered cell, and one for the current cell
   std::uint32_t ring_ = 2;
-  // Rows of all cells up to the current cell; in coding order until the ring is full
+  // Rows of all cells up to the current cell. The rows are in coding order until the ring is full.
   std::vector<std::uint32_t> rows_;
   std::uint32_t at_ = 0;  // index of the current cell's row
   std::uint32_t next_ = 0, remembered_ = 0;
   std::vector<std::uint32_t> nobody_;
   References references_;
   std::vector<Vertex> vertices_;
-  // States by slot; separate from vertices_ because states are read far more often than they change
+  // States of the vertices, by slot. They are separate from vertices_ because they are read far
+  // more often than they change.
   std::vector<State> states_;
   std::vector<std::uint32_t> free_;
   std::uint64_t live_ = 0;

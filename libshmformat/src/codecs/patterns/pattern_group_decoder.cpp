@@ -14,8 +14,8 @@ using container::StreamKind;
 
 namespace {
 
-/// Number of cells per block. It is smaller than the number of cells in a tile: no value depends on
-/// the end of a block, and a small block stays in a fast cache.
+/// Number of cells per block. Blocks are smaller than tiles so that a block stays in a fast cache.
+/// Decoded values do not depend on the block size.
 constexpr std::uint64_t kBlockCells = 1024;
 
 }  // namespace
@@ -40,12 +40,13 @@ Result<void> PatternGroupDecoder::begin_streams(std::optional<ConnectivityCodec>
 Result<void> PatternGroupDecoder::begin_stream(const container::StreamEntry& entry,
                                                std::span<const std::byte> bytes) {
   const auto place = static_cast<std::size_t>(&entry - header_->streams.data());
-  // This bound prevents overflow in sums of sizes, whatever limit the caller has set.
+  // This bound prevents an overflow in sums of sizes, even if the caller has set a very large
+  // limit.
   const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
   if (entry.kind == StreamKind::connectivity) {
     if (place != 0) return wrong_stream(entry);
-    // decoded_bytes counts 8 bytes for each node, and 12 bytes or more for each vertex. A stored
-    // vertex number needs at most 10 bytes.
+    // decoded_bytes counts 8 bytes per node and at least 12 bytes per vertex, so decoded_bytes / 8
+    // limits the number of nodes. A stored vertex number needs at most 10 bytes.
     if (patterns_.begin_group(bytes, header_->cells, decoded_bytes / 8, 10 * decoded_bytes,
                               scratch_.unpacking))
       return {};
@@ -137,14 +138,16 @@ bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t index) 
   return has_room_for_bytes(0);
 }
 
-/// Reads the stream number of an imported vertex if vertices are numbered in coding order.
+/// Reads the stream number of an imported vertex. Called only if vertices are numbered in coding
+/// order.
 bool PatternGroupDecoder::import_vertex(PatternHistory::Vertex& vertex) {
   if (!parts_.vertex_numbers) return true;
   vertex.number = import_numbers_.code(import_coder_, {}, 0, 0);
   return vertex.number < start_.first_vertex;
 }
 
-/// Adds the vertices that the cell introduces. `numbers`: vertex numbers of the cell, by node.
+/// Adds to the block the vertices that the cell introduces. `numbers`: vertex numbers of the cell,
+/// by node.
 bool PatternGroupDecoder::add_vertices(const PatternCell& cell, const std::uint64_t* numbers,
                                        DecodedBlock& decoded) {
   for (std::uint64_t left = cell.introduced; left != 0; left &= left - 1) {

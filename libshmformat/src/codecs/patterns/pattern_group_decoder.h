@@ -18,7 +18,7 @@ namespace shm {
 
 class PatternGroupDecoder final : public GroupDecoder {
  public:
-  /// Must hold: takes_patterns(schema).
+  /// Precondition: takes_patterns(schema).
   PatternGroupDecoder(const Schema& schema, const SegmentStart& start, const DecodedParts& parts,
                       CellBytes cell_bytes);
 
@@ -50,7 +50,8 @@ class PatternGroupDecoder final : public GroupDecoder {
   NumberColumn<RangeDecoder> import_numbers_;
   RangeDecoder import_coder_{std::span<const std::byte>()};
 
-  std::vector<VertexTerms> terms_;  // terms of the vertices that the current block introduces
+  std::vector<VertexTerms> terms_;  // the vertices that the current block introduces, each with the
+                                    // vertices that predict it (its terms)
 };
 
 }  // namespace shm

@@ -57,7 +57,8 @@ void PatternSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t
   if (options_.values) vertices_.push_back({patterns_.slot_count(), 0, {}});
 }
 
-/// Does nothing, since the size of patterns is never compared with the size of another codec.
+/// Adds nothing, since the size of a segment in this codec is never compared with its size in
+/// another codec.
 void PatternSegmentEncoder::add_size_at_hand(SegmentSize&) {}
 std::uint64_t PatternSegmentEncoder::values_at_hand(RatedDomains*) { return 0; }
 

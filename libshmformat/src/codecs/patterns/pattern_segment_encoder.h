@@ -17,7 +17,7 @@ namespace shm {
 
 class PatternSegmentEncoder final : public SegmentEncoder {
  public:
-  /// `schema` has passed check_schema() and must outlive the encoder. Must hold:
+  /// `schema` must have passed check_schema() and must outlive the encoder. Precondition:
   /// takes_patterns(schema).
   PatternSegmentEncoder(const Schema& schema, const SegmentOptions& options,
                         const SegmentStart& start);

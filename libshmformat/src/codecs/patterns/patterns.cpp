@@ -10,13 +10,14 @@ namespace {
 
 using namespace pattern_source;
 
-/// Initial size of a segment's history: 2^kFirstHistoryBits cells. After each group, nodes whose
-/// vertex occurs in no remembered cell are counted. If there is more than one such node per
-/// kMissedShare cells, the size doubles.
+/// Initial size of a segment's history: 2^kFirstHistoryBits cells. After each group, the encoder
+/// counts the nodes whose vertices no remembered cell contains. If there is more than one of these
+/// nodes per kMissedShare cells, the encoder doubles the history.
 constexpr std::uint32_t kFirstHistoryBits = 16;
 constexpr std::uint64_t kMissedShare = 64;
 
-/// Number of cells by which prefetching of patterns is ahead of decoding.
+/// Distance of prefetching, in cells: the decoder prefetches the pattern of the cell that is this
+/// number of cells ahead.
 constexpr std::size_t kAhead = 8;
 inline void prefetch([[maybe_unused]] const std::uint8_t* bytes) {
 #if defined(__GNUC__)
@@ -66,7 +67,8 @@ void PatternEncoder::add_cell(const PatternCell& cell, std::span<const std::uint
     last_use_.push_back(static_cast<std::uint32_t>(cell.last_use >> 32 * w));
 }
 
-/// Finds the source of each node of the cell.
+/// For each node of the cell, finds the source, which specifies an earlier cell with the same
+/// vertex.
 void PatternEncoder::find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers) {
   const std::uint32_t here = history_.next();
   const PatternHistory::References& on = history_.references();
@@ -107,11 +109,11 @@ void PatternEncoder::find_nodes(const PatternCell& cell, std::span<const std::ui
   history_.pass_cell(references_);
 }
 
-/// Finds an earlier cell that contains the vertex of `node`. Returns the source that specifies the
-/// cell, and the vertex's node in that cell.
+/// Finds an earlier cell that contains the vertex of `node`. Returns the source that specifies this
+/// cell, and the node of the vertex in this cell.
 auto PatternEncoder::find(const Candidates& cells, std::uint32_t node, const Uses& uses) -> Op {
   const std::uint32_t sources = kUsers + 2 * std::min(node, kUsersOf);
-  // First try the two cells that used the vertex last: they are the most likely.
+  // First try the two cells that used the vertex most recently, since they are the most likely.
   for (const std::size_t use : {0u, 2u})
     for (std::uint32_t source = kBefore; source < sources; ++source) {
       if (cells[source] != uses.cells[use] && cells[source] != uses.cells[use + 1]) continue;
@@ -187,11 +189,12 @@ std::vector<std::byte> PatternEncoder::finish(ZstdCompressor& zstd) {
     out.put_varint(run.block);
     out.put_varint(run.cells);
   }
-  // Frequent patterns come first, so that most indices are small. Patterns with equal frequency are
-  // sorted by their bytes.
+  // Sort the patterns by descending frequency, so that most indices are small. Patterns with equal
+  // frequency are sorted by their bytes.
   struct Place {
     std::uint32_t uses, pattern;
-    // The first eight bytes of the pattern as a number; the first byte is the most significant
+    // Returns the first eight bytes of the pattern as a number whose most significant byte is the
+    // first byte
     std::uint64_t first;
   };
   std::vector<Place> order;
@@ -314,7 +317,8 @@ bool PatternDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t
   return true;
 }
 
-/// Returns true if `source` and `place` are valid for node `node` of a pattern.
+/// Returns true if a pattern may contain these values: `source` for the node at index `node`, and
+/// `place` as the node in the source cell or, for a new vertex, as the flags of the vertex.
 bool PatternDecoder::may_be(std::uint32_t source, std::uint32_t place, std::uint32_t node) const {
   if (source >= kCount) return false;
   if (source == kNew)
@@ -335,7 +339,8 @@ bool PatternDecoder::begin_cell() {
   const std::uint32_t block = runs_[run_].block, nodes = nodes_[block];
   const std::size_t offset = std::size_t{ids_[next_id_++]} * 2 * nodes;
   if (offset >= patterns_[block].size()) return false;
-  // Prefetch: patterns are read in random order from a list that exceeds the first-level cache.
+  // Prefetch the pattern: patterns are read in random order from a list that is larger than the
+  // first-level cache.
   if (next_id_ + kAhead < ids_.size())
     prefetch(patterns_[block].data() + std::size_t{ids_[next_id_ + kAhead]} * 2 * nodes);
   ops_ = patterns_[block].data() + offset;
@@ -349,7 +354,7 @@ bool PatternDecoder::begin_cell() {
   return nodes == 64 || cell_.last_use >> nodes == 0;
 }
 
-/// Reads the difference between the next coded number and the previous one.
+/// Reads the next vertex number, which is stored as the difference from the previous number.
 void PatternDecoder::take_number() {
   last_number_ += static_cast<std::uint64_t>(numbers_.get_signed());
 }

@@ -1,11 +1,11 @@
-// Patterns: codes each cell as an index in a list of patterns. Further lists contain the data that
-// patterns do not determine. All lists are compressed by zstd. This method is fast on meshes of any
-// kind: it needs neither an active surface of faces nor models.
+// Patterns: codes each cell as an index into a list of patterns. Further lists contain the data
+// that the patterns do not determine. All lists are compressed by zstd. This method is fast on
+// meshes of any kind, since it needs neither an active surface nor adaptive models.
 //
 // The encoder accepts cells as lists of vertices, and returns a bitstream for each group. Encoder
-// and decoder keep the slots of live vertices, and update them in the same way. The decoder also
-// keeps the last cells. The encoder also keeps the last four uses of each live vertex: the cell,
-// and the node of the vertex in that cell.
+// and decoder store the slots of live vertices, and update them in the same way. The decoder also
+// stores the most recent cells. The encoder also stores the four most recent uses of each live
+// vertex: for each use, the cell and the node.
 // spec: "Patterns"
 #pragma once
 
@@ -25,16 +25,18 @@ namespace shm {
 
 class PatternEncoder {
  public:
-  /// `numbered`: true if vertex numbers are stored; false if vertices are numbered in coding order.
+  /// `numbered`: true if vertex numbers are stored; if false, vertices are numbered in coding
+  /// order.
   PatternEncoder(const Schema& schema, bool numbered);
 
-  /// Adds a cell. `handles`: the caller's handles of the vertices of the cell; a handle may be
-  /// reused after the last cell that uses its vertex. `numbers`: numbers of the vertices that the
-  /// cell introduces, in order of nodes. The slots of the cell are valid until the next call.
+  /// Adds a cell. `handles`: the caller's handles of the vertices of the cell. A handle may be
+  /// reused after the last cell that uses its vertex. `numbers`: the numbers of the vertices that
+  /// the cell introduces, in the order of their nodes. The slots of the cell are valid until the
+  /// next call.
   void add_cell(const PatternCell& cell, std::span<const std::uint32_t> handles,
                 std::span<const std::uint64_t> numbers);
   std::span<const std::uint32_t> slots() const { return slots_; }
-  /// Returns PatternCell::again of the last cell.
+  /// Returns PatternCell::again of the most recently added cell.
   std::uint64_t again() const { return again_; }
   /// Adds a vertex that no cell uses. Call it after the cells of the group.
   void add_unused(std::uint64_t number);
@@ -42,15 +44,16 @@ class PatternEncoder {
   std::vector<std::byte> finish(ZstdCompressor& zstd);
 
   std::uint64_t live() const { return history_.live(); }
-  /// Returns an upper bound of all slots (exclusive).
+  /// Returns the size of the slot table; every slot is less than this.
   std::uint32_t slot_count() const { return history_.slots(); }
 
  private:
   struct Op {
     std::uint32_t source = 0, node = 0;
   };
-  /// The last four cells that used a vertex, from latest to earliest, and the first node of each
-  /// cell at which the vertex occurs. Missing entries contain the cell that introduced the vertex.
+  /// The four most recent uses of a vertex, from latest to earliest. A use is a cell and the first
+  /// node of this cell at which the vertex occurs. If the vertex has fewer uses, the remaining
+  /// entries contain the cell that introduced the vertex.
   struct Uses {
     std::array<std::uint32_t, 4> cells{};
     std::array<std::uint8_t, 4> nodes{};
@@ -63,8 +66,8 @@ class PatternEncoder {
       nodes = {static_cast<std::uint8_t>(node), nodes[0], nodes[1], nodes[2]};
     }
   };
-  /// For each source: the cell to which the source refers; the current cell if there is no such
-  /// cell.
+  /// For each source: the cell to which the source refers. If no such cell exists, the entry is the
+  /// current cell.
   using Candidates = std::array<std::uint32_t, pattern_source::kFar>;
   void find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers);
   Op find(const Candidates& cells, std::uint32_t node, const Uses& uses);
@@ -74,24 +77,26 @@ class PatternEncoder {
   PatternHistory history_;
   std::vector<std::uint32_t> nodes_;    // number of nodes per cell, by block
   std::vector<std::uint32_t> slot_of_;  // slots of vertices, by the caller's handle
-  std::vector<Uses> uses_;              // last uses of vertices, by slot
+  std::vector<Uses> uses_;              // most recent uses of vertices, by slot
   std::vector<std::uint32_t> slots_;    // slots of the current cell
   std::uint64_t again_ = 0;             // PatternCell::again of the current cell
   PatternHistory::References references_;
   std::uint64_t last_number_ = ~std::uint64_t{0};
 
-  /// The patterns of a block in the current group.
+  /// The patterns used by the cells of one block in the current group.
   struct Patterns {
-    // Hash table with open addressing. Contains, at a position that depends on the key, the index
-    // of a pattern plus 1; 0 marks a free position
+    // Hash table with open addressing. Each entry is the index of a pattern plus 1, or 0 if the
+    // entry is free. The key of the pattern determines the position of its entry.
     std::vector<std::uint32_t> table;
     std::vector<std::uint64_t> keys;  // key of each pattern
-    std::vector<std::uint8_t> ops;    // source and place of each node, by pattern
+    std::vector<std::uint8_t>
+        ops;  // source of each node, and the node in the source cell; one pattern after another
     std::vector<std::uint32_t> uses;  // number of uses, by pattern
     std::uint32_t last = 0;
 
-    /// Returns the position in the table of the pattern that has this key and for which `matches`
-    /// returns true. If no such pattern exists, returns the free position for it.
+    /// Returns the position in the hash table of the pattern with key `key` for which `matches`
+    /// returns true. If the table does not contain this pattern, returns the free position at which
+    /// to insert it.
     template <class Is>
     std::size_t find(std::uint64_t key, Is&& matches) const {
       std::size_t position = static_cast<std::size_t>(key >> 32) & (table.size() - 1);
@@ -103,32 +108,35 @@ class PatternEncoder {
     void grow();
   };
   std::vector<Patterns> patterns_;  // patterns of the current group, by block
-  std::vector<std::uint8_t> ops_;   // source and node of each node of the current cell
+  std::vector<std::uint8_t> ops_;   // per node of the current cell: source, node in the source cell
   struct Run {
     std::uint32_t block = 0, cells = 0;
   };
   std::vector<Run> runs_;
   std::vector<std::uint32_t> ids_;  // pattern of each cell
-  // Bit masks of last uses, for each cell in words of 32 nodes
+  // For each cell, a bit mask of the nodes whose vertices no later cell uses. Each word contains
+  // the bits of 32 nodes; a cell has one word for every 32 nodes.
   std::vector<std::uint32_t> last_use_;
   std::vector<std::uint32_t> distances_, slot_list_;
   ByteWriter numbers_;
-  std::uint64_t missed_ = 0;  // number of nodes whose vertex occurs in no remembered cell
+  std::uint64_t missed_ = 0;  // number of nodes whose vertices no remembered cell contains
 };
 
 class PatternDecoder {
  public:
-  /// `first_vertex`: number of the first own vertex, if vertices are numbered in coding order.
+  /// `first_vertex`: if vertices are numbered in coding order, the number of the first vertex that
+  /// the segment owns.
   PatternDecoder(const Schema& schema, bool numbered, bool may_import, std::uint64_t first_vertex);
 
-  /// Begins a group with `cells` cells, which together have at most `nodes` nodes. Vertex numbers
-  /// may unpack to at most `most_number_bytes` bytes. Returns false if the data is damaged.
+  /// Begins a group with `cells` cells, which together have at most `nodes` nodes.
+  /// `most_number_bytes`: limit of the unpacked size of the vertex numbers. Returns false if the
+  /// data is damaged.
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t nodes,
                    std::uint64_t most_number_bytes, ZstdDecompressor& zstd);
-  /// Decodes the next cell, except its last uses, which end_cell() decodes. Returns null if the
-  /// data is damaged. Stores the vertex numbers of the cell, by node, in `numbers`. If vertices are
-  /// numbered in coding order, the function calls import(vertex) for each imported vertex. import()
-  /// sets the number of the vertex, or returns false if the data is damaged.
+  /// Decodes the next cell and stores its vertex numbers, by node, in `numbers`. The caller must
+  /// call end_cell() after each cell. If vertices are numbered in coding order, next_cell() calls
+  /// import(vertex) for each imported vertex; import() sets the number of the vertex, or returns
+  /// false if the data is damaged. Returns null if the data is damaged.
   template <class Import>
   const PatternCell* next_cell(std::uint64_t* numbers, Import&& import) {
     if (!begin_cell()) return nullptr;
@@ -139,19 +147,19 @@ class PatternDecoder {
                : nullptr;
   }
   std::size_t stride() const { return history_.stride(); }
-  /// Finalizes the vertices that the cell uses last. Calls visit(number) for each imported vertex
+  /// Finalizes the vertices that no later cell uses. Calls visit(number) for each imported vertex
   /// among them.
   template <class Visit>
   void end_cell(Visit&& visit) {
     for (std::uint64_t left = cell_.last_use; left != 0; left &= left - 1) {
       const std::uint32_t slot = cell_.slots[static_cast<std::size_t>(std::countr_zero(left))];
-      if (!history_.is_live(slot)) continue;  // the vertex also occurs at an earlier node
+      if (!history_.is_live(slot)) continue;  // already finalized at an earlier node of this cell
       if (history_.state(slot) == PatternHistory::State::imported)
         visit(history_.vertex(slot).number);
       history_.finalize(slot);
     }
   }
-  /// Returns the number of the next unused vertex; nothing if the data is damaged.
+  /// Returns the number of the next unused vertex, or nothing if the data is damaged.
   std::optional<std::uint64_t> next_unused();
   bool at_end() const;
 
@@ -187,7 +195,8 @@ class PatternDecoder {
   PatternCell cell_;
   std::uint32_t* slots_ = nullptr;  // row of the current cell
   std::uint32_t words_of_uses_;
-  const std::uint8_t* ops_ = nullptr;  // source and node, for each node of the current cell
+  const std::uint8_t* ops_ =
+      nullptr;  // per node of the current cell: source, node in the source cell
   std::uint64_t last_number_ = ~std::uint64_t{0}, next_own_;
 
   // Data of the current group
@@ -205,7 +214,7 @@ class PatternDecoder {
 };
 
 /// Decodes the nodes of the current cell. kNodes: the number of nodes, if it is known at compile
-/// time and equals the row length; otherwise 0.
+/// time and equals the row length; otherwise 0, and `nodes` is the number of nodes.
 template <std::uint32_t kNodes, class Import>
 bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, Import& import) {
   using namespace pattern_source;
@@ -217,14 +226,14 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
   std::uint32_t* const slots = slots_;
   const std::uint32_t cell = history_.next();
   std::uint64_t introduced = 0, again = 0;
-  // For each source: the cell whose row is read. The current cell means "no cell", since it has no
-  // row yet.
+  // For each source: the cell whose row is read. If no such cell exists, the entry is the current
+  // cell, which has no row yet.
   std::array<std::uint32_t, kFar + 1> cells;
   const PatternHistory::References& on = history_.references();
   cells[kBefore] = cell - 1;
   for (std::uint32_t i = 0; i < kOnCount; ++i)
     cells[kOn + i] = i < on.count ? on.cells[i] + 1 : cell;
-  // Cells to which the current cell refers, in order of nodes
+  // Earlier cells to which the current cell refers, in the order of the nodes
   std::array<std::uint32_t, kMostPatternNodes> referred;
   std::uint32_t referred_count = 0;
   const auto decode_node = [&](std::uint32_t i) -> bool {
@@ -269,8 +278,8 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
       cells[kUsers + 2 * i] = vertex.last;
       cells[kUsers + 2 * i + 1] = vertex.before;
     }
-    // Check this for every source: a slot of an earlier cell may now belong to a vertex that this
-    // cell introduces.
+    // Test for a repeated vertex even if the source is an earlier cell: the slot that is listed for
+    // that cell may have been reused for a vertex that this cell introduces.
     const bool is_again = vertex.last == cell;
     again |= static_cast<std::uint64_t>(is_again) << i;
     vertex.before = is_again ? vertex.before : vertex.last;
@@ -279,8 +288,8 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
     return true;
   };
   if constexpr (kNodes > 0) {
-    // An unrolled loop has separate branches for each node, which are easier to predict: reading
-    // takes 3 % less time.
+    // The compiler unrolls this loop, so that each node has branches of its own, which are easier
+    // to predict. This saves 3 % of the reading time.
 #if !defined(__wasm__)  // code size matters more there
 #pragma GCC unroll 8
 #endif

@@ -19,23 +19,24 @@ namespace shm {
 namespace {
 
 constexpr int kShuffledZstdLevel = 1;
-/// Predictors are compared on a sample: every kSampleStep-th element.
+/// Sampling interval: predictors are compared on every kSampleStep-th element.
 constexpr std::size_t kSampleStep = 8;
-/// Sample sizes, in values, for choosing a domain (kDomainSamples) and for counting repeated values
-/// (kRepeatSamples). The encoder tries a table of values if more than one in kRepeatShare sampled
-/// values is a repetition.
+/// Sample sizes in values: kDomainSamples for the choice of a domain, kRepeatSamples for counting
+/// repeated values. The encoder tries a table of values if more than one in kRepeatShare sampled
+/// values repeats an earlier value.
 constexpr std::size_t kDomainSamples = 512;
 constexpr std::size_t kRepeatSamples = 2048, kRepeatShare = 8;
-/// The encoder tries a table only for at least kTableCount values, and if residuals without a table
-/// need at least kTableBits bits each.
+/// The encoder tries a table only if there are at least kTableCount values, and if each residual
+/// without a table needs at least kTableBits bits.
 constexpr std::size_t kTableCount = 16;
 constexpr std::uint64_t kTableBits = 8;
 
-/// Largest number of bytes reserved for planes before they are unpacked.
+/// Largest amount of memory, in bytes, that is reserved for planes before they are unpacked.
 constexpr std::uint64_t kMostReserved = std::uint64_t{4} << 20;
 
-// Layout of the first byte of a component. It contains the kind of the domain, the predictor, and a
-// flag that is set if the component has a table.
+// Layout of the first byte of a component: the low bits (kKinds) contain the kind of the domain,
+// the bits from kPredictorShift on contain the predictor, and kTableBit is set if the component has
+// a table.
 constexpr std::uint8_t kKinds = 7, kPredictorShift = 3, kTableBit = 0x40;
 
 std::uint64_t gap(std::int64_t above, std::int64_t below) {
@@ -56,8 +57,8 @@ std::uint64_t residual_bits(std::span<const std::uint64_t> residuals) {
   return bits * kSampleStep;
 }
 
-/// Returns the state that represents an index. The state is 0 for NaN, since not all machines
-/// preserve the bits of a NaN.
+/// Returns the state for an index, which is the number from which later values are predicted. If
+/// this number is a NaN, returns 0, since some machines do not preserve the bits of a NaN.
 template <class Differences>
 std::uint64_t state_of(const Differences& differences, std::int64_t index) {
   const std::uint64_t state = differences.remember(index);
@@ -66,14 +67,14 @@ std::uint64_t state_of(const Differences& differences, std::int64_t index) {
   return state;
 }
 
-/// Reads words of `width` bytes from byte planes. `distance`: offset in bytes between the
-/// beginnings of consecutive planes.
+/// Reads words of `width` bytes that are stored as byte planes. `distance`: number of bytes from
+/// the beginning of a plane to the beginning of the next plane.
 void get_words(const std::byte* planes, std::size_t distance, std::uint32_t width,
                std::span<std::uint64_t> words) {
   std::uint64_t* const to = words.data();
   const std::size_t count = words.size();
   std::fill_n(to, count, 0);
-  // Process two planes together, which halves the number of passes
+  // Process two planes per pass, which halves the number of passes over `words`
   for (std::uint32_t b = 0; b < width; b += 2) {
     const std::byte* const low = planes + b * distance;
     const std::byte* const high = b + 1 < width ? low + distance : nullptr;
@@ -88,17 +89,18 @@ void get_words(const std::byte* planes, std::size_t distance, std::uint32_t widt
   }
 }
 
-/// Returns the number of entries of the table that are less than `index`.
+/// Returns the rank of `index`: the number of table entries that are less than `index`.
 std::uint64_t rank_of(std::span<const std::int64_t> table, std::int64_t index) {
   return static_cast<std::uint64_t>(std::lower_bound(table.begin(), table.end(), index) -
                                     table.begin());
 }
 
-/// Returns the distinct indices; nothing if there are more than `most`.
+/// Returns the distinct values in `indices`; returns nothing if there are more than `most`.
 std::vector<std::int64_t> distinct(std::span<const std::int64_t> indices, std::size_t most) {
   const Scatter place_of;
   std::vector<std::int64_t> found;
-  // Hash table with open addressing: position in `found`, plus 1; 0: free.
+  // Hash table with open addressing. Each entry is a position in `found` plus 1, or 0 if the entry
+  // is free.
   std::vector<std::uint32_t> table(std::bit_ceil(std::clamp<std::size_t>(2 * most, 64, 16384)));
   const auto place = [&](std::int64_t index) -> std::uint32_t& {
     const std::size_t mask = table.size() - 1;
@@ -131,14 +133,16 @@ bool values_repeat(std::span<const std::int64_t> indices) {
   return (sample.size() - different) * kRepeatShare > sample.size();
 }
 
-/// Returns the distinct indices in ascending order; nothing if there are too many.
+/// Returns the distinct values in `indices` in ascending order. Returns nothing if there are too
+/// many distinct values.
 std::vector<std::int64_t> table_of(std::span<const std::int64_t> indices) {
   std::vector<std::int64_t> table = distinct(indices, indices.size() / 4 * 3);
   std::sort(table.begin(), table.end());
   return table;
 }
 
-/// Writes the number of entries, the first entry and the gaps between entries.
+/// Writes a table: the number of entries, the first entry, and the differences between consecutive
+/// entries.
 void put_table(ByteWriter& out, std::span<const std::int64_t> table, TermScratch& scratch) {
   std::vector<std::uint64_t> gaps;
   for (std::size_t i = 1; i < table.size(); ++i) gaps.push_back(gap(table[i], table[i - 1]));
@@ -168,12 +172,13 @@ bool TermColumn::refers() const {
 
 // --- predictions
 
-/// Predicts values from states; used in a group without a table.
+/// Access to the states of vertices, from which values are predicted. Used if the component has no
+/// table of values.
 template <class D>
 class TermColumn::Direct {
  public:
   using Differences = D;
-  /// `states`: states of the component. `stride`: distance in words between consecutive states.
+  /// `states`: the states of the component. `stride`: number of words from one state to the next.
   Direct(const Differences& differences, Component& component, std::uint64_t* states,
          std::size_t stride)
       : differences_(differences), component_(&component), states_(states), apart_(stride) {}
@@ -191,8 +196,9 @@ class TermColumn::Direct {
   std::size_t apart_;
 };
 
-/// Predicts ranks of values; used in a group with a table. The rank of a vertex of an earlier group
-/// is computed when it is first needed.
+/// Access to the ranks of vertices (positions of their values in the table of values), from which
+/// ranks are predicted. Used if the component has such a table. If a vertex belongs to an earlier
+/// group, its rank is computed when it is first needed.
 template <class Differences_>
 class TermColumn::Ranked {
  public:
@@ -251,8 +257,8 @@ void TermColumn::for_each_value(std::size_t c, const Elements& elements,
   });
 }
 
-/// Returns, for each component, the sum that predicts a vertex from its terms. term(slot,
-/// component) returns the state of a vertex.
+/// Returns a sum for each component, from which the value of `vertex` is predicted. The sum is
+/// computed from the states of the terms. term(slot, component) returns the state of a vertex.
 template <class Differences, std::size_t kCount, class Term>
 auto sums_of_terms(const VertexTerms& vertex, const Term& term) {
   std::array<typename Differences::Sum, kCount> sums;
@@ -284,8 +290,8 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
     last = state_of(differences, code(differences, e, differences.index(sum)));
   };
   if (elements.vertices.empty()) {
-    // These predictors depend only on indices, not on the state of the previous element, so that
-    // consecutive elements can be processed in parallel.
+    // The first three predictors depend only on indices, not on the state of the previous element.
+    // Therefore the processor can work on consecutive elements in parallel.
     std::int64_t index = 0;
     switch (predictor) {
       case Predictor::nothing:
@@ -296,8 +302,8 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
           index = code(differences, e, references[e]);
         break;
       case Predictor::change: {
-        // Prediction: the index differs from its reference by the same amount as the previous index
-        // did.
+        // Prediction: the difference between index and reference is the same as for the previous
+        // element.
         std::uint64_t by = change;
         for (std::size_t e = 0; e < elements.count; ++e) {
           const auto reference = static_cast<std::uint64_t>(references[e]);
@@ -325,7 +331,8 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
   if (elements.count > 0) known.set_last(last);
 }
 
-/// Stores the indices of the reference values, or their ranks if the component has a table.
+/// Stores the indices of the reference values in `references`. If the component has a table, stores
+/// the ranks of these indices instead.
 void TermColumn::refer(std::size_t c, const Elements& elements,
                        std::vector<std::int64_t>& references,
                        std::vector<std::uint64_t>& words) const {
@@ -371,15 +378,16 @@ void TermColumn::make_room_for_slots(const Elements& elements) {
 
 // --- encoding
 
-/// Chooses the domain of these values, and stores their indices. If some values of a quantized
-/// array cannot be quantized, the remaining values are still rounded.
+/// Returns the domain for these values, and stores the index of each value. In a quantized array, a
+/// few values may be impossible to quantize; the remaining values are still rounded.
 ValueDomain TermColumn::choose_domain(std::size_t c, std::span<std::uint64_t> words,
                                       std::span<std::int64_t> indices) const {
   const bool lossless = info_->quantization.bits == 0;
   if (is_float(info_->type) && lossless) {
     if (linear_indices(info_->type, words, components_[c].domain, indices))
       return components_[c].domain;
-    // First try the domain of a sample. If it does not contain all values, examine all values.
+    // First try the domain that suits a sample. If it does not contain all values, examine all
+    // values.
     std::vector<std::uint64_t> sample;
     const std::size_t step = std::max<std::size_t>(words.size() / kDomainSamples, 1);
     for (std::size_t i = 0; i < words.size(); i += step) sample.push_back(words[i]);
@@ -398,9 +406,9 @@ ValueDomain TermColumn::choose_domain(std::size_t c, std::span<std::uint64_t> wo
   return domain;
 }
 
-/// Returns the predictor whose residuals need the fewest bits in a sample. scratch.words contains
-/// the residuals of the component's current predictor. `bits` receives the estimated size in bits
-/// of the residuals with the returned predictor.
+/// Returns the predictor whose residuals need the fewest bits in a sample. On input, scratch.words
+/// contains the residuals for the component's current predictor. `bits` receives the estimated size
+/// in bits of the residuals for the returned predictor.
 auto TermColumn::choose_predictor(const Component& component, const Elements& elements,
                                   const TermScratch& scratch, std::uint64_t& bits) const
     -> Predictor {
@@ -456,7 +464,8 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
   };
   const bool may_have_table = values_repeat(indices);
   const std::uint64_t last = component.last;
-  // Slots are reused within a group, so a second pass must begin with the original states.
+  // Slots are reused within a group. So if the values are coded twice, the second pass must begin
+  // with the original states.
   const auto states = may_have_table ? states_ : std::vector<std::uint64_t>();
   const Predictor first = !elements.vertices.empty()    ? Predictor::terms
                           : !elements.reference.empty() ? Predictor::reference
@@ -528,8 +537,8 @@ auto TermColumn::encode(const Elements& elements, const std::byte* values, std::
     terms.bytes = encode_terms(elements, values, stride, scratch);
     if (is_float(info_->type)) return terms;
   }
-  // Try shuffled_zstd, too: integers may be material numbers or similar, which repeat but are not
-  // evenly spaced.
+  // Also try shuffled_zstd: the integers may be material numbers or similar ids, which repeat often
+  // but do not change in even steps.
   std::vector<std::byte> packed(elements.count * element_bytes());
   for (std::size_t e = 0; e < elements.count; ++e)
     std::memcpy(packed.data() + e * element_bytes(), values + e * stride, element_bytes());
@@ -567,7 +576,7 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   unpacked_.clear();
   std::uint64_t planes = 0;
   for (const Component& component : components_) planes += component.width * count_;
-  // Without this call the vector would double its capacity
+  // Without reserve(), the vector would double its capacity
   unpacked_.reserve(to_size(std::min(planes, kMostReserved)));
   for (Component& component : components_) {
     if (!component.table.empty() && !read_table(in, component.table, scratch)) return false;
@@ -580,8 +589,8 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   return in.ok() && in.left() == 0;
 }
 
-/// Reads the heads of all components. If a component has a table, the table receives a placeholder
-/// entry.
+/// Reads the head of each component: domain, predictor and size of a residual. If a component has a
+/// table, the function adds a placeholder entry to the table.
 bool TermColumn::read_heads(ByteReader& in) {
   for (Component& component : components_) {
     const std::uint8_t head = in.get_u8();
@@ -676,11 +685,12 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
   return true;
 }
 
-/// Decodes floating-point values in domain `floats`, the most frequent domain of step values. Must
-/// hold: the elements have references, and the component has no table.
+/// Decodes floating-point values in the domain `floats`, which is the most frequent domain of
+/// stepped values. Precondition: the elements have reference values, and the component has no
+/// table.
 void TermColumn::decode_floats(std::size_t c, const Elements& elements, std::byte* out) {
   Component& component = components_[c];
-  // If the width is 0, unpacked_ may be empty.
+  // If the width is 0, unpacked_ may be empty and must not be indexed.
   const FloatResiduals residuals{
       component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_,
       static_cast<std::size_t>(count_), component.width};
@@ -691,8 +701,8 @@ void TermColumn::decode_floats(std::size_t c, const Elements& elements, std::byt
                    [&](const auto& differences) { component.last = state_of(differences, last); });
 }
 
-/// Returns true if all components can be decoded in one pass: there are three, with the same kind
-/// of domain, and they are predicted from terms only.
+/// Returns true if all components can be decoded in one pass: there are kTogether components with
+/// the same kind of domain, and each is predicted only from terms, without a table.
 bool TermColumn::can_decode_together(const Elements& elements) const {
   const bool narrow = components_[0].domain.kind == DomainKind::narrow;
   const bool floats = components_[0].domain.kind == DomainKind::floats;
@@ -704,8 +714,8 @@ bool TermColumn::can_decode_together(const Elements& elements) const {
          });
 }
 
-/// Decodes like decode_component(), but decodes all components in one pass, because they have the
-/// same terms.
+/// Does the same as decode_component() for each component, but in one pass, since the components
+/// have the same terms.
 void TermColumn::decode_together(const Elements& elements, std::byte* out, TermScratch& scratch) {
   const std::size_t count = elements.count;
   scratch.words.resize(kTogether * count);
@@ -741,13 +751,13 @@ void TermColumn::decode_together(const Elements& elements, std::byte* out, TermS
 }
 
 void TermColumn::take_residuals(const Component& component, std::span<std::uint64_t> words) const {
-  // If the width is 0, unpacked_ may be empty.
+  // If the width is 0, unpacked_ may be empty and must not be indexed.
   const std::byte* const planes =
       component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_;
   get_words(planes, static_cast<std::size_t>(count_), component.width, words);
 }
 
-/// Converts indices to the bits of their values, and stores the values in `out`.
+/// Replaces indices by the bits of their values, and stores the values in `out`.
 void TermColumn::save_values(std::size_t c, std::span<std::uint64_t> indices,
                              std::byte* out) const {
   const ValueDomain& domain = components_[c].domain;

@@ -1,7 +1,8 @@
-// TermColumn: codes an array in bulk. A value is stored as its residual relative to a prediction,
-// which comes from other vertices of the same cell (the terms), from the previous step, or from the
-// previous element. The residuals are stored as byte planes compressed by zstd. This method is
-// fast, since it needs neither neighbourhoods nor models.
+// TermColumn: codes many values of an array at once. A value is stored as the difference (residual)
+// from its prediction. The prediction comes from other vertices of the same cell (the terms), from
+// the previous step, or from the previous element. The residuals are stored as byte planes
+// compressed by zstd. This method is fast, since it needs neither neighbourhoods nor adaptive
+// models.
 // spec: "Values by terms"
 #pragma once
 
@@ -20,11 +21,11 @@
 
 namespace shm {
 
-/// Largest number of components of all columns in terms together. Each component needs 8 bytes per
-/// live vertex, or 16 bytes with a table. Frozen: part of the format.
+/// Largest total number of components of the columns that are coded by terms. Each component needs
+/// 8 bytes per live vertex, or 16 bytes with a table. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTermComponents = 32;
 
-/// Buffers that are shared by columns, which are coded one after another.
+/// Temporary buffers. Columns share them, because columns are coded one after another.
 struct TermScratch {
   std::vector<std::uint64_t> words;
   std::vector<std::int64_t> indices, references;
@@ -35,16 +36,18 @@ struct TermScratch {
 
 class TermColumn {
  public:
-  /// If `may_have_terms` is false, all groups use shuffled_zstd.
+  /// `may_have_terms`: if false, all groups are coded by shuffled_zstd.
   TermColumn(const ArrayInfo& info, bool may_have_terms);
 
-  /// The elements of a group: either vertices with their terms, or `count` other elements.
+  /// The elements of a group: either vertices with their terms, or `count` elements without terms.
   struct Elements {
     std::span<const VertexTerms> vertices{};
     std::size_t count = 0;
-    std::uint32_t slots = 0;  ///< a number above every vertex slot; 0 for other elements
+    std::uint32_t slots = 0;  ///< size of the slot table (every slot is less); 0 for elements
+                              ///< without terms
 
-    /// For other elements: reference values for the prediction, packed like the values; or empty.
+    /// Reference values for elements without terms, packed in the same way as the values; empty if
+    /// there are no reference values.
     std::span<const std::byte> reference{};
   };
 
@@ -52,11 +55,11 @@ class TermColumn {
     Codec codec = Codec::terms;
     std::vector<std::byte> bytes;
   };
-  /// Encodes a group, by terms or by shuffled_zstd. `values`: values of all elements of the group.
-  /// `stride`: distance in bytes between consecutive elements.
+  /// Encodes a group by terms or by shuffled_zstd. `values`: values of all elements of the group.
+  /// `stride`: number of bytes from an element to the next.
   Encoded encode(const Elements& elements, const std::byte* values, std::size_t stride,
                  TermScratch& scratch);
-  /// Encodes a group by terms. Must hold: the column may have terms.
+  /// Encodes a group by terms. Precondition: the column may have terms.
   std::vector<std::byte> encode_terms(const Elements& elements, const std::byte* values,
                                       std::size_t stride, TermScratch& scratch);
 
@@ -64,18 +67,18 @@ class TermColumn {
     return codec == Codec::shuffled_zstd || (codec == Codec::terms && may_have_terms_);
   }
   std::size_t element_bytes() const { return components_.size() * width_; }
-  /// Decoding: begins a group, which may unpack to at most `limit` bytes. Returns false if the data
+  /// Decoding: begins a group. `limit`: largest unpacked size in bytes. Returns false if the data
   /// is damaged.
   bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit,
                    TermScratch& scratch);
   /// Decoding: begins a group without values.
   void begin_empty_group() { count_ = next_ = 0; }
-  /// Decodes the next elements of the group and appends their values, packed, to `out`. Returns
-  /// false if the group has fewer elements left or the data is damaged.
+  /// Decodes the next elements of the group and appends their values to `out` without gaps. Returns
+  /// false if the group has fewer elements left, or if the data is damaged.
   bool decode(const Elements& elements, std::vector<std::byte>& out, TermScratch& scratch);
   /// Returns true if all values of the group have been decoded.
   bool at_end() const { return next_ == count_; }
-  /// Returns true if values of the group are predicted from the reference.
+  /// Returns true if any value of the group is predicted from reference values.
   bool refers() const;
 
  private:
@@ -85,14 +88,14 @@ class TermColumn {
     last,
     terms,      ///< terms of the vertex; for vertices only
     reference,  ///< the reference value; only for elements with references
-    change,     ///< the reference value plus the previous element's difference from its reference
-                ///< value
+    change,  ///< the reference value plus the amount by which the previous element's value differed
+             ///< from its reference value
   };
   static constexpr std::uint8_t kPredictors = 5;
   struct Component {
     // Data that remains from group to group
 
-    // Rank of each vertex, by slot, as group << 32 | rank; used only in groups with a table
+    // Rank of each vertex, by slot, stored as group << 32 | rank. Used only in groups with a table
     std::vector<std::uint64_t> ranks;
     std::uint64_t last = 0;  // state of the previous element
     ValueDomain domain;
@@ -102,7 +105,7 @@ class TermColumn {
     std::uint32_t width = 0;          // size of a residual in bytes
     std::size_t planes = 0;           // offset of the component's byte planes
 
-    // Difference between the previous element and its reference value, in indices
+    // For the previous element: index of its value minus index of its reference value
     std::uint64_t change = 0;
   };
   template <class Differences>
@@ -111,8 +114,8 @@ class TermColumn {
   class Ranked;
 
   // Calls code(differences, element, predicted) for each element. code() returns the index of the
-  // value, or its rank if the component has a table. `references`: indices of the reference values,
-  // for predictors that use them.
+  // value; if the component has a table, code() returns the rank. `references`: indices of the
+  // reference values; used only by predictors that need references.
   template <class Code>
   void for_each_value(std::size_t c, const Elements& elements,
                       std::span<const std::int64_t> references, Code&& code);
@@ -146,11 +149,12 @@ class TermColumn {
   bool may_have_terms_;
   std::size_t width_;
   std::vector<Component> components_;
-  // States that remain from group to group, by slot and component: bits of a double, or an index.
+  // States of the vertices, by slot and component. They are kept from group to group. A state is
+  // either the bits of a double or an index.
   std::vector<std::uint64_t> states_;
-  std::uint32_t group_ = 0;  // number of the group, by which ranks are marked
+  std::uint32_t group_ = 0;  // number of the current group; marks the ranks that belong to it
 
-  // Data of the group that the column currently decodes
+  // Data of the group that is being decoded
   Codec codec_ = Codec::terms;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;

@@ -10,7 +10,8 @@
 
 namespace shm {
 
-/// Returns the columns: column 0 is geometry; the static arrays follow in schema order.
+/// Returns the columns. Column 0 is geometry; the following columns are the static arrays in schema
+/// order.
 std::vector<TermColumn> term_columns(const Schema& schema);
 
 }  // namespace shm

@@ -10,8 +10,8 @@
 namespace shm {
 namespace {
 
-/// Maps each corner of a hexahedron to its position along the three axes (one bit per axis). The
-/// permutation is its own inverse.
+/// Maps each corner of a hexahedron to a mask with one bit per axis, which states the corner's
+/// position along the axis. Applying the map twice returns the original corner.
 constexpr std::array<std::uint8_t, 8> kPlaceOfCorner = {0, 1, 3, 2, 4, 5, 7, 6};
 constexpr std::array<std::uint8_t, 8> kCornerAtPlace = kPlaceOfCorner;
 
@@ -28,8 +28,8 @@ TermFinder::TermFinder(const Schema& schema) {
   }
 }
 
-/// Returns the recipe by which a node is predicted from other nodes. `known`: nodes whose vertices
-/// are known.
+/// Returns the recipe that predicts a node from other nodes. `known`: bit mask of the nodes whose
+/// vertices are already known.
 auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t known) -> Recipe {
   Recipe recipe;
   recipe.node = static_cast<std::uint8_t>(node);
@@ -82,8 +82,8 @@ auto TermFinder::recipes_of(const Block& block, const PatternCell& cell) -> std:
   return recipes;
 }
 
-/// Returns the recipes of a cell. The recipes depend only on the set of nodes that the cell
-/// introduces, unless a vertex occurs twice in the cell.
+/// Returns the recipes of a cell, which state from which nodes each new node is predicted. If no
+/// vertex occurs twice in the cell, the recipes depend only on which nodes the cell introduces.
 auto TermFinder::known_recipes_of(Block& block, const PatternCell& cell)
     -> const std::vector<Recipe>& {
   if (cell.again != 0) return recipes_ = recipes_of(block, cell);
@@ -103,7 +103,7 @@ void TermFinder::add_cell(const PatternCell& cell, std::vector<VertexTerms>& ter
     VertexTerms& vertex = terms.emplace_back();
     vertex.slot = cell.slots[recipe.node];
     vertex.count = recipe.count;
-    // Copying all slots is faster than stopping at `count`.
+    // Copying all kMostTerms slots is faster than copying only `count` slots.
     for (std::uint32_t t = 0; t < kMostTerms; ++t) vertex.slots[t] = cell.slots[recipe.nodes[t]];
   }
 }

@@ -1,5 +1,6 @@
-// Vertex terms: the vertices from which a new vertex is predicted. They belong to the cell that
-// introduces the new vertex, and form a hexahedron, a quadrilateral or an edge.
+// Vertex terms: for each new vertex, the vertices from which it is predicted (its terms). The terms
+// belong to the cell that introduces the new vertex. The new vertex and its terms form a
+// hexahedron, a quadrilateral or an edge.
 // spec: "Values by terms"
 #pragma once
 
@@ -18,9 +19,10 @@ namespace shm {
 inline constexpr std::uint32_t kMostTerms = 7;
 
 /// A new vertex, and the slots of the vertices that predict it (its terms). The number of terms
-/// determines the prediction:
-///   7   corners of a hexahedron: the three neighbours, minus the three vertices across faces, plus
-///       the opposite vertex
+/// determines how the prediction is computed:
+///   7   corners of a hexahedron: the three neighbours, minus the three vertices that are
+///   diagonally
+///       opposite in a face, plus the opposite vertex of the hexahedron
 ///   3   corners of a quadrilateral: both neighbours, minus the opposite corner
 ///   2   the middle between two vertices
 ///   1   a copy of the vertex
@@ -35,7 +37,7 @@ class TermFinder {
  public:
   explicit TermFinder(const Schema& schema);
 
-  /// Appends the terms of the vertices that the cell introduces, in order of nodes.
+  /// Appends the terms of each vertex that the cell introduces, in the order of the nodes.
   void add_cell(const PatternCell& cell, std::vector<VertexTerms>& terms);
 
  private:
@@ -48,8 +50,8 @@ class TermFinder {
     std::uint32_t nodes = 0, corners = 0;
     // Recipes of the new nodes, by PatternCell::introduced
     std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;
-    // Recipes for the sets of introduced nodes within the first eight nodes; avoids the search in
-    // `recipes`
+    // Recipes (which nodes predict each new node) for cells that introduce only nodes with
+    // positions 0 to 7, by the bit mask of these nodes. This table avoids a search in `recipes`
     std::array<const std::vector<Recipe>*, 256> of_first_eight{};
   };
   static Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);
@@ -57,7 +59,8 @@ class TermFinder {
   const std::vector<Recipe>& known_recipes_of(Block& block, const PatternCell& cell);
 
   std::vector<Block> blocks_;
-  std::vector<Recipe> recipes_;  // recipes of a cell in which a vertex occurs at several nodes
+  std::vector<Recipe> recipes_;  // which nodes predict each new node of the current cell; used if
+                                 // one of its vertices occurs at several nodes
 };
 
 }  // namespace shm

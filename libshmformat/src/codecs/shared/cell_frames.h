@@ -1,7 +1,7 @@
-// CellFrames: neighbours of the corners of cells that are not hexahedra, arranged as in the lattice
-// of hexahedron corners. A frame lists, for one corner, the other corners that are one step away
-// (near) or one step along each of two axes (diagonal). It also lists the sides of the cell across
-// which further neighbours are found.
+// CellFrames: for a corner of a cell that is not a hexahedron, lists the neighbours in the same
+// arrangement as for a hexahedron. A frame lists, for one corner, the other corners that are one
+// step away (near), the corners that are one step away along each of two axes (diagonal), and the
+// sides of the cell across which further neighbours are found.
 // spec: "Neighbourhoods", of a corner of another cell
 #pragma once
 
@@ -14,18 +14,21 @@ namespace shm {
 
 inline constexpr std::uint8_t kNoPlace = 255;
 
-/// Neighbours of one corner of a cell: positions of other corners, and indices of sides (as in
-/// cell_shapes.h).
+/// The neighbours of one corner of a cell. `near` and `diagonal` are positions of other corners;
+/// `across` and `around` are indices of sides, numbered as in cell_shapes.h. An entry is kNoPlace
+/// if there is no such neighbour.
 struct CornerFrame {
   std::array<std::uint8_t, 3> near{kNoPlace, kNoPlace, kNoPlace};
   std::array<std::uint8_t, 3> diagonal{kNoPlace, kNoPlace, kNoPlace};
-  /// Sides that do not contain the corner. The cell that shares side across[a] continues the edge
-  /// to near[a]. The cell that shares side `around` supplies the neighbours that this cell lacks.
+  /// Sides that do not contain the corner. The cell across side across[a] contains the vertex that
+  /// continues the edge from this corner to near[a]. The cell across side `around` contains further
+  /// neighbours of this corner.
   std::array<std::uint8_t, 2> across{kNoPlace, kNoPlace};
   std::uint8_t around = kNoPlace;
 };
 
-/// Returns the frame of the corner at `position`. Must hold: position < corner_count of the shape.
+/// Returns the frame of the corner at `position`. Precondition: position < corner_count of the
+/// shape.
 constexpr CornerFrame corner_frame(CellShape shape, std::uint32_t corners, std::uint32_t position) {
   const auto at = [](std::uint32_t i) { return static_cast<std::uint8_t>(i); };
   const std::uint32_t p = position;
@@ -43,7 +46,7 @@ constexpr CornerFrame corner_frame(CellShape shape, std::uint32_t corners, std::
       break;
     case CellShape::quad:
     case CellShape::pyramid:
-      if (p == 4) {  // Apex of a pyramid: `near` contains two opposite corners of the base.
+      if (p == 4) {  // `near` of the apex of a pyramid: two opposite corners of the base.
         frame.near = {0, 2, kNoPlace};
         frame.diagonal = {1, 3, kNoPlace};
         frame.around = 0;
@@ -74,8 +77,8 @@ constexpr CornerFrame corner_frame(CellShape shape, std::uint32_t corners, std::
   return frame;
 }
 
-/// Returns the corners that are connected to `corner` by an edge, at most four. Corners of
-/// hexahedra are given as corner bits.
+/// Returns the corners that are connected to `corner` by an edge, at most four. For hexahedra,
+/// corners are identified by corner bits instead of positions.
 constexpr std::array<std::uint8_t, 4> corner_neighbours(CellShape shape, std::uint32_t corner) {
   const auto at = [](std::uint32_t i) { return static_cast<std::uint8_t>(i); };
   const std::uint32_t p = corner;

@@ -9,7 +9,7 @@
 namespace shm {
 namespace {
 
-/// Removes the elements for which `marked` is not zero. Each element has `stride` bytes.
+/// Removes each element for which `marked` is not zero. `stride`: size of an element in bytes.
 void remove_marked(std::vector<std::byte>& values, std::span<const std::uint8_t> marked,
                    std::size_t stride) {
   std::size_t to = 0;
@@ -53,7 +53,7 @@ Result<void> GroupDecoder::begin_group(const container::GroupHeader& header,
   left_out_.clear();
   if (const auto codec = container::connectivity_of(header)) {
     if (codec_ && *codec_ != *codec)
-      return corrupt("connectivity: another codec than before in this segment");
+      return corrupt("connectivity: its codec differs from that of earlier groups in this segment");
     if (!known) return unknown_codec(header.streams[0]);
   }
   if (auto status = begin_streams(known); !status) return status;
@@ -72,7 +72,8 @@ Result<void> GroupDecoder::next_block(DecodedBlock& decoded) {
   return decode_values(block);
 }
 
-/// Appends a vertex number and its import flag to the results, if the parts to decode include them.
+/// Appends a vertex number and its import flag to the results. Leaves out results that the caller
+/// did not request.
 void GroupDecoder::note_import(std::uint64_t number, bool imported, DecodedBlock& decoded) {
   if (imported) decoded.imported.push_back(number);
   if (!imported || parts_.imported_vertices) decoded.mesh.vertex_numbers.push_back(number);
@@ -138,7 +139,7 @@ std::size_t GroupDecoder::element_bytes(std::size_t column) const {
   return scalar_bytes(info.type) * info.components;
 }
 
-/// Decodes the values of the cells and vertices of the block.
+/// Decodes the values of the cells and vertices of the block, column by column.
 Result<void> GroupDecoder::decode_values(MeshBlock& block) {
   const bool leaves_out = std::find(left_out_.begin(), left_out_.end(), 1) != left_out_.end();
   for (std::size_t c = 0; c < columns(); ++c) {
@@ -152,7 +153,7 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
       return corrupt((c == 0 ? "geometry" : array_stream_name(*schema_, array_of(c))) +
                      ": its values are invalid or too few");
     }
-    if (c == 0) widen_box(out);  // the box includes imported vertices
+    if (c == 0) widen_box(out);  // the bounding box includes imported vertices
     if (leaves_out && !of_cells(c)) remove_marked(out, left_out_, element_bytes(c));
   }
   left_out_.clear();
@@ -176,8 +177,9 @@ void GroupDecoder::widen_box(std::span<const std::byte> xyz) {
   }
 }
 
-/// Returns true if the box in the header matches the decoded coordinates. The header has the box of
-/// the original coordinates, so quantized coordinates may differ from it by their error bound.
+/// Returns true if the bounding box in the header matches the decoded coordinates. The header
+/// contains the bounding box of the original coordinates; in quantized arrays, the decoded box may
+/// therefore differ by the error bound.
 bool GroupDecoder::has_its_box() const {
   if (!parts_.geometry) return true;
   const Quantization& rounded = schema_->coordinate_quantization;

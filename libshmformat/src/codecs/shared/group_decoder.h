@@ -1,6 +1,7 @@
 // GroupDecoder: decodes the groups of one segment to blocks of vertices and cells. It needs no data
-// of other segments. This base class has the interface and the shared code for cells over an active
-// surface, shifts and patterns. It is the counterpart of segment_encoder.h.
+// of other segments. This base class contains the interface, and the code that is shared by the
+// decoders for cells over an active surface, for shifts and for patterns. Its counterpart is
+// segment_encoder.h.
 // spec: "Segments", "Decoding a group"
 #pragma once
 
@@ -22,37 +23,38 @@
 
 namespace shm {
 
-/// The result of one decoding step: a block of vertices and cells of a segment.
+/// The result of one decoding step: some vertices and cells of a segment.
 struct DecodedBlock {
   MeshBlock mesh;
   SegmentStart segment;      ///< the segment of the block
-  std::uint64_t offset = 0;  ///< offset in bytes, in the file, of the chunk with the block's group
+  std::uint64_t offset = 0;  ///< offset in the file, in bytes, of the chunk that contains the
+                             ///< block's group
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
-  /// `imported`: numbers of vertices that earlier segments own and that this segment uses for the
-  /// first time in cells of this block. `finalized_imports`: numbers of such vertices that cells of
-  /// this block finalize.
+  /// `imported`: numbers of the vertices that earlier segments own and that this segment first uses
+  /// in this block. `finalized_imports`: numbers of the imported vertices whose last use is in this
+  /// block.
   std::vector<std::uint64_t> imported, finalized_imports;
 
-  /// Set in the last block of a group.
+  /// Results that are available after the last block of a group; empty in all other blocks.
   struct GroupEnd {
     std::uint64_t imported_vertices = 0, max_active_vertices = 0;
-    /// True if the bounding box in the header matches the decoded coordinates, or if the
+    /// True if the bounding box in the header matches the decoded coordinates. Also true if the
     /// coordinates were not decoded.
     bool has_its_box = true;
-    /// Sizes in bytes of the streams, by their names in SizeReport
+    /// Sizes of the streams in bytes. The keys are the stream names in SizeReport
     std::map<std::string, std::uint64_t> stream_bytes;
   };
   std::optional<GroupEnd> group_end;
 };
 
-/// Size in bytes of the static arrays in one cell, by block. The decoders of all segments share the
-/// vector because a file may have many segments.
+/// Size in bytes of the static arrays of one cell, for each element block. All decoders share one
+/// vector, because a file may have many segments.
 using CellBytes = std::shared_ptr<const std::vector<std::size_t>>;
 
 class GroupDecoder {
  public:
-  /// `schema` has passed check_schema() and must outlive the decoder. `cell_bytes`: the result of
-  /// cell_data_bytes(schema).
+  /// `schema` must have passed check_schema() and must outlive the decoder. `cell_bytes`: the
+  /// result of cell_data_bytes(schema).
   GroupDecoder(const Schema& schema, const SegmentStart& start, DecodedParts parts,
                CellBytes cell_bytes);
   virtual ~GroupDecoder() = default;
@@ -61,23 +63,25 @@ class GroupDecoder {
 
   const SegmentStart& start() const { return start_; }
 
-  // Errors do not name a place in the file: the caller knows which group is decoded.
+  // The errors do not name a place in the file, because the caller knows which group is being
+  // decoded.
 
   /// Begins a group. `header` must stay valid until the next group begins. `known`: the codec of
   /// the group's cells; nothing if the group has no cells or the codec is unknown.
   Result<void> begin_group(const container::GroupHeader& header,
                            std::optional<ConnectivityCodec> known);
-  /// Begins a stream. Call it in order for each stream that the header lists, except streams of
-  /// parts that are not decoded. `bytes` must stay valid until the group ends.
+  /// Begins a stream. Call it for each stream that the header lists, in the order of the header,
+  /// but not for streams that the caller does not want to decode. `bytes` must stay valid until the
+  /// group ends.
   virtual Result<void> begin_stream(const container::StreamEntry& entry,
                                     std::span<const std::byte> bytes) = 0;
-  /// Ends the input of streams. Call it after the last stream.
+  /// Marks the end of the streams. Call it after the last begin_stream().
   virtual Result<void> end_streams() { return {}; }
-  /// Sets the memory limit, in bytes, for data that columns store by slot. Once `plenty` bytes are
-  /// in use, the columns save memory.
+  /// Limits the memory for data that columns store by slot. `bytes`: the limit in bytes. `plenty`:
+  /// if more than this number of bytes is in use, the columns begin to save memory.
   virtual void allow_memory(std::uint64_t /*bytes*/, std::uint64_t /*plenty*/) {}
 
-  /// Decodes the next block: a tile of some thousand cells, or of unused vertices. Must hold:
+  /// Decodes the next block: up to a few thousand cells (a tile), or unused vertices. Precondition:
   /// !is_complete(), or the group is empty.
   Result<void> next_block(DecodedBlock& decoded);
   /// Returns true if all cells and vertices of the group have been decoded.
@@ -88,36 +92,38 @@ class GroupDecoder {
   /// further data. Call it after the last block.
   Result<DecodedBlock::GroupEnd> end_group() const;
 
-  /// Returns the numbers of the segment's own vertices that are not finalized yet.
+  /// Returns the numbers of the vertices that the segment owns and that are not finalized yet.
   virtual std::vector<std::uint64_t> alive() const = 0;
 
-  /// Neighbourhoods of the vertices and cells of the last block, if DecodedParts requests them.
+  /// Neighbourhoods of the vertices and cells of the most recent block; empty unless DecodedParts
+  /// requests them.
   struct Items {
     std::span<const Neighbourhood> vertices, cells;
   };
   virtual Items items() const = 0;
-  /// Returns an upper bound (exclusive) of all slots that occur in the neighbourhoods so far.
+  /// Returns a number that is greater than every slot in the neighbourhoods so far.
   virtual std::uint32_t slots() const = 0;
 
  protected:
-  /// Number of elements and bytes of the group decoded so far, and the largest number of active
-  /// vertices in the group.
+  /// Counts of the elements and bytes of the group that have been decoded so far, and the largest
+  /// number of active vertices in the group.
   struct Progress {
     std::uint64_t cells = 0, own = 0, imported = 0, unused = 0, bytes = 0, active = 0;
     std::array<ValueRange, 3> box{};  ///< bounding box of the coordinates, by axis
   };
 
-  // --- the functions that depend on the codec
+  // --- functions that each codec implements
 
-  /// Begins the streams of a group; called before the first stream. `codec`: the codec of the
-  /// group's connectivity, which is known and the same in all groups of the segment; nothing if the
-  /// group has no connectivity.
+  /// Begins the streams of a group. It is called before the first stream. `codec`: the codec of the
+  /// group's connectivity, the same in all groups of the segment; nothing if the group has no
+  /// connectivity.
   virtual Result<void> begin_streams(std::optional<ConnectivityCodec> codec) = 0;
-  /// Decodes the cells and vertices of the next block, without their values.
+  /// Decodes the cells and vertices of the next block, but not their values.
   virtual Result<void> decode_elements(DecodedBlock& decoded) = 0;
-  /// Returns true if decode_column() failed because columns would need more memory than allowed.
+  /// Returns true if decode_column() failed because the columns would exceed the memory limit.
   virtual bool is_out_of_memory() const { return false; }
-  /// Decodes the values of one column in this block. Returns false for damaged data.
+  /// Decodes the values of one column for the elements of this block. Returns false if the data is
+  /// damaged.
   virtual bool decode_column(std::size_t column, const MeshBlock& block,
                              std::vector<std::byte>& out) = 0;
   /// Returns true if all data of the streams have been decoded.
@@ -127,16 +133,17 @@ class GroupDecoder {
 
   bool may_import() const { return start_.segment > 0; }
   bool numbered_by_order() const { return schema_->order != Order::keep; }
-  /// Returns true if the header permits another imported vertex (if `imported` is true) or own
-  /// vertex.
+  /// Returns true if the group may contain another vertex of the given kind: an imported vertex if
+  /// `imported` is true, otherwise a vertex that the segment owns. The header states the number of
+  /// vertices of each kind.
   bool has_room_for_vertex(bool imported) const {
     return imported ? done_.imported < header_->imported_vertices : done_.own < header_->vertices;
   }
   bool has_room_for_bytes(std::uint64_t bytes) const {
     return done_.bytes + bytes <= header_->decoded_bytes;
   }
-  /// Adds a vertex to the block. Leaves out an imported vertex if the caller did not request
-  /// imported vertices. Must hold: has_room_for_vertex().
+  /// Adds a vertex to the block. An imported vertex is skipped if the caller did not request
+  /// imported vertices. Precondition: has_room_for_vertex().
   void add_vertex(std::uint64_t number, bool imported, DecodedBlock& decoded) {
     if (may_import() || parts_.imported_vertices)
       note_import(number, imported, decoded);
@@ -146,18 +153,19 @@ class GroupDecoder {
     done_.bytes += vertex_bytes_;
   }
   void add_own_vertices(std::span<const std::uint64_t> numbers, DecodedBlock& decoded);
-  // Prepares a block whose cells are added one by one. Removes the cells that a reused block still
-  // contains.
+  // Prepares the block for cells that are added one by one. If the block is reused, removes its old
+  // cells.
   static void begin_cells(MeshBlock& block);
-  /// Prepares a block whose cells are overwritten: resizes the block to `cells` cells of at most
-  /// `nodes` nodes each, or to the remaining cells of the group if there are fewer. Returns the
+  /// Resizes the block for cells that will be overwritten. The block has `cells` cells, or all
+  /// remaining cells of the group if fewer remain; each cell has at most `nodes` nodes. Returns the
   /// number of cells.
   std::size_t make_room_for_cells(std::uint64_t cells, std::size_t nodes, MeshBlock& block) const;
-  /// Removes all but the first `cells` cells of the block. Must hold: corner_begin of these cells
-  /// is set.
+  /// Removes all cells of the block except the first `cells` cells. Precondition: corner_begin is
+  /// set for these cells.
   static void keep_cells(std::size_t cells, MeshBlock& block);
 
-  // Columns of values: column 0 is geometry; the static arrays follow in schema order.
+  // Columns of values. Column 0 is geometry; the following columns are the static arrays in schema
+  // order.
   std::size_t columns() const { return arrays_.size() + 1; }
   bool is_wanted(std::size_t column) const {
     return column == 0 ? parts_.geometry : parts_.includes_array(arrays_[column - 1]);
@@ -166,7 +174,8 @@ class GroupDecoder {
     return column > 0 && schema_->arrays[arrays_[column - 1]].location == Location::cell;
   }
   std::uint32_t array_of(std::size_t column) const { return arrays_[column - 1]; }
-  /// Returns the column of a stream; columns() if the stream does not contain values.
+  /// Returns the index of the column that the stream contains; returns columns() if the stream does
+  /// not contain values.
   std::size_t column_of(const container::StreamEntry& entry) const;
 
   static Error wrong_stream(const container::StreamEntry& entry);

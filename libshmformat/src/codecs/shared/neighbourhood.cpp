@@ -7,19 +7,20 @@
 namespace shm {
 namespace {
 
-// Number of cells in the ring of remembered cells. It starts at kFirstCells, grows to at least
-// kLeastCells before it wraps around, and never exceeds kMostCells.
+// Number of cells in the ring of remembered cells. The ring starts with kFirstCells cells and grows
+// to at least kLeastCells before it discards cells. It never exceeds kMostCells.
 constexpr std::uint64_t kFirstCells = 64, kLeastCells = std::uint64_t{1} << 14,
                         kMostCells = std::uint64_t{1} << 18;
 
-/// Largest number of faces searched at a vertex of a polyhedron. The limit keeps searches short
-/// even in hostile files.
+/// Largest number of faces that are searched at a vertex of a polyhedron. The limit keeps searches
+/// short even in hostile files.
 constexpr std::ptrdiff_t kMostFacesLooked = 32;
 
-/// For each diagonal neighbour (Neighbourhood::at[3 + i]): the two axes along which it is one step
-/// away.
+/// The two axes of each diagonal neighbour. Neighbourhood::at[3 + i] is one step away along each of
+/// the axes kDiagonalAxes[i].
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalAxes = {{{0, 1}, {0, 2}, {1, 2}}};
-/// Indices of the two diagonals that involve axis a, in the order of their other axis.
+/// For each axis a: the indices of the two diagonal neighbours that lie one step along axis a. They
+/// are sorted by their other axis.
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalsAlong = {{{0, 1}, {0, 2}, {1, 2}}};
 
 }  // namespace
@@ -106,7 +107,7 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
 }
 
 /// Finds the known nodes around a mid node. The nodes of a cell are coded in this order: corners,
-/// then nodes of edges, faces and the body.
+/// nodes of edges, nodes of faces, node of the body.
 void NeighbourFinder::look_around_mid_node(Neighbourhood& item, const CellTopology& cell,
                                            const MidNode& node) const {
   const bool is_edge = node.kind == MidNode::edge;
@@ -164,8 +165,8 @@ bool NeighbourFinder::is_beside(std::uint32_t a, std::uint32_t b) const {
   return false;
 }
 
-/// Finds the first three known vertices along edges of the polyhedron, and the vertices opposite to
-/// `item` in faces of four vertices.
+/// Finds neighbours of a vertex of a polyhedron: the first three known vertices that are joined to
+/// it by edges, and the vertices opposite to it in faces of four vertices.
 void NeighbourFinder::look_around_faces(Neighbourhood& item) const {
   item.kind = Neighbourhood::lattice;
   const auto faces = faces_at(item.self);
@@ -200,7 +201,7 @@ void NeighbourFinder::look_around_faces(Neighbourhood& item) const {
   item.known = static_cast<std::uint16_t>(known);
 }
 
-/// Finds the first four remembered cells across faces of the polyhedron.
+/// Finds neighbours of a polyhedron: the first four remembered cells across its faces.
 void NeighbourFinder::look_beside_polyhedron(Neighbourhood& item, const CellTopology& cell) const {
   item.kind = Neighbourhood::beside;
   std::uint32_t known = 0, count = 0;
@@ -214,9 +215,9 @@ void NeighbourFinder::look_beside_polyhedron(Neighbourhood& item, const CellTopo
   item.known = static_cast<std::uint16_t>(known);
 }
 
-/// Returns a vertex that is joined by edges to both of the first two diagonals and is neither a
-/// near vertex nor the vertex itself. Candidates are tried in the order of the first diagonal's
-/// faces.
+/// Returns a vertex that is connected by edges to both the first and the second diagonal neighbour.
+/// The vertex is neither a near neighbour nor `item` itself. Candidates are tried in the order of
+/// the faces at the first diagonal neighbour.
 std::uint32_t NeighbourFinder::beside_both(const Neighbourhood& item) const {
   for (const FaceCorner& face : faces_at(item.at[kAtDiagonal]))
     for (const std::uint32_t slot : {face.before, face.after}) {
@@ -236,8 +237,8 @@ Neighbourhood NeighbourFinder::unused_vertex(std::uint32_t slot) {
   return item;
 }
 
-/// Finds a remembered hexahedron, other than the cell at `except`, in which `one` and `two` are
-/// neighbours of `slot` along two axes.
+/// Finds a remembered hexahedron in which edges connect vertex `slot` with vertices `one` and
+/// `two`. Skips the cell at position `except` of the ring.
 NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t one,
                                                std::uint32_t two, std::uint32_t except) const {
   for (const Use& use : vertices_[slot].uses) {
@@ -248,8 +249,8 @@ NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t
       const std::uint32_t a = cell.corner[use.corner ^ 1u << (axis == 0 ? 1 : 0)];
       const std::uint32_t b = cell.corner[use.corner ^ 1u << (axis == 2 ? 1 : 2)];
       if (!((a == one && b == two) || (a == two && b == one))) continue;
-      // Check that the slots `one` and `two` did not belong to other vertices when the cell was
-      // coded.
+      // Check that the slots `one` and `two` already belonged to the current vertices when the cell
+      // was coded.
       if (vertices_[one].introduced > cell.sequence || vertices_[two].introduced > cell.sequence)
         continue;
       return {use.place, use.corner, axis};
@@ -258,8 +259,8 @@ NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t
   return {};
 }
 
-/// Finds the hexahedron across the face with vertices slot, one, both, two, searching from each
-/// corner of the face.
+/// Finds the hexahedron across the face with the vertices `slot`, `one`, `both` and `two` (in this
+/// order around the face). Searches from each corner of the face.
 NeighbourFinder::Found NeighbourFinder::across(std::uint32_t slot, std::uint32_t one,
                                                std::uint32_t two, std::uint32_t both) const {
   if (const Found found = behind(slot, one, two, kNone)) return found;
@@ -289,7 +290,7 @@ void NeighbourFinder::look_beyond(Neighbourhood& item, Reach reach) const {
     const Cell& cell = ring_[found.place];
     const std::uint32_t corner = found.corner ^ 1u << found.axis;
     const std::uint32_t slot = cell.corner[corner];
-    // The slot of the neighbour belongs to another vertex now
+    // Skip a slot that has been reused for another vertex since the cell was coded.
     if (vertices_[slot].introduced > cell.sequence) continue;
     item.at[kAtBeyond + a] = slot;
     item.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << a);
@@ -324,7 +325,7 @@ Neighbourhood NeighbourFinder::cell(const CellTopology& cell, Reach reach) {
     const std::uint32_t u = 1u << (axis == 0 ? 1 : 0), v = 1u << (axis == 2 ? 1 : 2);
     for (std::uint32_t up = 0; up < 2; ++up) {
       const std::uint32_t base = up << axis;
-      // Start with the far corner: it is usually the most recent vertex.
+      // Start with the far corner of the face, which is usually the most recent vertex.
       found_[2 * axis + up] =
           across(corner_[base | u | v], corner_[base | u], corner_[base | v], corner_[base]);
     }
@@ -337,7 +338,7 @@ Neighbourhood NeighbourFinder::cell(const CellTopology& cell, Reach reach) {
 std::uint32_t NeighbourFinder::behind_of(std::uint32_t place, std::uint32_t side) const {
   const Cell& cell = ring_[place];
   const std::uint32_t other = links_[place].behind[side];
-  // If the place has been reused, it contains a younger cell.
+  // If the place in the ring has been reused, the cell at this place is younger than `cell`.
   return other != kNone && ring_[other].sequence < cell.sequence ? other : kNone;
 }
 
@@ -347,7 +348,8 @@ bool NeighbourFinder::is_behind(std::uint32_t place, std::uint32_t other) const 
   return false;
 }
 
-/// Returns a cell that is across a face of both cells, or kNone if none exists.
+/// Returns a cell that shares a face with cell `a` and a face with cell `b`, or kNone if no such
+/// cell exists.
 std::uint32_t NeighbourFinder::common(std::uint32_t a, std::uint32_t b) const {
   for (std::uint32_t side = 0; side < 6; ++side) {
     const std::uint32_t other = behind_of(a, side);

@@ -1,15 +1,15 @@
 // Neighbourhood: the earlier elements from which a new vertex or cell is predicted. NeighbourFinder
-// finds them. The result does not depend on the codec of the connectivity: for the same cells in
-// the same order, all codecs find the same neighbourhoods.
+// finds these elements. Given the same cells in the same order, all connectivity codecs that use
+// NeighbourFinder find the same neighbourhoods.
 //
 //                        beyond[a]   near[a]   self        along each axis a of the hexahedron:
-//          farther[a] ------ o -------- o ------- x        near: one edge back; beyond: across the
-//                                       |         |        face after that; farther: once more
-//                                  diagonal[..] - near[b]
+//          farther[a] ------ o -------- o ------- x        near[a] is one step back from self,
+//                                       |         |        beyond[a] two steps,
+//                                  diagonal[..] - near[b]  and farther[a] three steps
 //
-// For a vertex, the lattice consists of the corners of hexahedra. For a cell, it consists of the
-// cells across faces. A mid node (a node of a second-order cell that is not a corner) uses the
-// nodes of the edge, face or cell whose middle it is.
+// The neighbours of a vertex are corners of hexahedra. The neighbours of a cell are cells across
+// its faces. The neighbours of a mid node (a node of a second-order cell that is not a corner) are
+// other nodes of the edge, face or cell whose middle the mid node is.
 // spec: "Neighbourhoods", "Mid nodes"
 #pragma once
 
@@ -23,18 +23,20 @@
 
 namespace shm {
 
-/// First index of each type of neighbour in Neighbourhood::at; near elements have indices 0 to 2.
+/// First index in Neighbourhood::at of each type of neighbour. The near elements have the indices 0
+/// to 2.
 inline constexpr std::uint32_t kAtDiagonal = 3, kAtOpposite = 6, kAtBeyond = 7, kAtFarther = 10;
 
 struct Neighbourhood {
-  // Bits of `known`: one for each entry of `at`, then one for each near element whose own lattice
-  // was known.
+  // Bits of `known`. There is one bit for each entry of `at`, followed by one bit for each near
+  // element. This further bit is set if the near, diagonal and opposite elements of that near
+  // element were all known.
   static constexpr std::uint32_t kNear = 1u, kDiagonal = 1u << 3, kOpposite = 1u << 6,
                                  kBeyond = 1u << 7, kFarther = 1u << 10, kThird = 1u << 13;
-  /// The near, diagonal and opposite elements are all known
+  /// Bits of the near, diagonal and opposite elements
   static constexpr std::uint32_t kLattice = 127u;
 
-  /// The kind of neighbourhood. It selects the prediction rule.
+  /// The kind of neighbourhood. It depends on the kind of element, and selects the prediction rule.
   /// - lattice: a corner of a hexahedron, or a hexahedron.
   /// - midpoint: a mid node of an edge. near: mid nodes of parallel edges; entries 3 and 4: the
   ///   ends of the edge.
@@ -48,38 +50,40 @@ struct Neighbourhood {
   /// - beside: a cell that is not a hexahedron. near: the cells across its sides.
   /// - other: none of these.
   enum Kind : std::uint8_t { lattice, midpoint, other, centre, layered, flat, simplex, beside };
-  /// Number of bits by which traits() shifts the kind
+  /// Number of bits by which traits() shifts the kind to the left
   static constexpr std::uint32_t kKindShift = 16;
 
   std::uint32_t self = kNone;  ///< slot of the element
 
-  /// Slots: near 0-2 (one step along axis 0, 1, 2), diagonal 3-5 (one step along axes 0 and 1, 0
-  /// and 2, 1 and 2), opposite 6 (one step along all three), beyond 7-9 (two steps along one axis),
-  /// farther 10-12 (three steps).
+  /// Slots of the neighbours. Entries 0-2 are near (one step along axis 0, 1, 2), entries 3-5 are
+  /// diagonal (one step along axes 0 and 1, 0 and 2, 1 and 2), entry 6 is opposite (one step along
+  /// all three axes), entries 7-9 are beyond (two steps along one axis), entries 10-12 are farther
+  /// (three steps along one axis).
   std::array<std::uint32_t, 13> at{};
   std::uint16_t known = 0;
-  /// For a vertex: its corner in the hexahedron as stored, as corner bits
+  /// For a vertex: its corner in the stored hexahedron, as corner bits (x + 2y + 4z)
   std::uint8_t corner = 0;
   Kind kind = other;
 
   bool knows(std::uint32_t bits) const { return (known & bits) == bits; }
   bool is_mid_node() const { return kind == midpoint || kind == centre; }
-  /// Returns true if all neighbours that a lattice rule needs are known; the residual of the
-  /// element is then stored as its third residual.
+  /// Returns true if all neighbours that the prediction rule needs are known. In this case, the
+  /// difference between the element's value and its prediction (the *third*) is stored for the
+  /// prediction of later elements.
   bool has_rule() const {
     if (kind == flat) return knows(3 * kNear | kDiagonal);
     if (kind == simplex) return knows(kOpposite);
     return is_mid_node() || knows(kLattice);
   }
-  /// Returns the bits of `known` that are set in `counts`, with the kind in the bits above them.
-  /// For mid nodes, returns all bits of `known`.
+  /// Returns the bits of `known` that are also set in `counts`, and the kind in the higher bits.
+  /// For a mid node, ignores `counts` and returns all bits of `known`.
   std::uint32_t traits(std::uint32_t counts = 0xffff) const {
     if (is_mid_node()) return known | std::uint32_t{kind} << kKindShift;
     return (known & counts) | (kind > centre ? std::uint32_t{kind} << kKindShift : 0);
   }
 };
 
-/// The largest distance at which neighbours are searched.
+/// The farthest type of neighbour that is searched.
 enum class Reach : std::uint8_t { lattice = 0, beyond = 1, farther = 2 };
 
 class NeighbourFinder {
@@ -88,66 +92,71 @@ class NeighbourFinder {
   explicit NeighbourFinder(bool cells) : cells_(cells) {}
 
   /// Begins a cell whose slots are known. `as_stored`: true if corners are numbered as in the
-  /// source mesh, false if they are numbered in the coder's frame. `live`: number of live vertices.
+  /// source mesh, false if they are numbered in the coder's frame of axes. `live`: number of live
+  /// vertices.
   void begin_cell(const CellTopology& cell, bool as_stored, std::uint64_t live);
-  /// Returns the neighbourhood of the new vertex at `position`. From then on this vertex counts as
-  /// known. Call it once for each new vertex, in order of introduction.
+  /// Returns the neighbourhood of the new vertex at `position`, and marks this vertex as known.
+  /// Call it once for each new vertex of the cell, in order of introduction.
   Neighbourhood vertex(const CellTopology& cell, std::uint32_t position, Reach reach);
-  /// Returns the neighbourhood of the cell itself. Call it after vertex().
+  /// Returns the neighbourhood of the current cell. Call it after the calls to vertex().
   Neighbourhood cell(const CellTopology& cell, Reach reach);
   void end_cell(const CellTopology& cell);
-  /// Returns the neighbourhood of an unused vertex, which no cell uses.
+  /// Returns the neighbourhood of a vertex that no cell uses.
   Neighbourhood unused_vertex(std::uint32_t slot);
 
  private:
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  /// A use of a vertex by a remembered hexahedron.
+  /// A use of a vertex: a remembered hexahedron, and its corner at which the vertex is.
   struct Use {
     std::uint64_t sequence = kNever;  ///< sequence number of the cell
     std::uint32_t place = kNone;      ///< index of the cell in the ring of remembered cells
-    std::uint32_t corner = 0;         ///< the vertex's corner in the cell, as corner bits
+    std::uint32_t corner = 0;         ///< corner of the cell at which the vertex is, as corner bits
   };
   struct Vertex {
     std::uint64_t introduced = 0;  // sequence number of the cell that introduced the vertex
-    // The first hexahedron that used the vertex, and the last hexahedron that used it
+    // The first and the most recent hexahedron that used the vertex
     std::array<Use, 2> uses;
-    bool full = false;  // true: all neighbours in the vertex's own lattice were known
+    bool full = false;  // true if the vertex's near, diagonal and opposite neighbours were all
+                        // known
   };
-  /// A remembered cell, stored at its place in the ring.
+  /// A remembered cell. It is an entry of the ring.
   struct Cell {
     std::uint64_t sequence = kNever;
-    // Vertex slots of the corners; for a hexahedron, by corner bits
+    // Vertex slots of the corners. For a hexahedron, the index is the corner bits; for other cells,
+    // the position
     std::array<std::uint32_t, 8> corner{};
     CellShape shape = CellShape::hexahedron;
     std::uint8_t corners = 8;
   };
-  /// The cells across the sides of a cell, used in meshes with several cell shapes.
+  /// The neighbouring cells across the sides of a cell. Used only if the mesh has cells that are
+  /// not hexahedra.
   struct Sides {
     static constexpr std::uint32_t kMost = 6;
     std::array<std::uint32_t, kMost> behind{};  // positions of these cells in the ring
   };
   using Cycle = std::span<const std::uint32_t>;  // slots of the vertices around a side
 
-  /// Links of a hexahedron to its neighbours, by place in the ring; used by cell().
+  /// Links from a hexahedron to its neighbours, as positions in the ring. Used only by cell().
   struct Links {
-    // Places of the cells across the sides. Side 2 a is towards the lower end of axis a, side 2 a +
-    // 1 towards the upper end.
+    // Positions in the ring of the neighbouring cells. Side 2 a is at the lower end of axis a, side
+    // 2 a + 1 at the upper end.
     std::array<std::uint32_t, 6> behind{};
-    // For each cell of `behind`: its side opposite to the shared side
+    // For each neighbouring cell in `behind`: the side of that cell opposite to the shared side
     std::array<std::uint8_t, 6> onward{};
     bool full = false;
   };
-  /// A vertex in a face of the current polyhedron, with its neighbours around that face.
+  /// A corner of a face of the current polyhedron: the vertex, and the vertices before and after it
+  /// around the face.
   struct FaceCorner {
     std::uint32_t slot = kNone, before = kNone, after = kNone;
-    std::uint32_t across = kNone;  ///< the opposite vertex, if the face has four
+    std::uint32_t across = kNone;  ///< the opposite vertex, if the face has four vertices
   };
-  /// A corner of a remembered hexahedron, and the axis that leads from this corner away from the
-  /// face by which the hexahedron was found.
+  /// A hexahedron that was found across a face: its place in the ring, one of its corners on the
+  /// face, and the axis that leads from this corner away from the face.
   struct Found {
     std::uint32_t place = kNone, corner = 0, axis = 0;
     explicit operator bool() const { return place != kNone; }
-    /// Returns the side of the hexahedron to which the axis leads.
+    /// Returns the side of the hexahedron at the far end of the axis.
     std::uint32_t far_side() const { return 2 * axis + ((corner >> axis & 1) != 0 ? 0 : 1); }
   };
 
@@ -162,7 +171,7 @@ class NeighbourFinder {
   void look_around_mid_node(Neighbourhood& item, const CellTopology& cell,
                             const MidNode& node) const;
   void look_around_cell(Neighbourhood& item, Reach reach) const;
-  // Functions for polyhedra, which are given by their faces
+  // Functions for polyhedra, which are described by lists of faces
   void begin_faces(const CellTopology& cell);
   void look_around_faces(Neighbourhood& item) const;
   void look_beside_polyhedron(Neighbourhood& item, const CellTopology& cell) const;
@@ -183,8 +192,8 @@ class NeighbourFinder {
   std::uint32_t far(std::uint32_t place, std::uint32_t slot, Cycle side) const;
   std::uint32_t onward(std::uint32_t place, Cycle side,
                        std::array<std::uint32_t, 4>& far_side) const;
-  /// Returns the position of the cell across side `side` of the cell at `place`. Returns kNone if
-  /// no such cell exists or the finder no longer remembers it.
+  /// Returns the position in the ring of the cell across side `side` of the cell at `place`.
+  /// Returns kNone if no such cell exists or if it is no longer in the ring.
   std::uint32_t behind_of(std::uint32_t place, std::uint32_t side) const;
   bool is_behind(std::uint32_t place, std::uint32_t other) const;
   std::uint32_t common(std::uint32_t a, std::uint32_t b) const;
@@ -193,21 +202,25 @@ class NeighbourFinder {
   std::vector<Vertex> vertices_;
   std::vector<Cell> ring_;
   std::vector<Links> links_;  // empty unless cell() is called
-  std::vector<Sides> sides_;  // empty unless the mesh has cells that are not hexahedra
+  std::vector<Sides> sides_;  // empty if all cells of the mesh are hexahedra
   std::uint32_t next_place_ = 0, place_ = 0;
   std::uint64_t sequence_ = 0;
 
   // Data of the current cell
   bool as_stored_ = true;
   std::array<std::uint32_t, 8> corner_{};  // vertex slots of the corners, by corner bits
-  std::uint64_t known_ = 0;          // bit i is set if the vertex at position i already has values
-  std::uint32_t known_corners_ = 0;  // known corners of a hexahedron, as a bit set by corner bits
-  std::array<Found, 6> found_{};     // hexahedra across the faces of the current cell, for cell()
-  std::vector<FaceCorner> around_;   // corners of the faces of a polyhedron, by slot
+  std::uint64_t known_ = 0;          // bit i: 1 if the vertex at position i already has values
+  std::uint32_t known_corners_ = 0;  // bit mask of the known corners of a hexahedron: bit x + 2y +
+                                     // 4z for the corner at x, y, z
+  std::array<Found, 6> found_{};     // hexahedra across the faces of the current cell; used by
+                                     // cell()
+  std::vector<FaceCorner> around_;   // corners of all faces of a polyhedron, sorted by slot
 
-  // For each slot: sequence number, plus 1, of the cell that is about to introduce the vertex.
+  // For each slot: the sequence number, plus 1, of the most recent cell that introduced a vertex in
+  // this slot.
   std::vector<std::uint64_t> coming_;
-  bool full_ = false;  // true: the lattice around the current cell is known completely
+  bool full_ = false;  // true if the current cell's near, diagonal and opposite neighbours are all
+                       // known
 };
 
 }  // namespace shm

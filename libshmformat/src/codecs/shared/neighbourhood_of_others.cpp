@@ -1,4 +1,4 @@
-// NeighbourFinder: the functions for cells that are not hexahedra, and for their corners.
+// The part of NeighbourFinder for cells that are not hexahedra, and for corners of these cells.
 // spec: "Neighbourhoods", of a corner of another cell
 #include <algorithm>
 
@@ -27,8 +27,8 @@ bool has(std::span<const std::uint32_t> slots, std::uint32_t slot) {
 
 }  // namespace
 
-/// Returns the position in the ring of the cell with this sequence number; kNone if the cell is not
-/// remembered.
+/// Returns the position in the ring of the cell with sequence number `number`. Returns kNone if the
+/// cell is no longer in the ring.
 std::uint32_t NeighbourFinder::place_of(std::uint64_t number) const {
   if (number >= sequence_ || sequence_ - number >= ring_.size()) return kNone;
   const auto age = static_cast<std::size_t>(sequence_ - number);
@@ -36,9 +36,9 @@ std::uint32_t NeighbourFinder::place_of(std::uint64_t number) const {
   return ring_[place].sequence == number ? static_cast<std::uint32_t>(place) : kNone;
 }
 
-/// In the cell at `place`, returns the vertex outside of `side` that an edge connects to the corner
-/// `slot` of `side`. Returns kNone if no such vertex exists, or if its slot now belongs to
-/// another vertex.
+/// Returns the vertex of the cell at `place` that is not on `side` and is joined by an edge to
+/// `slot`, a corner of `side`. Returns kNone if no such vertex exists, or if its slot now belongs
+/// to another vertex.
 std::uint32_t NeighbourFinder::far(std::uint32_t place, std::uint32_t slot, Cycle side) const {
   const Cell& cell = ring_[place];
   const auto end = cell.corner.begin() + cell.corners;
@@ -54,8 +54,9 @@ std::uint32_t NeighbourFinder::far(std::uint32_t place, std::uint32_t slot, Cycl
   return kNone;
 }
 
-/// Finds the side opposite to `side` in the cell at `place` and stores the slots around it in
-/// `far_side`. Returns the position of the cell across that opposite side, or kNone.
+/// Finds the side opposite to `side` in the cell at `place`, and stores the slots of the opposite
+/// side in `far_side`. Returns the position in the ring of the cell across the opposite side, or
+/// kNone.
 std::uint32_t NeighbourFinder::onward(std::uint32_t place, Cycle side,
                                       std::array<std::uint32_t, 4>& far_side) const {
   const Cell& cell = ring_[place];
@@ -117,8 +118,8 @@ void NeighbourFinder::look_around_corner(Neighbourhood& item, const CellTopology
   if (frame.around != kNoPlace) look_behind(item, cell, frame.around);
 }
 
-/// Looks beyond near[axis]. This vertex is on the side that the current cell shares with the cell
-/// at `place`.
+/// Finds the neighbours beyond near[axis]. near[axis] is on the side that the current cell shares
+/// with the cell at `place`.
 void NeighbourFinder::look_along(Neighbourhood& item, std::uint32_t axis, std::uint32_t place,
                                  Cycle side) const {
   const std::uint32_t beyond = far(place, item.at[axis], side);
@@ -134,8 +135,10 @@ void NeighbourFinder::look_along(Neighbourhood& item, std::uint32_t axis, std::u
   item.known |= static_cast<std::uint16_t>(Neighbourhood::kFarther << axis);
 }
 
-/// Looks into the cell across the side opposite to the corner. This cell contributes one vertex, or
-/// one for each near vertex if the near vertices lead to different vertices.
+/// Finds neighbours in the cell across the side that is opposite to the corner. From each near
+/// vertex, an edge of that cell leads away from the side. If all these edges lead to the same
+/// vertex, the cell contributes this vertex; otherwise it contributes the vertices at the ends of
+/// the edges.
 void NeighbourFinder::look_behind(Neighbourhood& item, const CellTopology& cell,
                                   std::uint32_t side) const {
   const std::uint32_t place = place_of(cell.behind[side]);
@@ -173,7 +176,8 @@ void NeighbourFinder::look_behind(Neighbourhood& item, const CellTopology& cell,
   }
 }
 
-/// Looks along the previous line cell, if the current line cell continues it.
+/// For a line cell that continues the previous line cell: finds the neighbours along the previous
+/// line cell.
 void NeighbourFinder::look_along_line(Neighbourhood& item) const {
   if (!item.knows(Neighbourhood::kNear) || sequence_ == 0) return;
   const std::uint32_t place = place_of(sequence_ - 1);
@@ -184,8 +188,8 @@ void NeighbourFinder::look_along_line(Neighbourhood& item) const {
   item.known |= Neighbourhood::kBeyond;
 }
 
-/// Finds the cells across the sides of the cell. The first side of a flat cell is the cell itself;
-/// this side is visited last.
+/// Finds the cells across the sides of `cell`. Side 0 of a flat cell is the cell itself; this side
+/// is searched last.
 void NeighbourFinder::look_beside_cell(Neighbourhood& item, const CellTopology& cell) const {
   item.kind = Neighbourhood::beside;
   const auto sides = faces_of(cell.shape, cell.corners);

@@ -54,7 +54,7 @@ void GroupValues::clear() {
 
 void SegmentSize::add(container::StreamKind kind, std::uint64_t bytes) {
   using container::StreamKind;
-  // Approximate size of a stream's entry in the group header
+  // Approximate size in bytes of a stream's entry in the group header
   constexpr std::uint64_t kStreamHeadBytes = 8;
   const bool of_values = kind == StreamKind::geometry || kind == StreamKind::array;
   const bool of_topology = kind == StreamKind::connectivity || kind == StreamKind::corner_order ||

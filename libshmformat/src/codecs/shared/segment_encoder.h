@@ -1,5 +1,5 @@
 // SegmentEncoder: encodes the cells of one segment to the bitstreams of its groups. It needs no
-// data of other segments, so several segments can be encoded in parallel. It is the counterpart of
+// data of other segments, so several segments can be encoded in parallel. Its counterpart is
 // group_decoder.h.
 // spec: "Segments", "Group"
 #pragma once
@@ -21,21 +21,23 @@
 
 namespace shm {
 
-/// A group ends early when its static values, or the values of one of its stepped arrays at one
-/// step, reach this size in bytes. This limits the memory of readers.
+/// Size in bytes at which a group ends early. The limit applies to the static values of the group,
+/// and to the values of each stepped array at one step. It limits the memory that readers need.
 inline constexpr std::uint64_t kFullGroupBytes = std::uint64_t{1} << 26;
-/// Largest number of vertices in a group. It limits groups that end with unused vertices.
+/// Largest number of vertices in a group. This limit matters for groups that consist of unused
+/// vertices.
 inline constexpr std::uint64_t kFullGroupVertices = std::uint64_t{1} << 16;
 
-/// Some cells of a segment in coding order. Each cell comes with the vertices that no earlier cell
-/// of the segment uses. The arrays are flat because a piece contains thousands of cells and is
-/// reused.
+/// Some cells of a segment in coding order, with the vertices that they introduce. A vertex is
+/// introduced by the first cell of the segment that uses it. The arrays are flat because a piece
+/// contains thousands of cells and is reused.
 struct SegmentPiece {
   static constexpr std::uint32_t kUnused = kNone;
   struct Cell {
     std::uint64_t number = 0;
     std::uint64_t last_use = 0;
-    /// Block of the cell; kUnused: this entry is not a cell but a vertex that no cell uses
+    /// Element block of the cell. If the block is kUnused, the entry is not a cell but a vertex
+    /// that no cell uses
     std::uint32_t block = 0;
     std::uint32_t nodes = 0;
     std::uint32_t new_vertices = 0;
@@ -43,7 +45,8 @@ struct SegmentPiece {
   struct Vertex {
     std::uint64_t number = 0;  ///< the caller's number of the vertex
 
-    /// Handle by which `nodes` refers to the vertex; reused after the vertex is finalized
+    /// Handle of the vertex. `nodes` refers to vertices by their handles. After the vertex is
+    /// finalized, the handle may be reused for another vertex
     std::uint32_t handle = 0;
     std::uint32_t ticket = kNone;
     bool imported = false;
@@ -72,11 +75,13 @@ struct SegmentPiece {
   }
 };
 
-/// A group, complete except for the numbers of its imported vertices, which other segments assign.
+/// An encoded group. Only the numbers of its imported vertices are missing, since other segments
+/// assign these numbers.
 struct EncodedGroup {
   std::uint32_t segment = 0;
   container::GroupHeader header;
-  std::vector<std::vector<std::byte>> streams;  ///< encoded streams, in the order of the header
+  std::vector<std::vector<std::byte>> streams;  ///< encoded streams, in the same order as in the
+                                                ///< header
   std::uint64_t hexahedra = 0;
   std::vector<std::uint64_t> cell_numbers;  ///< cell numbers in coding order, if with_order is set
 
@@ -84,13 +89,14 @@ struct EncodedGroup {
     std::uint64_t number = 0;
     std::uint32_t ticket = kNone;
   };
-  std::vector<Vertex> own;  ///< own vertices in the order of introduction, if with_order is set
+  std::vector<Vertex> own;  ///< vertices that the segment owns, in order of introduction; filled if
+                            ///< with_order is set
   struct Import {
     std::uint32_t ticket = kNone, slot = 0;
     Stencil stencil;
   };
   std::vector<Import>
-      imports;  ///< imported vertices in the order of introduction; unused in Order::keep
+      imports;  ///< imported vertices in the order of introduction; not filled in Order::keep
 
   std::size_t bytes() const {
     std::size_t sum =
@@ -100,8 +106,8 @@ struct EncodedGroup {
   }
 };
 
-/// Returns an empty group that reserves memory for as many cell numbers and own vertices as
-/// `before` has.
+/// Returns an empty group. Reserves memory for the same number of cell numbers and own vertices as
+/// in the group `before`.
 inline EncodedGroup group_like(const EncodedGroup& before) {
   EncodedGroup group;
   group.cell_numbers.reserve(before.cell_numbers.size());
@@ -109,17 +115,19 @@ inline EncodedGroup group_like(const EncodedGroup& before) {
   return group;
 }
 
-/// Approximate size of a segment so far, in bytes.
+/// Approximate size, in bytes, of the part of a segment that has been encoded so far.
 struct SegmentSize {
-  std::uint64_t topology = 0;  ///< bytes of connectivity, corner order and vertex numbers
-  std::uint64_t values = 0;    ///< bytes of coordinates and arrays with their stream headers
-  std::uint64_t besides = 0;   ///< bytes of imports and of the headers of all other streams
+  std::uint64_t topology = 0;  ///< size of connectivity, corner order and vertex numbers
+  std::uint64_t values = 0;    ///< size of coordinates and arrays, including the headers of their
+                               ///< streams
+  std::uint64_t besides = 0;   ///< size of imports, and of the headers of all streams that do not
+                               ///< contain values
   std::uint64_t all() const { return topology + values + besides; }
 
-  /// Adds a stream of `bytes` bytes and its header.
+  /// Adds the size of a stream: `bytes` bytes and the stream's header.
   void add(container::StreamKind kind, std::uint64_t bytes);
 };
-/// For each column, the domains in which its components will probably be coded.
+/// For each column and each component, the domain in which the component will probably be coded.
 using RatedDomains = std::vector<std::vector<RatedDomain>>;
 
 /// Options for coding a segment.
@@ -129,13 +137,13 @@ struct SegmentOptions {
   Codec codec_id{};               ///< id of `codec`; set by make_segment_encoder()
   Level level = Level::standard;  ///< level of the value coders
 
-  /// False: coordinates and arrays are left out, to measure the size of the mesh
+  /// False if coordinates and arrays are not encoded, because only the size of the mesh is measured
   bool values = true;
   bool with_order = true;  ///< true: groups contain `own` and `cell_numbers`
 };
 
-/// Coordinates and static arrays of a group, as received from the caller. It locates the values of
-/// each column and computes the bounding box for the group header.
+/// Coordinates and static arrays of a group, in the layout that the caller passes. This class
+/// locates the values of each column and computes the bounding box for the group header.
 class GroupValues {
  public:
   /// `schema` must outlive this object.
@@ -144,28 +152,31 @@ class GroupValues {
   std::size_t vertex_bytes() const { return vertex_bytes_; }
   std::size_t cell_bytes(std::uint32_t block) const { return cell_bytes_[block]; }
 
-  /// Adds the values of one vertex: the coordinates, then the point arrays in schema order, packed.
+  /// Adds the packed values of one vertex: the coordinates, then the point arrays in schema order.
   void add_vertex(const std::byte* values) { vertices_.append(values, vertex_bytes_); }
-  /// Adds the values of one cell: the cell arrays that cover the block, in schema order, packed.
+  /// Adds the packed values of one cell: the cell arrays that cover the cell's block, in schema
+  /// order.
   void add_cell(std::uint32_t block, const std::byte* values);
 
-  /// Column 0 is the coordinates; the static arrays follow in schema order.
+  /// Columns of values. Column 0 is the coordinates; the following columns are the static arrays in
+  /// schema order.
   std::size_t columns() const { return columns_.size(); }
   bool of_cells(std::size_t column) const { return columns_[column].of_cells; }
   /// Returns the schema index of the array in a column. `column` is at least 1.
   std::uint32_t array(std::size_t column) const { return columns_[column].array; }
-  /// Returns the values of the first element; null if none exists.
+  /// Returns a pointer to the value of the first element; null if the group has no element in this
+  /// column.
   const std::byte* values(std::size_t column) const {
     const Column& own = columns_[column];
     if (count(column) == 0) return nullptr;
     return own.of_cells ? own.cells.data() : vertices_.data() + own.offset;
   }
-  /// Returns the distance in bytes from one element to the next.
+  /// Returns the number of bytes from the value of an element to the value of the next element.
   std::size_t stride(std::size_t column) const {
     return columns_[column].of_cells ? columns_[column].bytes : vertex_bytes_;
   }
 
-  /// Returns the bounding box of the finite coordinates.
+  /// Returns the bounding box of all finite coordinates of the group.
   std::array<double, 6> box() const;
   void clear();
 
@@ -173,7 +184,7 @@ class GroupValues {
   struct Column {
     std::uint32_t array = 0;
     bool of_cells = false;
-    std::size_t bytes = 0, offset = 0;  // offset: position in the data of a vertex
+    std::size_t bytes = 0, offset = 0;  // offset of the values in the data of a vertex
     ShortRuns<std::byte> cells{};
   };
   std::size_t count(std::size_t column) const {
@@ -188,62 +199,62 @@ class GroupValues {
   ShortRuns<std::byte> vertices_;
 };
 
-/// Base class of all segment encoders: decides where groups begin and end, builds their headers,
-/// and collects the numbers that the pipeline needs.
+/// Base class of all segment encoders. It decides at which elements groups begin and end, builds
+/// the group headers, and collects the vertex and cell numbers that the pipeline needs.
 class SegmentEncoder {
  public:
-  /// `schema` has passed check_schema() and must outlive the encoder.
+  /// `schema` must have passed check_schema() and must outlive the encoder.
   SegmentEncoder(const Schema& schema, const SegmentOptions& options, const SegmentStart& start);
   virtual ~SegmentEncoder() = default;
   SegmentEncoder(const SegmentEncoder&) = delete;
   SegmentEncoder& operator=(const SegmentEncoder&) = delete;
 
-  /// Encodes the cells of `piece`. Appends the groups that become complete to `done`.
+  /// Encodes the cells of `piece`. Appends all groups that end in this piece to `done`.
   Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done);
-  /// Ends the segment. Appends the last group to `done` if that group has any elements.
+  /// Ends the segment. Appends the last group to `done` unless this group is empty.
   void end(std::vector<EncodedGroup>& done);
 
-  /// Returns the approximate size in bytes of the segment so far, without the values of the current
-  /// group.
+  /// Returns the approximate size in bytes of the segment so far. The values of the current group
+  /// are not included.
   SegmentSize size();
-  /// Returns the approximate size of the values of the current group. `rated`: by column, as in
-  /// ColumnPlanner::about_bytes().
+  /// Returns the approximate size in bytes of the values of the current group. `rated`: for each
+  /// column, the domains that earlier calls have chosen; missing domains are chosen and added.
   std::uint64_t about_values(RatedDomains& rated) {
     rated.resize(values_.columns());
     return has_group() ? values_at_hand(&rated) : 0;
   }
   /// Returns the exact size in bytes that the values of the current group would have if the group
-  /// ended here. The call takes as long as coding these values.
+  /// ended now. The call is slow: it codes all these values.
   std::uint64_t values_if_coded() { return has_group() ? values_at_hand(nullptr) : 0; }
 
  protected:
-  /// Positions in the arrays of a piece where the data of a cell or unused vertex begin.
+  /// Positions in the arrays of a piece at which the data of one cell or unused vertex begins.
   struct Place {
     std::size_t node = 0, vertex = 0, data = 0;
   };
 
-  // --- the functions that depend on the codec
+  // --- functions that each codec implements
 
-  /// Encodes a cell and its new vertices. Calls take_vertex() for each new vertex. Returns false if
-  /// the cell cannot be encoded.
+  /// Encodes a cell and the vertices that it introduces. Calls take_vertex() for each of these
+  /// vertices. Returns false if the cell cannot be encoded.
   virtual bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
                            const Place& place) = 0;
-  /// Encodes a vertex that no cell uses. Calls take_vertex() for it.
+  /// Encodes a vertex that no cell uses. Calls take_vertex() for this vertex.
   virtual void encode_unused(const SegmentPiece& piece, std::size_t vertex) = 0;
-  /// Adds the streams of the current group, then clears the group's data.
+  /// Adds the streams of the current group to the result. Then clears the data of the group.
   virtual void encode_streams() = 0;
-  /// Adds the current size of the group's streams, without values, to `size`.
+  /// Adds the sizes of the current group's streams, except the streams of values, to `size`.
   virtual void add_size_at_hand(SegmentSize& size) = 0;
-  /// Returns the size of the group's values: an estimate if `rated` is given, otherwise the exact
-  /// size after coding.
+  /// Returns the size in bytes of the group's values. If `rated` is null, codes the values and
+  /// returns the exact size; otherwise returns an estimate.
   virtual std::uint64_t values_at_hand(RatedDomains* rated) = 0;
 
   /// Adds vertex `index` of the piece, with its values, to the group.
   void take_vertex(const SegmentPiece& piece, std::size_t index);
-  /// Sets the largest number of active vertices in the group's header to `active` if `active` is
-  /// larger.
+  /// Records that `active` vertices are active now. The group's header contains the maximum of
+  /// these numbers.
   void note_active(std::uint64_t active);
-  /// Adds a stream. Sets the size and checksum in `entry`.
+  /// Adds a stream with the contents `bytes`. Sets the size and checksum in `entry`.
   void add_stream(container::StreamEntry entry, std::vector<std::byte> bytes);
 
   const Schema* schema_;
@@ -256,13 +267,13 @@ class SegmentEncoder {
 
  private:
   bool is_full() const;
-  bool has_group() const;  // true if the current group has any elements
+  bool has_group() const;  // true if the current group contains at least one element
   void begin_group();
   void end_group(std::vector<EncodedGroup>& done);
 
   SegmentSize finished_;  // total size of the finished groups
   std::uint64_t next_cell_, next_vertex_;
-  // Size in bytes of one element at one step, in the widest stepped array
+  // Size in bytes of one vertex or cell at one step, in the stepped array with the largest elements
   std::uint64_t vertex_step_bytes_ = 0, cell_step_bytes_ = 0;
 };
 

@@ -1,5 +1,6 @@
-// Stencil: the live vertices from which the number of a new vertex is predicted. The rules are the
-// spectral rules of the paper (section 3.2, Table 1), applied to any set of known corners.
+// Stencil: the live vertices from which the number of a new vertex is predicted, and the formula of
+// the prediction. The rules are the spectral rules of the paper (section 3.2, Table 1). They are
+// applied to any set of known corners.
 // spec: "Stencils"
 #pragma once
 
@@ -15,9 +16,10 @@ namespace shm {
 
 struct Stencil {
   enum Kind : std::uint8_t {
-    last,           ///< predicted number: that of the vertex coded last; 0 for the first vertex
-    copy,           ///< predicted number: at[0]
-    midpoint,       ///< predicted number: (at[0] + at[1]) / 2
+    last,      ///< predicted number: the number of the most recently coded vertex; 0 for the first
+               ///< vertex
+    copy,      ///< predicted number: at[0]
+    midpoint,  ///< predicted number: (at[0] + at[1]) / 2
     parallelogram,  ///< predicted number: at[0] + at[1] - at[2]
     lorenzo,        ///< predicted number: at[0] + at[1] + at[2] - at[3] - at[4] - at[5] + at[6]
   };
@@ -31,21 +33,21 @@ struct Stencil {
   }
 };
 
-/// Returns the number predicted from the vertex numbers in `numbers` (by slot), modulo 2^64; 0 for
+/// Returns the predicted number, modulo 2^64. `numbers`: vertex numbers by slot. Returns 0 for the
 /// kind `last`.
 std::uint64_t spectral(const Stencil& stencil, const std::vector<std::uint64_t>& numbers);
 
-/// Returns the stencil of the new vertex at `position`. `known`: bit i is set if position i < 64 of
-/// the cell already has a number.
+/// Returns the stencil of the new vertex at `position`. `known`: bit i is set if the node at
+/// position i of the cell already has a number; there are bits for the first 64 positions only.
 Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known);
 
-/// Calls `visit(position, stencil, known)` for each new vertex of a cell. `positions`:
-/// new_positions of the cell, in the order in which they become known.
+/// Calls `visit(position, stencil, known)` for each new vertex of a cell. `positions`: the
+/// new_positions of the cell, in the order in which their vertices are coded.
 template <class Visit>
 void for_each_new_vertex(const CellTopology& cell, std::span<const std::uint32_t> positions,
                          Visit&& visit) {
   if (positions.empty()) return;
-  // A vertex may occur at several positions. All its positions become known together, when the
+  // A vertex may occur at several positions of the cell. All these positions become known when the
   // vertex is coded.
   const auto positions_of = [&](std::uint32_t slot) {
     std::uint64_t found = 0;

@@ -11,8 +11,8 @@ namespace {
 constexpr std::int32_t kMostBinary = 1074, kLeastBinary = -971;
 constexpr std::int32_t kMostDecimal = 22;
 
-/// Returns 2^-exponent, for exponents that a domain may have. The result is denormal for exponents
-/// of 1023 and more.
+/// Returns 2^-exponent. The exponent must be allowed in a domain. The result is denormal if the
+/// exponent is 1023 or more.
 double binary_step(std::int32_t exponent) {
   return std::bit_cast<double>(exponent <= 1022 ? static_cast<std::uint64_t>(1023 - exponent) << 52
                                                 : std::uint64_t{1} << (1074 - exponent));
@@ -169,24 +169,27 @@ double ValueTranslator::from_value(double value) const {
 
 namespace {
 
-/// A domain is accepted if at most one value in 200, plus two values, is outside of it.
+/// A domain is accepted if it contains nearly all values: at most one value in 200, plus two
+/// values, may be outside.
 constexpr std::size_t kMostEscapeShare = 200;
 constexpr std::size_t kSampled = 256;
-/// Lengths in bits. A longer index is hardly shorter than a float64 (kLongIndex) or float32
-/// (kLongNarrowIndex) number.
+/// Index lengths in bits above which a domain saves little: kLongIndex for float64 values,
+/// kLongNarrowIndex for float32 values.
 constexpr int kLongIndex = 40, kLongNarrowIndex = 24;
 
-/// Returns the i-th of `parts` values that are spread evenly over `bits`. The product of `i` and
-/// the number of values needs 64 bits.
+/// Returns sample number `i` of `parts` samples that are evenly spread over `bits`. The product of
+/// `i` and the number of values may exceed 32 bits.
 std::uint64_t at_part(std::span<const std::uint64_t> bits, std::size_t i, std::size_t parts) {
   return bits[static_cast<std::size_t>(std::uint64_t{i} * bits.size() / parts)];
 }
 
-/// The shortest decimal number that reads back as the same floating-point number.
+/// Numbers of digits of the shortest decimal number that converts back to the same floating-point
+/// number.
 struct Decimal {
   std::int32_t digits = 0;  ///< number of significant digits
 
-  /// Digits after the decimal point; negative: number of zeros before the point
+  /// Number of digits after the decimal point. If it is negative, its magnitude is the number of
+  /// trailing zeros before the point
   std::int32_t decimals = 0;
 };
 Decimal shortest(ScalarType type, std::uint64_t bits) {
@@ -245,7 +248,8 @@ DomainTest try_domain(const ArrayInfo& info, std::size_t component,
   return {true, static_cast<int>(std::bit_width(longest))};
 }
 
-/// Returns the exponent of the largest power of two that divides all finite values.
+/// Returns the exponent e for which 2^-e is the largest power of two that divides all finite
+/// values.
 std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bits) {
   std::int32_t finest = -971;
   for (std::uint64_t value_bits : bits) {
@@ -260,9 +264,10 @@ std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bit
   return finest;
 }
 
-/// Lengths of the decimal notation of the values, found from a sample.
+/// Lengths of the decimal notation of values, measured on a sample.
 struct Shapes {
-  // Largest numbers among the values with a short decimal notation
+  // Largest number of decimals, and largest number of digits, among the sampled values with a short
+  // decimal notation
   std::int32_t decimals = -22, digits = 1;
   bool are_short = true;  // true if nearly all values have a short decimal notation
 };
@@ -288,7 +293,8 @@ Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   return shapes;
 }
 
-/// The best domain of multiples of a power of ten or of two. `length` is 64 if none exists.
+/// The best domain that contains multiples of a power of ten or of two, and the length of its
+/// indices in bits. If no domain is suitable, `length` is 64.
 struct LinearCandidate {
   ValueDomain domain;
   int length = 64;
@@ -308,7 +314,8 @@ LinearCandidate linear_domain(const ArrayInfo& info, std::size_t component,
   return best;
 }
 
-/// Returns true if enough values of a sample repeat that a table of values may reduce the size.
+/// Returns true if enough values repeat that a table of values may reduce the size. Examines a
+/// sample.
 bool repeats_often(std::span<const std::uint64_t> bits) {
   constexpr std::size_t kSample = 1024;
   if (bits.size() < 4 * kSample) return true;
@@ -319,8 +326,8 @@ bool repeats_often(std::span<const std::uint64_t> bits) {
   return static_cast<std::size_t>(distinct) < kSample - kSample / 64;
 }
 
-/// Returns the indices that occur, in ascending order. Returns an empty table if there are too many
-/// for a table to reduce the size.
+/// Returns the indices that occur in the group, in ascending order. Returns an empty table if the
+/// indices are so different that a table would not reduce the size.
 std::vector<std::int64_t> table_of(const ArrayInfo& info, std::size_t component,
                                    std::span<const std::uint64_t> bits, const ValueDomain& domain) {
   std::vector<std::int64_t> table;
@@ -350,7 +357,7 @@ ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
     return still_fits(info, component, domain, bits);
   };
   if (!is_float(info.type)) return {DomainKind::integers};
-  if (info.quantization.bits > 0) {  // quantization may lose the sign of a zero
+  if (info.quantization.bits > 0) {  // quantization may change -0.0 to 0.0
     const ValueTranslator translator(info, component, {DomainKind::quantized});
     const bool all = std::all_of(bits.begin(), bits.end(), [&](std::uint64_t value) {
       return translator.index(value).has_value();
@@ -358,7 +365,8 @@ ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
     return all ? ValueDomain{DomainKind::quantized} : ValueDomain();
   }
   const int longest = info.type == ScalarType::float32 ? kLongNarrowIndex : kLongIndex;
-  // A sample suffices to exclude these domains for most arrays.
+  // Examine a sample first. If these domains do not suit an array, the sample usually suffices to
+  // show it.
   std::vector<std::uint64_t> sample;
   for (std::size_t i = 0; i < kSampled; ++i) sample.push_back(at_part(bits, i, kSampled));
   const Shapes shapes = shapes_of(info, bits);

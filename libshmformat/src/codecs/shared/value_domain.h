@@ -1,11 +1,14 @@
 // ValueDomain: the set of numbers that a component of an array uses in one group. The encoder finds
-// the domain and writes it to the stream. In a domain, values are whole numbers ("indices") in the
-// order of the values; a residual is a difference of indices. Predictions are computed from
-// *states*. A value space translates between indices and states:
-//   LinearSpace   state = index: multiples of a step, decimal or binary, quantized values, integers
-//   FloatSpace    state = the value; index = its place among all floating-point numbers
-//   DecimalSpace  state = the value; index = its place among numbers of N significant digits
-//   RankSpace     one of the above; index = place in a sorted table of the values that occur
+// the domain and writes it to the stream. In a domain, each value has an index. Indices are
+// integers in the order of the values. A residual is a difference of indices. Predictions are
+// computed from *states*. A value space converts between indices and states:
+//   LinearSpace   The state equals the index. The values are integers or multiples of a step.
+//   FloatSpace    The state is the value. The index is the value's position among all
+//                 floating-point numbers.
+//   DecimalSpace  The state is the value. The index is the value's position among the numbers with
+//                 N significant digits.
+//   RankSpace     The index is the value's position in a sorted table of the values that occur. The
+//                 state is that of one of the other spaces.
 // All spaces use only + - * / in a fixed order, so that results have the same bits on every
 // machine.
 // spec: "Value domains"
@@ -26,14 +29,15 @@
 
 namespace shm {
 
-// Predictions are part of the format: each operation must round once, to the type of its operands.
-// On 32-bit x86 this requires -msse2 -mfpmath=sse.
+// Predictions are part of the format, so all machines must compute the same results: each operation
+// must round exactly once, to the type of its operands. On 32-bit x86 this requires -msse2
+// -mfpmath=sse.
 static_assert(FLT_EVAL_METHOD == 0 && std::numeric_limits<double>::is_iec559 &&
                   std::numeric_limits<float>::is_iec559,
               "needs IEEE arithmetic without excess precision");
 
-// Indices and their differences are computed modulo 2^64, since damaged data may contain any
-// number.
+// Indices and their differences are computed modulo 2^64, because damaged data may contain any
+// index.
 constexpr std::int64_t plus(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
 }
@@ -41,7 +45,7 @@ constexpr std::int64_t minus(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
 }
 
-/// Returns the bit length of the magnitude of `number`.
+/// Returns the number of bits of the absolute value of `number`.
 constexpr std::uint32_t bit_length(std::int64_t number) {
   const auto bits = static_cast<std::uint64_t>(number);
   return static_cast<std::uint32_t>(std::bit_width(number < 0 ? 0 - bits : bits));
@@ -65,16 +69,17 @@ inline std::int64_t nearest_integer(double v) {
   constexpr auto kMost = static_cast<double>(kLargestIndex);
   if (!(v > -kMost)) return v == v ? -kLargestIndex : 0;
   if (v >= kMost) return kLargestIndex;
-  // v + 0.5 would be inexact for the number just below 0.5, and from 2^52 on.
+  // The usual formula floor(v + 0.5) would be wrong for the number just below 0.5 and for numbers
+  // from 2^52 on, since v + 0.5 would be rounded.
   auto down = static_cast<std::int64_t>(v);
   if (static_cast<double>(down) > v) --down;
   return v - static_cast<double>(down) >= 0.5 ? down + 1 : down;
 }
 
-/// Returns the bits of a float or double as a signed integer whose order is the order of the
-/// values; -1 for -0.0. The parameter contains the bits instead of a float because values must be
-/// restored bit by bit: on 32-bit x86, returning a float from a function sets the quiet bit of a
-/// NaN.
+/// Returns the index of a float or double: a signed integer that sorts in the same order as the
+/// values; -1 for -0.0. The parameter is the bits of the value and not the value itself, since the
+/// bits of a NaN must not change: on 32-bit x86, returning a float from a function sets the quiet
+/// bit of a NaN.
 template <class Bits>
 std::int64_t ordered_index_of(Bits of) {
   using Signed = std::make_signed_t<Bits>;
@@ -92,7 +97,8 @@ Unsigned ordered_bits(std::int64_t index) {
   const auto narrow = static_cast<Signed>(static_cast<Unsigned>(index));
   return static_cast<Unsigned>(narrow ^ (narrow >> kTop & kMagnitude));
 }
-/// Returns ordered_index_of() for the bits of a value; the payload of a NaN may be lost.
+/// Returns the same as ordered_index_of() for the bits of `value`, except that the payload of a NaN
+/// may be lost.
 template <class T>
 std::int64_t ordered_index(T value) {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
@@ -107,8 +113,8 @@ T ordered_value(std::int64_t index) {
 struct LinearSpace {
   static std::int64_t index(double prediction) { return nearest_integer(prediction); }
   static double state(std::int64_t index) { return static_cast<double>(index); }
-  /// Returns the number to subtract from sizes of residuals, so that residuals of small and large
-  /// values are comparable; 0 in this space.
+  /// Returns a length in bits to subtract from the length of a residual, so that residuals of small
+  /// and large values are comparable. It is 0 in this space.
   static std::int32_t scale(double) { return 0; }
 };
 
@@ -124,7 +130,8 @@ struct FloatSpace {
   }
 };
 
-/// Numbers m * 10^k with `digits` significant digits: 10^(digits-1) <= m < 10^digits, |k| <= 22.
+/// Space of the numbers m * 10^k with `digits` significant digits: 10^(digits-1) <= m < 10^digits,
+/// |k| <= 22.
 struct DecimalSpace {
   static constexpr std::int32_t kMostPower = 22;
   std::int32_t digits = 1;  ///< number of significant digits, 1 to 15
@@ -134,7 +141,8 @@ struct DecimalSpace {
     const double size = prediction < 0 ? -prediction : prediction;
     const double low = kPowersOfTen[static_cast<std::size_t>(digits) - 1], high = low * 10.0;
     std::int32_t k = -kMostPower;
-    // Find the smallest k for which the mantissa has at most `digits` digits, by binary search.
+    // Find k by binary search: the smallest exponent with which the mantissa has at most `digits`
+    // digits.
     std::int32_t above = kMostPower;
     while (k < above) {
       const std::int32_t middle = k + (above - k) / 2;
@@ -144,7 +152,7 @@ struct DecimalSpace {
         k = middle + 1;
     }
     double m = mantissa(size, k);
-    if (m < low - 0.5) return 0;  // v is below the smallest number with `digits` digits
+    if (m < low - 0.5) return 0;  // the magnitude is below the smallest number with `digits` digits
     if (!(m < high - 0.5)) m = high - 1.0;
     const std::int64_t whole = std::clamp(nearest_integer(m), static_cast<std::int64_t>(low),
                                           static_cast<std::int64_t>(high) - 1);
@@ -176,7 +184,8 @@ struct DecimalSpace {
   }
 };
 
-/// Indices are ranks in a table. Must hold: `table` is in ascending order and not empty.
+/// Space in which an index is the rank of a value in a sorted table. Precondition: `table` is in
+/// ascending order and not empty.
 template <class Base>
 struct RankSpace {
   Base base;
@@ -206,51 +215,55 @@ enum class DomainKind : std::uint8_t {
   floats = 0,     ///< every bit pattern of the stored type
   narrow = 1,     ///< doubles that are exact as float32
   binary = 2,     ///< the numbers index * 2^-exponent
-  decimal = 3,    ///< the numbers index / 10^exponent, or index * 10^-exponent
+  decimal = 3,    ///< the numbers index / 10^exponent; for negative exponents, index * 10^-exponent
   digits = 4,     ///< numbers with `exponent` significant decimal digits
   integers = 5,   ///< integers, for arrays of integer type
-  quantized = 6,  ///< the values minimum + index * step; minimum and step are in the schema
+  quantized = 6,  ///< the values minimum + index * step; the schema contains minimum and step
 };
 inline constexpr std::uint32_t kDomainKinds = 7;
 
 struct ValueDomain {
   DomainKind kind = DomainKind::floats;
   std::int32_t exponent = 0;
-  bool negative_zero = false;  ///< true if zeros may be -0.0 (in the kinds binary, decimal, digits)
+  bool negative_zero = false;  ///< true if the group may contain -0.0 (only for the kinds binary,
+                               ///< decimal, digits)
 
-  /// True if there may be values outside of the domain; such values are stored in full
+  /// True if some values may be outside of the domain. The stream contains such values in full
   bool escapes = false;
-  // Flags for the use of earlier values of the component
-  bool recalls = false;   ///< true if some values are coded relative to earlier values
-  bool partners = false;  ///< true if elements may have partners; only in groups with a reference
+  // Flags that state how earlier values of the component are used
+  bool recalls = false;   ///< true if some values are coded relative to an earlier value of the
+                          ///< component
+  bool partners = false;  ///< true if values may be coded relative to a partner (an earlier element
+                          ///< whose reference value has nearly the same magnitude); only in groups
+                          ///< with reference values
   bool operator==(const ValueDomain&) const = default;
 
   bool is_linear() const {
     return kind == DomainKind::binary || kind == DomainKind::decimal ||
            kind == DomainKind::integers || kind == DomainKind::quantized;
   }
-  /// Returns true if values have the same states in both domains.
+  /// Returns true if each value has the same state in both domains.
   bool has_states_of(const ValueDomain& other) const {
     return kind == other.kind && exponent == other.exponent;
   }
-  /// Returns true if kind and exponent are allowed for arrays of this type.
+  /// Returns true if arrays like `info` may use this kind and exponent.
   bool fits(const ArrayInfo& info) const;
 };
 
-/// Converts the bits of scalars of one component to indices and back.
+/// Converts the values of one component to indices and back. Values are passed as bits.
 class ValueTranslator {
  public:
   ValueTranslator(const ArrayInfo& info, std::size_t component, const ValueDomain& domain);
 
-  /// Returns the index of the value whose bits are in the low bytes of `bits`; nothing if the
-  /// domain does not contain the value. If negative_zero is set, the index does not include the
-  /// sign of a zero.
+  /// Returns the index of the value whose bits are the low bytes of `bits`. Returns nothing if the
+  /// domain does not contain the value. If negative_zero is set, 0.0 and -0.0 have the same index.
   std::optional<std::int64_t> index(std::uint64_t bits) const;
-  /// Returns the bits of the value with this index.
+  /// Returns the bits of the value that has this index.
   std::uint64_t bits(std::int64_t index) const;
 
-  /// The next two functions convert states between domains by way of the value. They accept any
-  /// number and return the same result on all machines.
+  /// To convert a state of one domain to a state of another domain, call as_value() of the first
+  /// domain, then from_value() of the other domain. Both functions accept any number and return the
+  /// same result on all machines.
   double as_value(double state) const;    ///< converts a state of this domain to a value
   double from_value(double value) const;  ///< converts a value to a state of this domain
 
@@ -262,7 +275,8 @@ class ValueTranslator {
   double minimum_ = 0, step_ = 1, max_error_ = 0;
 };
 
-/// Returns the value with these bits as a double, like ValueTranslator::as_value().
+/// Returns the value with these bits as a double. The result is the same as that of
+/// ValueTranslator::as_value().
 double scalar_as_double(ScalarType type, std::uint64_t bits);
 
 /// Returns the bits of -0.0.
@@ -270,7 +284,8 @@ constexpr std::uint64_t negative_zero(ScalarType type) {
   return type == ScalarType::float32 ? 0x80000000u : std::uint64_t{1} << 63;
 }
 
-/// Returns the index of the value in `space`; nothing if the space does not contain the value.
+/// Returns the index of the value in `space`. Returns nothing if the space does not contain the
+/// value. `bits`: the bits of the value.
 std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& translator,
                                      std::uint64_t bits) {
   const auto index = translator.index(bits);
@@ -284,8 +299,8 @@ std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& t
   }
 }
 
-/// Calls visit(space) with the space of a domain, or with a RankSpace if `table` is not empty. The
-/// space refers to `table` without copying it.
+/// Calls visit(space) with the space of the domain. If `table` is not empty, the space is a
+/// RankSpace, which refers to `table` without copying it.
 template <class Visit>
 auto with_space(const ArrayInfo& info, const ValueDomain& domain,
                 std::span<const std::int64_t> table, Visit&& visit) {
@@ -305,40 +320,42 @@ auto with_space(const ArrayInfo& info, const ValueDomain& domain,
 
 // --- encoder: candidate domains
 
-/// The domain in which the encoder codes a group's values of one component, and the rank table.
+/// The domain in which the encoder codes one component of a group, and the table of ranks.
 struct DomainAndTable {
   ValueDomain domain;
-  /// Indices that occur, in ascending order; empty if indices are coded directly, without ranks
+  /// Indices that occur in the group, in ascending order. If the table is empty, indices are coded
+  /// directly instead of as ranks
   std::vector<std::int64_t> table;
 };
 
 /// A domain and the estimated size of the values in it.
 struct RatedDomain : DomainAndTable {
-  double bits = 0;  ///< estimated size of the group's values in bits, with the table
+  double bits = 0;  ///< estimated size in bits of the group's values, including the table
 
-  /// Estimated bits per element of the sample, without recalled values and partners
+  /// Estimated number of bits per element, for a sample in which values are coded neither relative
+  /// to earlier values nor relative to partners
   double sampled_bits = 0;
 };
 
-/// Returns candidate domains for these values (bits of scalars), the most likely first; never
-/// empty.
+/// Returns the domains that may suit these values, the most likely domain first. `bits`: the bits
+/// of the values. The result is never empty.
 std::vector<DomainAndTable> domain_candidates(const ArrayInfo& info, std::size_t component,
                                               std::span<const std::uint64_t> bits);
 
-/// Returns a domain that contains all these values, without escapes and without -0.0. The domain is
-/// evenly spaced if its indices are much shorter than floating-point numbers. Must hold: `bits` is
-/// not empty.
+/// Returns a domain that contains all these values and needs neither escapes nor the flag
+/// negative_zero. If evenly spaced indices are much shorter than floating-point numbers, the domain
+/// is evenly spaced. Precondition: `bits` is not empty.
 ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
                                  std::span<const std::uint64_t> bits);
 
-/// Returns the domain that contains all or most possible values of arrays like `info`.
+/// Returns a domain that contains all, or nearly all, possible values of arrays like `info`.
 inline ValueDomain widest_domain(const ArrayInfo& info) {
   if (!is_float(info.type)) return {DomainKind::integers};
   return {info.quantization.bits > 0 ? DomainKind::quantized : DomainKind::floats};
 }
 
-/// Returns true if the domain contains these values. Escapes and -0.0 are accepted only if the
-/// flags of `domain` allow them.
+/// Returns true if the domain contains these values. If `domain.escapes` is set, a few values may
+/// be outside of the domain. If `domain.negative_zero` is set, values may be -0.0.
 bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits);
 

@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::size_t kSamples = 256;
 
-/// Combinations of orders along up to three lags, which the encoder tries. Each combination leads
-/// to at most eleven taps (weighted earlier values), which keeps prediction fast.
+/// Orders of the predictions that the encoder tries, for up to three lags. Each prediction is a sum
+/// of at most eleven taps (weighted earlier values), so that it is fast to compute.
 constexpr std::array<std::array<std::uint32_t, 3>, 22> kOrders = {{
     {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {3, 0, 0}, {0, 3, 0},
     {0, 0, 3}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {2, 1, 0}, {2, 0, 1}, {1, 0, 2}, {2, 2, 0},
@@ -28,8 +28,8 @@ std::vector<Factor> factors_of(const std::array<std::uint32_t, 3>& orders,
   return factors;
 }
 
-/// A prediction that the encoder tries. `places`: for each tap, the index of its distance in
-/// powers_.
+/// A prediction that the encoder tries. `places`: for each tap, the index in powers_ of the tap's
+/// distance.
 struct Candidate {
   std::vector<Factor> factors;
   std::vector<Tap> taps;
@@ -105,11 +105,13 @@ class Trial {
 
   GroupIndices group_;
   const KnownNumbers* known_;
-  // For each place: index of the element in the group plus 1; 0 if the place has no element
+  // For each place in the ring: the index in the group of the element at this place, plus 1; 0 if
+  // the group has no element there
   std::vector<std::uint32_t> placed_;
   std::vector<Candidate> candidates_;
   std::vector<std::uint64_t> powers_;  // distances of all taps of all candidates
-  // Values of the elements at these distances before the current element
+  // For each distance in powers_: the value of the element at this distance before the current
+  // element
   std::vector<std::uint64_t> remembered_;
 };
 

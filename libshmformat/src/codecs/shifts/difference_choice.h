@@ -1,5 +1,5 @@
-// Difference choice: chooses the factors that predict the values of a group best. Only the encoder
-// uses it.
+// Difference choice: chooses the factors (pairs of a lag and an order) that predict the values of a
+// group best. Only the encoder uses this code.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +10,26 @@
 
 namespace shm {
 
-/// The values of a group, and the state before the group.
+/// The values of a group as indices in their domains, and the states that remain from earlier
+/// groups.
 struct GroupIndices {
   std::span<const std::uint64_t> numbers;  ///< vertex or cell number of each element
 
-  /// Indices as unsigned words, by component and element
+  /// Indices as unsigned words: one vector for each component, with one index for each element
   std::span<const std::vector<std::uint64_t>> values;
-  std::span<const std::uint64_t> ring;  ///< states before the group, by number and component
-  std::size_t ring_stride = 0;  ///< distance between the states of consecutive numbers, in words
+  std::span<const std::uint64_t> ring;  ///< states from before the group, by element number and
+                                        ///< component
+  std::size_t ring_stride =
+      0;  ///< number of words from the states of one element number to those of the next
 
   std::int64_t index(std::size_t component, std::size_t element) const {
     return static_cast<std::int64_t>(values[component][element]);
   }
 };
 
-/// Returns factors along lags from `lags`. Returns no factors if no combination improves the
-/// prediction. `known`: numbers known before the group.
+/// Returns the factors that predict the values best. The lags of the factors are from `lags`.
+/// Returns no factors if no combination improves the prediction. `known`: the element numbers known
+/// before the group.
 std::vector<Factor> choose_factors(ScalarType type, DomainKind kind, const GroupIndices& group,
                                    const KnownNumbers& known, std::span<const std::uint32_t> lags);
 

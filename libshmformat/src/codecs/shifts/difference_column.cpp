@@ -22,7 +22,7 @@ DifferenceColumn::DifferenceColumn(const ArrayInfo& info, bool may_differ)
       width_(scalar_bytes(info.type)),
       components_(info.components) {}
 
-/// Begins a group of `count` elements in codec differences.
+/// Begins a group of `count` elements that is coded in the codec `differences`.
 void DifferenceColumn::begin(std::span<const Factor> factors, std::span<const ValueDomain> domains,
                              std::uint64_t count) {
   bool goes_on = remembers_;
@@ -32,7 +32,7 @@ void DifferenceColumn::begin(std::span<const Factor> factors, std::span<const Va
   }
   if (!goes_on) {
     known_.clear(places_for(count));
-    // For all value types, the word 0 represents the number 0
+    // The word 0 represents the number 0 in all value types
     ring_.assign(known_.places() * ring_stride(), 0);
     last_.assign(components_.size(), 0);
   }
@@ -51,13 +51,13 @@ void DifferenceColumn::for_each_value(std::span<const std::uint64_t> numbers, Co
   });
 }
 
-/// Predicts all elements and calls `code`, like for_each_value(). kComponents: the number of
-/// components if it is known at compile time, otherwise 0.
+/// Predicts all elements and calls `code`, in the same way as for_each_value() does. kComponents:
+/// the number of components if it is known at compile time, otherwise 0.
 template <std::size_t kComponents, class Differences, class Code>
 void DifferenceColumn::walk(const Differences& differences, std::span<const std::uint64_t> numbers,
                             Code& code) {
   using Sum = typename Differences::Sum;
-  // number of words per element number in the ring
+  // number of words in the ring for each element
   constexpr std::size_t kLanes = kComponents == 3 ? 4 : kComponents;
   const std::size_t count = kComponents > 0 ? kComponents : components_.size();
   const std::size_t lanes = kComponents > 0 ? kLanes : count;
@@ -74,8 +74,8 @@ void DifferenceColumn::walk(const Differences& differences, std::span<const std:
   for (const Tap& tap : taps_) taps.push_back({tap.back, Differences::weight(tap.count)});
   for (std::size_t e = 0; e < numbers.size(); ++e) {
     const std::uint64_t number = numbers[e];
-    // Check only the farthest tap. If the number of another tap is unknown, the current contents of
-    // its place are used.
+    // Check only the farthest tap. If the element of another tap is unknown, the prediction uses
+    // the contents of that element's place in the ring, whatever they are.
     if (!taps.empty() && known_.has(number - taps[0].back)) {
       for (std::size_t c = 0; c < lanes; ++c) sums[c] = Sum{};
       for (const Weighed& tap : taps) {
@@ -95,8 +95,9 @@ void DifferenceColumn::walk(const Differences& differences, std::span<const std:
 
 // --- encoding
 
-/// Chooses domains such that one kind of prediction suits all components: all domains are evenly
-/// spaced, all are float32, or all are floats.
+/// Returns a domain for each component. All components must use the same kind of prediction, so
+/// either all domains are evenly spaced, or all are `narrow` (values that are exact as float32), or
+/// all are `floats`.
 std::vector<ValueDomain> DifferenceColumn::choose_domains(
     std::span<const std::vector<std::uint64_t>> bits) const {
   std::vector<ValueDomain> domains;
@@ -117,8 +118,8 @@ std::vector<ValueDomain> DifferenceColumn::choose_domains(
   return domains;
 }
 
-/// For domains other than quantized, rounds values that can be quantized, so that the values of a
-/// quantized array are rounded even if some values cannot be quantized.
+/// Rounds values of a quantized array. If some values of a component cannot be quantized, the
+/// domain of the component is not `quantized`; this function then rounds the remaining values.
 void DifferenceColumn::round_to_quantized(std::span<const ValueDomain> domains,
                                           std::span<std::vector<std::uint64_t>> bits) const {
   for (std::size_t c = 0; c < bits.size(); ++c) {
@@ -133,7 +134,7 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
                                                             std::span<const std::uint32_t> lags,
                                                             DifferenceScratch& scratch,
                                                             ZstdCompressor& zstd) {
-  // The words first contain the bits of the values, later their indices, and finally the residuals.
+  // `words` first contains the bits of the values, then their indices, and finally the residuals.
   const std::span words = std::span(scratch.words).first(components_.size());
   const std::vector<ValueDomain> domains = choose_domains(words);
   if (info_->quantization.bits > 0) round_to_quantized(domains, words);
@@ -191,8 +192,8 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
     differences.bytes = encode_differences(numbers, lags, scratch, zstd);
     if (is_float(info_->type)) return differences;
   }
-  // Try shuffled_zstd, too: integers may be material numbers or similar, which repeat but are not
-  // evenly spaced.
+  // Also try shuffled_zstd: the integers may be material numbers or similar ids, which repeat often
+  // but do not change in even steps.
   std::vector<std::byte> packed(numbers.size() * components_.size() * width_);
   const std::size_t bytes = components_.size() * width_;
   for (std::size_t e = 0; e < numbers.size(); ++e)
@@ -286,7 +287,7 @@ bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vecto
   return true;
 }
 
-/// Reads the residuals of component `c` for the next elements.
+/// Reads the residuals of component `c` for the next out.size() elements.
 void DifferenceColumn::read_residuals(std::size_t c, std::span<std::uint64_t> out) const {
   std::fill(out.begin(), out.end(), 0);
   if (components_[c].width == 0) return;  // in this case unpacked_ may be empty

@@ -1,7 +1,7 @@
-// DifferenceColumn: codes an array whose element numbers run in rows and layers. A value is stored
-// as its residual relative to a prediction from elements with smaller numbers. The bytes of all
-// residuals are sorted by significance and compressed by zstd. The method is fast, since it needs
-// neither neighbourhoods nor models.
+// DifferenceColumn: codes the values of an array whose elements are numbered in rows and layers. A
+// value is stored as the difference (residual) from its prediction, which is computed from elements
+// with smaller numbers. The bytes of all residuals are sorted by significance and compressed by
+// zstd. The method is fast, since it needs neither neighbourhoods nor adaptive models.
 // spec: "Values as differences"
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace shm {
 
-/// Buffers that are shared by columns, which are coded one after another.
+/// Temporary buffers. Columns share them, because columns are coded one after another.
 struct DifferenceScratch {
   std::vector<std::vector<std::uint64_t>> words;  // values, indices or residuals, by component
   std::vector<std::byte> planes;
@@ -28,36 +28,37 @@ struct DifferenceScratch {
 
 class DifferenceColumn {
  public:
-  /// If `may_differ` is false, all groups use shuffled_zstd.
+  /// `may_differ`: if false, all groups are coded by shuffled_zstd.
   DifferenceColumn(const ArrayInfo& info, bool may_differ);
 
   struct Encoded {
     Codec codec = Codec::differences;
     std::vector<std::byte> bytes;
   };
-  /// Encodes a group. `numbers`: numbers of the elements in coding order. `values`: the values of
-  /// all these elements. `stride`: distance in bytes between consecutive values. `lags`: distances
-  /// along which values may be predictable, the most likely first.
+  /// Encodes a group. `numbers`: the vertex or cell numbers of the elements, in coding order.
+  /// `values`: the values of these elements in the same order. `stride`: number of bytes from a
+  /// value to the next. `lags`: differences of element numbers along which values may be
+  /// predictable, the most likely lag first.
   Encoded encode(std::span<const std::uint64_t> numbers, const std::byte* values,
                  std::size_t stride, std::span<const std::uint32_t> lags,
                  DifferenceScratch& scratch, ZstdCompressor& zstd);
 
-  /// Encoding: forgets all earlier values. Call it if another column has coded the group in
-  /// shuffled_zstd.
+  /// Encoding: forgets all earlier values. Call it if the values of the group have been coded in
+  /// shuffled_zstd outside of this column.
   void forget() { remembers_ = false; }
 
   std::size_t element_bytes() const { return components_.size() * width_; }
-  /// Returns true if groups of this column may use `codec`.
+  /// Returns true if `codec` is allowed for groups of this column.
   bool takes(Codec codec) const {
     return codec == Codec::shuffled_zstd || (codec == Codec::differences && may_differ_);
   }
-  /// Decoding: begins a group, which may unpack to at most `limit` bytes. Returns false if the data
+  /// Decoding: begins a group. `limit`: largest unpacked size in bytes. Returns false if the data
   /// is damaged.
   bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit,
                    ZstdDecompressor& zstd);
   /// Decoding: begins a group without values.
   void begin_empty_group() { count_ = next_ = 0; }
-  /// Decodes the next elements of the group and appends their values, packed, to `out`. Returns
+  /// Decodes the next elements of the group and appends their values to `out` without gaps. Returns
   /// false if the group has fewer elements left.
   bool decode(std::span<const std::uint64_t> numbers, std::vector<std::byte>& out,
               DifferenceScratch& scratch);
@@ -71,8 +72,8 @@ class DifferenceColumn {
     std::size_t planes = 0;   // offset of the component's byte planes
   };
 
-  /// Returns the number of words per element in the ring. Three components use four words, so that
-  /// the compiler can process two words together.
+  /// Returns the number of words in the ring for each element. An element with three components has
+  /// four words, so that the compiler can process two words at once.
   std::size_t ring_stride() const { return components_.size() == 3 ? 4 : components_.size(); }
   void begin(std::span<const Factor> factors, std::span<const ValueDomain> domains,
              std::uint64_t count);
@@ -85,8 +86,9 @@ class DifferenceColumn {
   bool read_differences(std::span<const std::byte> bytes, std::uint64_t most,
                         ZstdDecompressor& zstd);
   void read_residuals(std::size_t c, std::span<std::uint64_t> out) const;
-  /// Predicts each component of each element. Calls code(differences, element, component, predicted
-  /// index), which returns the index of the value, and stores the state of this index.
+  /// Predicts each component of each element. For each component it calls code(differences,
+  /// element, component, predicted index). code() returns the index of the value; the state of this
+  /// index is stored.
   template <class Code>
   void for_each_value(std::span<const std::uint64_t> numbers, Code&& code);
   template <std::size_t kComponents, class Differences, class Code>
@@ -102,7 +104,7 @@ class DifferenceColumn {
   bool remembers_ = false;           // true if ring_ and last_ contain values of earlier groups
   std::vector<Tap> taps_;
 
-  // Data of the group that the column currently decodes
+  // Data of the group that is being decoded
   Codec codec_ = Codec::differences;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;

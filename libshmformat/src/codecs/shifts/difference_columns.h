@@ -15,13 +15,14 @@
 
 namespace shm {
 
-/// Returns the columns of differences: column 0 is geometry; the static arrays follow in schema
+/// Returns the columns. Column 0 is geometry; the following columns are the static arrays in schema
 /// order.
 std::vector<DifferenceColumn> difference_columns(const Schema& schema);
 
-/// Returns columns that predict the same values over neighbourhoods. A column is null if it is left
-/// out or must not be coded as differences: both kinds of column need memory by number even if
-/// there are few elements. `Column`: ColumnPlanner or ColumnDecoder.
+/// Returns columns that predict the same values from neighbourhoods. The pointer is null if the
+/// column is left out. The pointer is also null if the column may not be coded as differences,
+/// because both kinds of column need memory for each element number, even if there are few
+/// elements. `Column`: ColumnPlanner or ColumnDecoder.
 template <class Column>
 std::vector<std::unique_ptr<Column>> predicted_columns(const Schema& schema,
                                                        std::span<const DifferenceColumn> columns,

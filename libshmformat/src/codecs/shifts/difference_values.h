@@ -1,5 +1,5 @@
-// Conversion of the values of a component to words, and to indices of a domain without escapes.
-// Differences are computed from these indices.
+// Difference values: converts the values of a component to words, and words to indices of a domain
+// without escapes. Differences are computed from the indices.
 // spec: "Values as differences"
 #pragma once
 
@@ -14,8 +14,8 @@
 
 namespace shm {
 
-/// Loads the values of one component as words whose low bytes contain the bits of the values. The
-/// values are in host byte order. `stride`: distance in bytes between consecutive values.
+/// Loads the values of one component as words. The low bytes of each word contain the bits of a
+/// value. The values are in host byte order. `stride`: number of bytes from a value to the next.
 template <class Bits>
 void load_as(const std::byte* values, std::size_t stride, std::span<std::uint64_t> bits) {
   for (std::uint64_t& word : bits) {
@@ -35,7 +35,7 @@ inline void load(const std::byte* values, std::size_t stride, std::size_t width,
   }
 }
 
-/// Stores words as values. `stride`: distance in bytes between consecutive values.
+/// Stores words as values. `stride`: number of bytes from a value to the next.
 template <class Bits>
 void save_as(std::span<const std::uint64_t> bits, std::byte* to, std::size_t stride) {
   for (std::uint64_t word : bits) {
@@ -54,9 +54,10 @@ inline void save(std::span<const std::uint64_t> bits, std::byte* to, std::size_t
   }
 }
 
-/// Calls work(index_of, bits_of) with the conversion functions of a domain. The functions convert
-/// between the bits of a value and its index. Unlike ValueTranslator::index(), index_of() returns
-/// an index for every integer value. All values must be in the domain.
+/// Calls work(index_of, bits_of) with the conversion functions of a domain: index_of() converts the
+/// bits of a value to its index, bits_of() converts an index back to bits. Unlike
+/// ValueTranslator::index(), index_of() always returns an index. Precondition: the domain contains
+/// all values.
 template <class Work>
 decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
                                 const ValueDomain& domain, Work&& work) {
@@ -76,16 +77,16 @@ decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
               [&translator](std::int64_t index) { return translator.bits(index); });
 }
 
-/// Returns true if all values of an array may be coded in this domain, without escapes. The values
-/// of a quantized array may also be coded as floats, in case the quantized domain would need
-/// escapes.
+/// Returns true if all values of an array may be coded in this domain without escapes. The values
+/// of a quantized array may also be coded in the domain `floats`, since the domain `quantized` may
+/// need escapes.
 inline bool may_be(const ArrayInfo& info, const ValueDomain& domain) {
   return domain.kind != DomainKind::digits &&
          (domain.fits(info) || (is_float(info.type) && domain == ValueDomain()));
 }
 
-/// Returns true if components with these domains use the same kind of prediction. All components of
-/// an array must do so.
+/// Returns true if the same kind of prediction suits both domains. All components of an array must
+/// use the same kind.
 inline bool predicted_alike(DomainKind a, DomainKind b) {
   const auto is_float = [](DomainKind kind) {
     return kind == DomainKind::floats || kind == DomainKind::narrow;
@@ -93,14 +94,15 @@ inline bool predicted_alike(DomainKind a, DomainKind b) {
   return is_float(a) || is_float(b) ? a == b : true;
 }
 
-/// Returns the largest possible size of a residual in bytes.
+/// Returns the size in bytes of the largest residual that can occur.
 inline std::uint32_t most_bytes(ScalarType type, DomainKind kind) {
   if (kind == DomainKind::narrow) return 4;
   const bool as_stored = kind == DomainKind::floats || kind == DomainKind::integers;
   return as_stored ? static_cast<std::uint32_t>(scalar_bytes(type)) : 8;
 }
 
-/// Returns the size in bytes of the largest residual. `residuals`: the bitwise OR of all residuals.
+/// Returns the number of bytes needed for each residual. `residuals`: the bitwise OR of all
+/// residuals.
 inline std::uint32_t bytes_for(std::uint64_t residuals) {
   return static_cast<std::uint32_t>((std::bit_width(residuals) + 7) / 8);
 }

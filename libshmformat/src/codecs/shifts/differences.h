@@ -1,6 +1,6 @@
-// Differences: predicts a value from earlier elements whose numbers are smaller by fixed amounts
-// (lags). This suits meshes whose numbers run in rows and layers. The prediction continues a
-// polynomial along each of up to three lags.
+// Differences: predicts a value from earlier elements. The number of an earlier element is smaller
+// by a fixed amount (lag). This suits meshes whose elements are numbered in rows and layers. Along
+// each of up to three lags, the prediction continues a polynomial.
 //   Factor        a lag and an order: the order-th difference along the lag is expected to be 0
 //   Tap           the weight of one earlier value in the prediction, and its distance
 //   KnownNumbers  a ring of the numbers of known elements
@@ -19,19 +19,20 @@
 
 namespace shm {
 
-// Largest number of factors, and largest order of a factor. Frozen: part of the format.
+// Largest number of factors (lags) of a prediction, and largest order of a factor. Frozen: part of
+// the format.
 inline constexpr std::uint32_t kMostFactors = 3, kMostOrder = 3;
-/// Largest number of places in the ring of known elements. An element is known until another
-/// element has the same number modulo the number of places.
+/// Largest number of places in the ring of known elements. An element is known until an element
+/// with the same number modulo the number of places replaces it.
 inline constexpr std::uint64_t kMostPlaces = std::uint64_t{1} << 17;
-/// Largest number of places per element of the first group. It limits the number of places, a power
-/// of two, so that clearing the places takes time in proportion to the data.
+/// Largest number of places for each element of the first group. The number of places is a power of
+/// two. The limit keeps the time for clearing the ring in proportion to the size of the data.
 inline constexpr std::uint64_t kPlacesForEach = 64;
 constexpr std::uint64_t places_for(std::uint64_t count) {
   return std::bit_floor(std::min(kMostPlaces, kPlacesForEach * std::max<std::uint64_t>(count, 1)));
 }
-/// Largest number of components of all columns that use differences, together. Each component needs
-/// up to 1 MB; three components of one column need 4 MB.
+/// Largest total number of components of the columns that use differences. Each component needs up
+/// to 1 MB; a column with three components needs 4 MB.
 inline constexpr std::uint32_t kMostDifferenceRings = 32;
 
 struct Factor {
@@ -43,9 +44,9 @@ struct Tap {
   std::uint64_t back = 0;
   std::int64_t count = 0;
 };
-/// Returns the taps for these factors: the terms of 1 - the product of all (1 - x^lag)^order, by
-/// descending power, without zero terms. The farthest element comes first, so that the sum needs
-/// the value of the previous element only at the end.
+/// Returns the taps for these factors. They are the terms of the polynomial 1 - product of all (1 -
+/// x^lag)^order, except zero terms, in descending order of the power. The farthest element comes
+/// first and the previous element last, so that its value is needed only at the end of the sum.
 std::vector<Tap> taps_of(std::span<const Factor> factors);
 
 class KnownNumbers {
@@ -54,25 +55,25 @@ class KnownNumbers {
   std::size_t places() const { return numbers_.size(); }
   bool has(std::uint64_t number) const { return numbers_[place(number)] == number; }
   void add(std::uint64_t number) { numbers_[place(number)] = number; }
-  /// Removes all numbers and sets the number of places. Call it before all other functions. Must
-  /// hold: `places` is a power of two, at least 2.
+  /// Removes all numbers and sets the number of places to `places`. Call it before all other
+  /// functions. Precondition: `places` is a power of two and at least 2.
   void clear(std::uint64_t places) {
     mask_ = places - 1;
     numbers_.resize(static_cast<std::size_t>(places));
-    // A number that belongs to another place marks a place without a known number.
+    // Mark all places as empty: the number i ^ 1 does not belong to place i.
     for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = i ^ 1;
   }
 
  private:
-  std::vector<std::uint64_t> numbers_;  // by place: the last number
+  std::vector<std::uint64_t> numbers_;  // for each place: the most recently added number
   std::uint64_t mask_ = 0;
 };
 
 // The following classes define how a prediction is computed from the states of one component, and
-// how a value is coded relative to the prediction. The state of a value is one word.
+// how the residual of a value is computed from its prediction. A state is one word.
 
-/// Differences of integers, modulo 2^64 or within the integer type of the values. This class is
-/// used for domains whose values are evenly spaced.
+/// Differences of integers. They are computed modulo 2^64 or within the range of the integer type
+/// of the values. This class is used for domains with evenly spaced values.
 struct WholeDifferences {
   int unused = 0;  // number of high bits that the type does not use
   bool has_sign = true;
@@ -80,7 +81,7 @@ struct WholeDifferences {
   static WholeDifferences of(ScalarType integers) {
     return {static_cast<int>(64 - 8 * scalar_bytes(integers)), is_signed_integer(integers)};
   }
-  /// Returns the index wrapped to the range of the type.
+  /// Returns the index reduced to the range of the integer type (modulo 2^bits).
   std::int64_t within(std::uint64_t index) const {
     const std::uint64_t high = index << unused;
     return has_sign ? static_cast<std::int64_t>(high) >> unused
@@ -94,7 +95,7 @@ struct WholeDifferences {
   }
   /// Returns half of the sum, rounded down.
   static Sum half(Sum sum) { return static_cast<Sum>(static_cast<std::int64_t>(sum) >> 1); }
-  /// Returns the index that a sum predicts, or the index of a state.
+  /// Returns the predicted index for a sum. For integers, the sum itself is the index.
   static std::int64_t index(Sum sum) { return static_cast<std::int64_t>(sum); }
   static Sum sum_of(std::uint64_t remembered) { return remembered; }
   std::uint64_t residual(std::int64_t value, std::int64_t predicted) const {
@@ -109,8 +110,8 @@ struct WholeDifferences {
   }
 };
 
-/// Differences of floating-point numbers. Values are predicted in float64, and coded as indices
-/// among all numbers of type T.
+/// Differences of floating-point numbers. Predictions are computed in float64. An index is the
+/// position of a value among all numbers of type T.
 template <class T>
 struct FloatDifferences {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;

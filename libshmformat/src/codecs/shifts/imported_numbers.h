@@ -1,5 +1,6 @@
-// ImportedNumbers: maps the import numbers of live imported vertices to their stream numbers. It
-// needs memory for the live vertices only.
+// ImportedNumbers: maps the import number (a temporary number) of each live imported vertex to its
+// stream number (its number in coding order). The memory is proportional to the number of live
+// vertices.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +14,10 @@ namespace shm {
 class ImportedNumbers {
  public:
   bool empty() const { return count_ == 0; }
-  /// Returns the stream number of an import number. Must hold: `import` is present.
+  /// Returns the stream number that belongs to an import number. Precondition: the map contains
+  /// `import`.
   std::uint64_t operator[](std::uint64_t import) const { return numbers_[slots_.find(import)]; }
-  /// Adds an entry. Must hold: `import` is absent.
+  /// Adds an entry. Precondition: the map does not contain `import`.
   void add(std::uint64_t import, std::uint64_t number) {
     auto slot = static_cast<std::uint32_t>(numbers_.size());
     if (free_.empty()) {
@@ -28,7 +30,7 @@ class ImportedNumbers {
     slots_.insert(import, slot);
     ++count_;
   }
-  /// Removes an entry. Must hold: `import` is present.
+  /// Removes an entry. Precondition: the map contains `import`.
   void remove(std::uint64_t import) {
     free_.push_back(slots_.find(import));
     slots_.erase(import);

@@ -1,6 +1,7 @@
-// LiveNumbers: the set of live vertex numbers, with a flag for each imported vertex. A word has one
-// bit for each of 64 numbers, and the words are in a hash table with open addressing. So
-// consecutive numbers share a cache line; an isolated number needs 64 to 128 bytes.
+// LiveNumbers: the set of the numbers of live vertices. Each number has a flag that states whether
+// the vertex is imported. The numbers are stored in words with one bit for each of 64 consecutive
+// numbers. The words are in a hash table with open addressing. Consecutive numbers therefore share
+// a cache line; an isolated number needs 64 to 128 bytes.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +23,9 @@ class LiveNumbers {
     if ((word.live >> (number & 63) & 1) == 0) return State::dead;
     return (word.imported >> (number & 63) & 1) != 0 ? State::imported : State::own;
   }
-  /// Returns true if the number is live. `hint`: an index in the table at which the number may be,
-  /// usually the index of a nearby number. Any value is valid; the function updates it.
+  /// Returns true if the vertex number is live. `hint`: index in the table at which the search
+  /// begins, usually the index found for a nearby number. The hint may have any value; the function
+  /// updates it.
   bool is_live(std::uint64_t number, std::size_t& hint) const {
     const Word& word = words_[hint & mask_];
     if (word.live != 0 && word.number == number >> 6) return (word.live >> (number & 63) & 1) != 0;
@@ -45,8 +47,8 @@ class LiveNumbers {
     return was;
   }
 
-  // The state of up to 64 consecutive numbers (a run): bit i belongs to number first + i. A run
-  // must not exceed 2^64.
+  // A run: the state of up to 64 consecutive numbers. Bit i belongs to number first + i. The last
+  // number of a run must be less than 2^64.
 
   struct Run {
     std::uint64_t live = 0, imported = 0;
@@ -60,13 +62,13 @@ class LiveNumbers {
     }
     return {run.live & ones(length), run.imported & ones(length)};
   }
-  /// Adds a run of consecutive numbers. Must hold: no number of the run is live.
+  /// Adds a run of consecutive numbers. Precondition: no number of the run is live.
   void add_run(std::uint64_t first, std::uint32_t length) {
     const auto [word, place, rest] = split(first);
     add_bits(word, ones(std::min(length, rest)) << place);
     if (rest < length) add_bits(word + 1, ones(length - rest));
   }
-  /// Removes a run of consecutive numbers. Numbers that are not live are ignored.
+  /// Removes a run of consecutive numbers. If a number is not live, it is ignored.
   void remove_run(std::uint64_t first, std::uint32_t length) {
     const auto [word, place, rest] = split(first);
     remove_bits(word, ones(std::min(length, rest)) << place);
@@ -87,15 +89,15 @@ class LiveNumbers {
  private:
   struct Word {
     std::uint64_t number = 0;  // first vertex number of the word, divided by 64
-    std::uint64_t live = 0;    // one bit for each live number; 0: the place is free
+    std::uint64_t live = 0;    // one bit for each live number; 0 if the entry is free
     std::uint64_t imported = 0;
     std::uint64_t unused = 0;  // padding to 32 bytes
   };
   std::size_t home(std::uint64_t number) const {
     return static_cast<std::size_t>(scatter_(number)) & mask_;
   }
-  /// Returns the index of a word in the table. If the table does not contain the word, returns the
-  /// index at which it belongs.
+  /// Returns the index in the table of the word with this number. If the table does not contain the
+  /// word, returns the index at which to insert it.
   std::size_t place_of(std::uint64_t number) const {
     std::size_t i = home(number);
     while (words_[i].live != 0 && words_[i].number != number) i = (i + 1) & mask_;
@@ -106,8 +108,8 @@ class LiveNumbers {
   static std::uint64_t ones(std::uint32_t count) {
     return count >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
   }
-  /// The index of the word for a number, the number's bit in the word, and the count of bits from
-  /// this bit to the end of the word.
+  /// The position of a vertex number in the words: the number of its word, the bit within the word,
+  /// and the count of bits from this bit to the end of the word.
   struct Split {
     std::uint64_t word;
     std::uint32_t place, rest;
@@ -137,7 +139,8 @@ class LiveNumbers {
     count_ -= static_cast<std::uint64_t>(std::popcount(bits));
     if (word.live == 0) close(place);
   }
-  /// Moves words closer to their home places after the place `hole` has become free.
+  /// Closes the gap after the entry `hole` has become free: moves later words closer to their
+  /// preferred entries.
   void close(std::size_t hole) {
     --used_;
     for (std::size_t i = (hole + 1) & mask_; words_[i].live != 0; i = (i + 1) & mask_) {

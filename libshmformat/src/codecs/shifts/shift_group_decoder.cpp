@@ -54,7 +54,8 @@ Result<void> ShiftGroupDecoder::begin_streams(std::optional<ConnectivityCodec> c
 Result<void> ShiftGroupDecoder::begin_stream(const container::StreamEntry& entry,
                                              std::span<const std::byte> bytes) {
   const auto place = static_cast<std::size_t>(&entry - header_->streams.data());
-  // This bound prevents overflow in sums of sizes, whatever limit the caller has set.
+  // This bound prevents an overflow in sums of sizes, even if the caller has set a very large
+  // limit.
   const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
   if (entry.kind == StreamKind::connectivity)
     return place == 0 ? begin_connectivity(bytes, decoded_bytes) : wrong_stream(entry);
@@ -76,8 +77,9 @@ Result<void> ShiftGroupDecoder::begin_connectivity(std::span<const std::byte> by
     return corrupt("connectivity: the size of its ring is invalid");
   if (predicted_.empty() && has_neighbours_)
     predicted_ = predicted_columns<ColumnDecoder>(*schema_, columns_, parts_);
-  // A shift needs at most 10 bytes for each node of a new cell; the number of an unused vertex also
-  // needs at most 10 bytes. decoded_bytes counts 8 bytes for such a node, 12 for such a vertex.
+  // Largest unpacked size of the shifts. A shift needs at most 10 bytes for each node of a new
+  // cell, and decoded_bytes counts 8 bytes for this node. The number of an unused vertex needs at
+  // most 10 bytes, and decoded_bytes counts 12 bytes for this vertex.
   const std::uint64_t most = 3 * decoded_bytes + 64 * std::uint64_t{header_->cells};
   if (!shifts_.begin_group(in.get_bytes(in.left()), header_->cells, most, zstd_))
     return corrupt("connectivity: cannot be unpacked");
@@ -137,7 +139,7 @@ Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
   std::size_t cells = 0;
   if (most > 0 && schema_->blocks.empty()) return corrupt("connectivity: a cell of no block");
   while (cells < most && done_.bytes - bytes_before < kTileBytes) {
-    // Limit the number of cells so that the tile cannot end within this run.
+    // Limit the number of cells to the number that certainly fits into the rest of the tile.
     const std::uint64_t left = kTileBytes - (done_.bytes - bytes_before);
     const auto fit = static_cast<std::size_t>(std::max<std::uint64_t>(left / most_cell_bytes_, 1));
     const std::size_t more =
@@ -153,8 +155,8 @@ Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
                                : corrupt("unpacks to more bytes than its header states");
 }
 
-/// Decodes up to `most` cells that have the same shift, and stores them as cells of the block from
-/// index `cell` on. Returns the number of decoded cells; 0 if the data is damaged.
+/// Decodes cells that have the same shift, at most `most` cells. Stores them in the block from
+/// index `cell` on. Returns the number of decoded cells, or 0 if the data is damaged.
 std::size_t ShiftGroupDecoder::decode_alike(DecodedBlock& decoded, std::size_t cell,
                                             std::size_t most) {
   MeshBlock& block = decoded.mesh;
@@ -185,7 +187,7 @@ std::size_t ShiftGroupDecoder::decode_alike(DecodedBlock& decoded, std::size_t c
   return count;
 }
 
-/// Replaces the import numbers in `corners` by stream numbers.
+/// Replaces each import number in `corners` by the stream number of the vertex.
 void ShiftGroupDecoder::name_imports(std::vector<std::uint64_t>& corners) {
   for (std::uint64_t& number : corners)
     if (number >= kFirstImport) number = imports_[number];
@@ -193,9 +195,10 @@ void ShiftGroupDecoder::name_imports(std::vector<std::uint64_t>& corners) {
   finalized_.clear();
 }
 
-/// Counts the vertices that each cell of a run introduces and finalizes. Returns false if the
-/// vertex numbers of the run do not increase by one from cell to cell, if a vertex is used in
-/// another irregular way, or if the run is invalid.
+/// Counts the vertices that each cell of a run (cells with the same shift) introduces and
+/// finalizes. Returns false if the cells are irregular: the vertex numbers do not increase by one
+/// from cell to cell, or a vertex is used in another irregular way. Also returns false if the run
+/// is invalid.
 bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                   std::size_t count, std::uint64_t& introduced,
                                   std::uint64_t& finalized) {
@@ -208,10 +211,12 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   for (std::size_t i = 0; i < nodes; ++i) {
     if (numbers[nodes + i] != first[i] + 1 || first[i] > ~std::uint64_t{0} - 64) return false;
     LiveNumbers::Run run = live_.run(first[i], length);
-    // True if an earlier node of the cell has the same vertex and is also marked as last use
+    // True if the vertex of node i also occurs at an earlier node, and both nodes are marked as
+    // last use
     bool again = false;
     for (std::size_t j = 0; j < nodes; ++j) {
-      // Number of cells after which node i has the number that node j has in the first cell
+      // Number of cells after which the number of node i equals the number that node j has in the
+      // first cell
       const std::uint64_t ahead = first[j] - first[i];
       if (ahead >= count) continue;
       if (has_bit(marks.introduced, j)) {
@@ -219,7 +224,7 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
         run.live |= j == i ? 0 : all << ahead;
       }
       if (has_bit(marks.last_use, j)) {
-        if (ahead > 0) return false;  // the vertex is used after its last use
+        if (ahead > 0) return false;  // the vertex would be used after its last use
         again = again || (j < i && has_bit(marks.last_use, i));
       }
     }
@@ -234,10 +239,10 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   return true;
 }
 
-/// Has the same effect as calling introduce_and_finalize() for `count` cells (2 to 64). The cells
-/// must import no vertices, and their vertex numbers must increase by one from cell to cell. The
-/// function processes runs of numbers instead of single numbers. Returns false, without any change,
-/// if that is not possible or the cells are invalid.
+/// Has the same effect as calling introduce_and_finalize() for each of `count` cells (2 to 64), but
+/// processes runs of numbers instead of single numbers. The cells must not import vertices, and
+/// their vertex numbers must increase by one from cell to cell. If runs cannot be processed or if
+/// the cells are invalid, returns false and changes nothing.
 bool ShiftGroupDecoder::take_run(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                  std::size_t count, DecodedBlock& decoded) {
   std::uint64_t introduced, finalized;  // number of vertices of each cell
@@ -261,7 +266,7 @@ bool ShiftGroupDecoder::take_run(const CellMarks& marks, std::span<const std::ui
 }
 
 /// Introduces the new vertices of a cell, checks that its other vertices are live, and removes the
-/// vertices that the cell uses last. Returns false if a vertex is not live, or if the group has
+/// vertices that no later cell uses. Returns false if a vertex is not live, or if the group has
 /// more vertices than its header states.
 bool ShiftGroupDecoder::introduce_and_finalize(const CellMarks& marks,
                                                std::span<const std::uint64_t> numbers,

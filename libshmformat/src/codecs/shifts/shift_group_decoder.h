@@ -23,7 +23,7 @@ namespace shm {
 
 class ShiftGroupDecoder final : public GroupDecoder {
  public:
-  /// Must hold: takes_shifts(schema).
+  /// Precondition: takes_shifts(schema).
   ShiftGroupDecoder(const Schema& schema, const SegmentStart& start, const DecodedParts& parts,
                     CellBytes cell_bytes);
 
@@ -58,9 +58,10 @@ class ShiftGroupDecoder final : public GroupDecoder {
   ShiftDecoder shifts_;
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ColumnDecoder>>
-      predicted_;  // predicted columns; empty until a group has neighbourhoods
+      predicted_;  // columns that predict from neighbourhoods; empty until a group has
+                   // neighbourhoods
 
-  // For each column: 1 if it is predicted over neighbourhoods in the current group
+  // For each column: 1 if its values in the current group are predicted from neighbourhoods
   std::vector<std::uint8_t> is_predicted_;
   ShiftNeighbours neighbours_;
   bool has_neighbours_ = false;  // true: the current group has neighbourhoods
@@ -70,20 +71,21 @@ class ShiftGroupDecoder final : public GroupDecoder {
   std::size_t most_cell_bytes_ = 0;
   LiveNumbers live_;
   std::array<std::size_t, kMostShiftNodes>
-      hints_{};  // for each node: the last index of its number in the table of live_
+      hints_{};  // for each node: most recent index of its number in the table of live_
 
-  // The following members are used if vertices are numbered in coding order.
+  // The following members are used only if vertices are numbered in coding order.
   std::uint64_t next_own_, next_import_ = kFirstImport;
   ImportedNumbers imports_;
-  // Numbers of finalized imported vertices that cells of the current block may still use
+  // Import numbers of finalized vertices. They stay in imports_ until the end of the block, because
+  // cells of the block may still contain them
   std::vector<std::uint64_t> finalized_;
   NumberColumn<RangeDecoder> import_numbers_;
   RangeDecoder import_coder_{std::span<const std::byte>()};
 
   // Data of the current block
-  std::vector<std::uint64_t>
-      new_numbers_;  // numbers of new vertices, including imported and unused vertices
-  std::vector<std::uint64_t> cells_;  // numbers of the cells that an array covers
+  std::vector<std::uint64_t> new_numbers_;  // numbers of the vertices that the block adds,
+                                            // including imported and unused vertices
+  std::vector<std::uint64_t> cells_;  // numbers of the cells that have a value in the current array
   std::vector<Neighbourhood> vertex_items_, cell_items_;
 };
 

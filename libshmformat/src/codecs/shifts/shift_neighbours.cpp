@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-/// For each neighbour, in the order of Neighbourhood::at: the corner bits in which it differs from
-/// the element.
+/// For each neighbour in the order of Neighbourhood::at: the axes (as corner bits) along which the
+/// neighbour is one step away.
 constexpr std::array<std::uint32_t, 7> kLatticeBits = {1, 2, 4, 3, 5, 6, 7};
 
 }  // namespace
@@ -22,7 +22,7 @@ bool needs_ring(const Schema& schema) {
 
 void ShiftNeighbours::Ring::clear(std::size_t places) {
   number.resize(places);
-  // A number that belongs to another place marks an empty place.
+  // Mark all places as empty: the number i ^ 1 does not belong to place i.
   for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;
   full.assign(places, 0);
 }
@@ -89,8 +89,8 @@ void ShiftNeighbours::add_vertices(const CellMarks& marks, const std::uint64_t* 
   }
 }
 
-/// Finds the neighbours of the vertex at `position`. `introduced`: positions of the vertices that
-/// are not known yet, including this position.
+/// Finds the neighbours of the vertex at `position`. `introduced`: bit mask of the positions whose
+/// vertices are not known yet, including `position`.
 void ShiftNeighbours::look_around(Neighbourhood& item, std::uint32_t position,
                                   std::uint64_t introduced, const std::uint64_t* numbers,
                                   std::uint32_t axes) const {
@@ -119,8 +119,8 @@ void ShiftNeighbours::look_around(Neighbourhood& item, std::uint32_t position,
 }
 
 /// Finds the neighbours of a cell. A cell is identified by the number of its last corner. If
-/// neighbouring cells are numbered in the same way, the last corners of the cells across the sides
-/// are corners of this cell.
+/// neighbouring cells are numbered in the same way, the last corner of a neighbouring cell is also
+/// a corner of this cell, so the neighbour can be identified.
 void ShiftNeighbours::add_cell(std::uint32_t axes, const std::uint64_t* numbers,
                                std::vector<Neighbourhood>& cells) {
   Neighbourhood& item = cells.emplace_back();

@@ -14,11 +14,13 @@ namespace {
 
 using container::StreamKind;
 
-// Lags are collected from every kNoteEvery-th cell. At most kMostLags different lags are stored.
+// Lags (differences between vertex numbers of a cell) are collected from every kNoteEvery-th cell.
+// At most kMostLags different lags are stored, and at most kLagsTried lags are tried.
 constexpr std::uint32_t kNoteEvery = 16;
 constexpr std::size_t kMostLags = 64;
 constexpr std::size_t kLagsTried = 3;
-// Largest size, in bits, to which the encoder enlarges a ring so that it covers several layers.
+// If a ring is smaller than 2^kFarRingBits places, the encoder enlarges it up to this size, so that
+// it covers several layers.
 constexpr std::uint32_t kFarRingBits = 15;
 
 template <class Lags>
@@ -32,7 +34,7 @@ void note(Lags& lags, std::uint64_t lag, std::uint64_t weight) {
   if (lags.size() < kMostLags) lags.push_back({lag, weight});
 }
 
-/// Returns the lags with the largest weights, in ascending order.
+/// Returns the kLagsTried lags with the largest weights, in ascending order.
 template <class Lags>
 std::vector<std::uint32_t> chosen(Lags lags) {
   std::sort(lags.begin(), lags.end(), [](const auto& a, const auto& b) {
@@ -107,7 +109,7 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   note_active(active_);
   for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
-    // True if an earlier corner has the same vertex and is also marked as last use
+    // True if an earlier corner has the same vertex and both corners are marked as last use
     bool again = false;
     for (std::size_t j = 0; j < i; ++j)
       again = again || (nodes[j] == nodes[i] && (cell.last_use >> j & 1) != 0);
@@ -116,7 +118,7 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   return true;
 }
 
-/// Returns the number under which the shifts introduce a vertex.
+/// Returns the number by which the shifts refer to a new vertex.
 std::uint64_t ShiftSegmentEncoder::number_of(const SegmentPiece::Vertex& vertex) const {
   if (!numbered_by_order_) return vertex.number;
   return vertex.imported ? next_import_ : next_own_;
@@ -145,17 +147,21 @@ void ShiftSegmentEncoder::note_lags() {
   }
 }
 
-/// Returns the lags of cells in rows and layers. These lags are distances between consecutive cells
-/// that have the same rare shift.
+/// Returns the lags of cell numbers if cells are in rows and layers. A lag is the distance between
+/// two cells with the same rare shift, without another cell with this shift between them.
 std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
-  std::array<std::size_t, 256> last{};  // by symbol: last position of the symbol, plus 1
+  std::array<std::size_t, 256>
+      last{};  // for each symbol: the position of its most recent occurrence, plus 1
   std::vector<Lag> lags;
   const auto symbols = shifts_.symbols();
   for (std::size_t i = 0; i < symbols.size(); ++i) {
     const std::size_t before = std::exchange(last[symbols[i]], i + 1);
     const std::size_t lag = i + 1 - before;
     if (before > 0)
-      note(lags, lag, lag == 1 ? 2 : lag);  // a row has the same weight as all its cells together
+      note(lags, lag,
+           lag == 1
+               ? 2
+               : lag);  // a lag of n counts n times, so a row has the same weight as all its cells
   }
   return chosen(std::move(lags));
 }
@@ -168,8 +174,9 @@ void ShiftSegmentEncoder::begin_element(bool is_cell) {
   cells_.tile_begin.push_back(cell_blocks_.size());
 }
 
-/// Returns the size in bits of a ring that covers the range of vertex numbers within a cell, for 19
-/// of 20 sampled cells. A small ring is enlarged to cover two and three layers back as well.
+/// Returns the size of the ring, as a number of bits. For 19 of 20 sampled cells, the ring covers
+/// the range of the cell's vertex numbers. If the ring is small, it is enlarged so that it also
+/// covers the elements two and three layers back.
 std::uint32_t ShiftSegmentEncoder::ring_bits() const {
   const std::uint32_t noted = std::accumulate(spreads_.begin(), spreads_.end(), 0u);
   std::uint32_t bits = 1, within = spreads_[0];
@@ -191,7 +198,7 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   for (std::size_t left = group.cells; left > 0;) {
     const auto [marks, count] =
         decoder_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
-    // The marks are null only if memory ran out, which then also affects the bitstream.
+    // `marks` is null only if memory ran out. The bitstream is then invalid as well.
     if (marks == nullptr) return;
     const std::size_t nodes = count * decoder_.nodes(marks->block);
     neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,
@@ -204,7 +211,7 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   cells_.blocks = cell_blocks_;
 }
 
-/// Returns the numbers of the cells that have a value in the column.
+/// Returns the numbers of the cells that have a value in column `column`.
 std::vector<std::uint64_t> ShiftSegmentEncoder::numbers_of_cells(std::size_t column) const {
   std::vector<std::uint64_t> cells;
   for (std::size_t i = 0; i < cell_blocks_.size(); ++i)
@@ -221,7 +228,8 @@ void ShiftSegmentEncoder::add_columns() {
   }
 }
 
-/// Encodes a column. `numbers`: numbers of the elements that have a value.
+/// Encodes the values of one column. `numbers`: the numbers of the elements that have a value in
+/// this column.
 void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_t> numbers) {
   const bool of_cells = values_.of_cells(c);
   container::StreamEntry entry;
@@ -251,7 +259,8 @@ void ShiftSegmentEncoder::add_size_at_hand(SegmentSize& size) {
 }
 
 std::uint64_t ShiftSegmentEncoder::values_at_hand(RatedDomains* rated) {
-  // The state at the beginning of the group is restored below, since the group is coded later.
+  // Save the state at the beginning of the group. The state is restored below, because the group
+  // will be coded again.
   const ShiftDecoder decoder = decoder_;
   const ShiftNeighbours neighbours = neighbours_;
   if (has_rings_) find_neighbours(shifts_.packed(packing_));
@@ -285,7 +294,8 @@ std::uint64_t ShiftSegmentEncoder::values_at_hand(RatedDomains* rated) {
 }
 
 void ShiftSegmentEncoder::encode_streams() {
-  choose_lags();  // choose_lags() derives the lags of cells from the symbols, which finish() clears
+  choose_lags();  // call this before finish(): choose_lags() reads the symbols, which finish()
+                  // clears
   const std::vector<std::byte> shifts = shifts_.finish(packing_);
   if (has_rings_) find_neighbours(shifts);
   ByteWriter out;

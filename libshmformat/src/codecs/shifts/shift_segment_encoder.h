@@ -1,6 +1,6 @@
 // ShiftSegmentEncoder: encodes the cells of a segment as shifts, and values as differences along
-// element numbers. The encoder uses no active surface and finds neighbours by number, so it is
-// fast. It suits meshes whose numbers run in rows and layers.
+// element numbers. The encoder uses no active surface and finds neighbours by their numbers, so it
+// is fast. It suits meshes whose vertices are numbered in rows and layers.
 // spec: "Shifts", "Values as differences"
 #pragma once
 
@@ -21,7 +21,7 @@ namespace shm {
 
 class ShiftSegmentEncoder final : public SegmentEncoder {
  public:
-  /// `schema` has passed check_schema() and must outlive the encoder. Must hold:
+  /// `schema` must have passed check_schema() and must outlive the encoder. Precondition:
   /// takes_shifts(schema).
   ShiftSegmentEncoder(const Schema& schema, const SegmentOptions& options,
                       const SegmentStart& start);
@@ -51,11 +51,11 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ColumnPlanner>> predicted_;  // predicted columns; empty at level fast
 
-  // Decoder of the new bitstream. Decoding the cells again needs less memory and time than storing
-  // them.
+  // Decoder for the bitstreams of the encoded groups. Decoding the cells again when they are needed
+  // takes less memory and time than storing them.
   ShiftDecoder decoder_;
   ShiftNeighbours neighbours_;
-  // True if groups have neighbourhoods, either for their values or for step values
+  // True if groups have neighbourhoods, either for their static values or for stepped values
   bool has_rings_ = false;
   DifferenceScratch scratch_;
   ZstdCompressor packing_;
@@ -67,16 +67,16 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
 
   // Data of the current group
   std::vector<std::uint64_t>
-      introduced_;  // numbers of introduced vertices, including imported and unused vertices
+      introduced_;  // numbers of the introduced vertices, including imported and unused vertices
   std::vector<std::uint32_t> cell_blocks_;
   TiledItems vertices_, cells_;
   std::vector<std::uint32_t> by_vertex_, by_cell_;  // lags for vertices and for cells, ascending
   struct Lag {
     std::uint64_t lag = 0, weight = 0;
   };
-  std::vector<Lag> lags_;  // differences between the vertex numbers within a cell
-  std::array<std::uint32_t, 65>
-      spreads_{};  // number of cells, by the bit length of the range of their vertex numbers
+  std::vector<Lag> lags_;                    // differences between the vertex numbers within a cell
+  std::array<std::uint32_t, 65> spreads_{};  // for each bit length: number of cells whose range of
+                                             // vertex numbers has this bit length
 
   std::uint64_t next_own_, next_import_ = kFirstImport;
 };

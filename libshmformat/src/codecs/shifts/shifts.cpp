@@ -48,8 +48,8 @@ std::size_t ShiftTable::add(const Shift& shift) {
 ShiftEncoder::ShiftEncoder(const Schema& schema, bool may_import)
     : table_(schema), may_import_(may_import) {}
 
-/// Returns the index of a shift in the table. If the table does not contain the shift, returns the
-/// size of the table.
+/// Returns the index of a shift in the table, or the size of the table if it does not contain the
+/// shift.
 std::size_t ShiftEncoder::find(const Shift& shift, std::uint32_t nodes) const {
   const std::uint64_t key = key_of(shift, nodes);
   for (std::size_t place = 0; place < keys_.size(); ++place) {
@@ -64,8 +64,8 @@ std::size_t ShiftEncoder::find(const Shift& shift, std::uint32_t nodes) const {
 void ShiftEncoder::add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers) {
   const auto nodes = static_cast<std::uint32_t>(numbers.size());
   std::uint64_t* const last = table_.last(marks.block).data();
-  // Guess that the current shift is the one that came after the previous shift last time. This
-  // guess is almost always right.
+  // First try the shift that followed the previous shift when that shift last occurred. It is
+  // almost always the current shift.
   const std::size_t guess = table_.size() == 0 ? 0 : followed_[last_place_];
   const Shift& guessed = table_.size() == 0 ? shift_ : table_.at(guess);
   std::uint64_t differs = 0;
@@ -128,7 +128,8 @@ ShiftDecoder::ShiftDecoder(const Schema& schema, bool may_import)
 bool ShiftDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t cells,
                                std::uint64_t limit, ZstdDecompressor& zstd) {
   ByteReader in(bytes);
-  const std::uint64_t before = in.get_varint();  // size in bytes of the data before the symbols
+  const std::uint64_t before = in.get_varint();  // size in bytes of the data that precede the
+                                                 // symbols
   if (!in.ok() || before > limit) return false;
   if (!zstd.decompress(in.get_bytes(in.left()), before + cells, unpacked_)) return false;
   const auto split = static_cast<std::size_t>(before);

@@ -1,7 +1,7 @@
-// MeshStreams: the bitstreams of one segment and the coders that write or read them. This class
-// keeps connectivity, corner order, vertex and cell numbers, geometry and static arrays
-// synchronized. The same code runs in both directions: Coder is a RangeEncoder or a RangeDecoder.
-// mesh_streams.cpp instantiates the templates, with ColumnPlanner or ColumnDecoder as columns.
+// MeshStreams: the bitstreams of one segment, and the coders that write or read them. The class
+// synchronizes the streams of connectivity, corner order, vertex and cell numbers, geometry and
+// static arrays. The same code runs in both directions: `Coder` is RangeEncoder or RangeDecoder.
+// mesh_streams.cpp instantiates the templates with ColumnPlanner or ColumnDecoder as `Column`.
 // spec: "Segments", "Group", "Tiles", "Value columns", "Decoding a group"
 #pragma once
 
@@ -25,14 +25,14 @@
 
 namespace shm {
 
-/// Calls visit(info, blocks, traits) with the constructor arguments of each column of static
-/// values: first geometry, then the static arrays in schema order.
+/// Calls visit(info, blocks, traits) for each column of static values: first for geometry, then for
+/// the static arrays in schema order. These are the arguments of the column's constructor.
 template <class Visit>
 void for_each_static_column(const Schema& schema, Visit&& visit) {
   ColumnTraits traits{.repeats = false, .earlier_values = schema.earlier_values, .copies = true};
   visit(coordinates_info(schema), std::vector<std::uint32_t>(), traits);
   traits.repeats = true;
-  // Number of components that may still have tables
+  // Number of further components that may still have tables (see kMostTableComponentsInAll)
   std::uint32_t room = kMostTableComponentsInAll - 3;
   for (const ArrayInfo& info : schema.arrays) {
     if (info.per_step) continue;
@@ -44,16 +44,16 @@ void for_each_static_column(const Schema& schema, Visit&& visit) {
 
 /// Coordinates and static arrays of one segment, each in its own bitstream. The caller visits the
 /// mesh cell by cell, and this class collects the neighbourhoods of new vertices and cells. The
-/// caller then codes the values of a tile (decoding) or of a whole group (encoding). `Column`:
-/// ColumnPlanner or ColumnDecoder.
+/// caller then codes the values: a decoder does so after each tile, an encoder after each group.
+/// `Column`: ColumnPlanner or ColumnDecoder.
 template <class Column>
 class ValueStreams {
  public:
-  /// `schema` must outlive this object. Columns that `parts` leaves out must not be used.
+  /// `schema` must outlive this object. Columns that `parts` excludes must not be used.
   ValueStreams(const Schema& schema, const DecodedParts& parts);
 
-  // Call these functions for each cell in coding order: begin_cell(), add_vertex() for each new
-  // vertex in order, end_cell().
+  // For each cell in coding order, call begin_cell(), then add_vertex() for each new vertex in
+  // order, then end_cell().
   void begin_cell(const CellTopology& cell, std::uint64_t live);
   void add_vertex(const CellTopology& cell, std::uint32_t position) {
     if (!finds()) return;
@@ -65,38 +65,39 @@ class ValueStreams {
     if (of_vertices_) push_tightly(vertices_.items, finder_.unused_vertex(slot));
   }
 
-  /// Decoding: begins a group. The neighbourhoods of its elements have the reach that the caller
-  /// of this class or a column needs.
+  /// Decoding: begins a group. The reach (how far neighbourhoods extend) is at first the smallest
+  /// reach that the caller needs.
   void begin_group() {
     vertex_reach_ = least_vertex_reach_;
     cell_reach_ = least_cell_reach_;
   }
-  /// Decoding: increases the reach in this group to the reach that a column needs.
+  /// Decoding: increases the reach in this group, if necessary, to the reach that a column needs.
   void need_reach(std::size_t column, Reach reach) {
     Reach& own = is_of_cells_[column] ? cell_reach_ : vertex_reach_;
     own = std::max(own, reach);
   }
-  /// Encoding: sets the reach of all neighbourhoods. Call it before the first cell.
+  /// Encoding: sets the reach of all neighbourhoods. Call it before the first cell of the segment.
   void set_reach(Reach reach) { vertex_reach_ = cell_reach_ = reach; }
-  /// Encoding: call it for each tile of a group before its first element.
+  /// Encoding: begins a tile of a group. Call it before the first element of the tile.
   void begin_tile() {
     vertices_.tile_begin.push_back(vertices_.items.size());
     cells_.tile_begin.push_back(cells_.items.size());
   }
 
-  // Column 0 is geometry; the static arrays follow in schema order.
+  // Columns of values. Column 0 is geometry; the following columns are the static arrays in schema
+  // order.
   std::size_t columns() const { return columns_.size(); }
   bool has_column(std::size_t column) const { return columns_[column].has_value(); }
   Column& column(std::size_t column) { return *columns_[column]; }
-  /// Returns the elements of a column since the last call of clear(): those of a tile when
-  /// decoding, those of a group when encoding.
+  /// Returns the elements that have been added to a column since the previous call to clear().
+  /// These are the elements of a tile when decoding, and of a group when encoding.
   const TiledItems& elements_of(std::size_t column) const {
     return is_of_cells_[column] ? cells_ : vertices_;
   }
-  /// Return the neighbourhoods of these elements.
+  /// Return the neighbourhoods of the vertices and cells that have been added.
   std::span<const Neighbourhood> vertices() const { return vertices_.items; }
   std::span<const Neighbourhood> cells() const { return cells_.items; }
-  /// Clears these neighbourhoods. Call it after the last column of a group (encoding) or tile
+  /// Removes all elements. Call it after the last column of a group (encoding) or of a tile
   /// (decoding).
   void clear() {
     vertices_.clear();
@@ -107,7 +108,7 @@ class ValueStreams {
   bool finds() const { return of_vertices_ || of_cells_; }
 
   const Schema* schema_;
-  bool of_vertices_, of_cells_;  // true if neighbourhoods of vertices or of cells are needed
+  bool of_vertices_, of_cells_;  // true if the neighbourhoods of vertices, or of cells, are needed
   NeighbourFinder finder_;
   Reach least_vertex_reach_ = Reach::lattice, least_cell_reach_ = Reach::lattice;
   Reach vertex_reach_ = Reach::farther, cell_reach_ = Reach::farther;
@@ -118,8 +119,8 @@ class ValueStreams {
 
 /// Order::keep: codes the numbers of the vertices that a cell introduces. If the coder of hexahedra
 /// codes vertex numbers, `stream` contains only the numbers of vertices that are not corners of
-/// hexahedra. number(position) returns a reference, which is read when encoding and set when
-/// decoding.
+/// hexahedra. number(position) returns a reference; the encoder reads the number from it, and the
+/// decoder writes the number to it.
 template <class Coder, class Number>
 void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>& numbers,
                          Coder& stream, const CellTopology& cell, Number&& number) {
@@ -139,12 +140,12 @@ void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>
     if (position >= corners) connectivity.set_number(cell.slots[position], number(position));
 }
 
-/// Codes the numbers of the cells of a segment. These are positions in coding order, or the
-/// source's cell numbers if the file stores them.
+/// Codes the numbers of the cells of a segment. If the file stores the source's cell numbers, these
+/// are coded. Otherwise the number of a cell is its position in coding order.
 template <class Coder>
 class CellNumbers {
  public:
-  /// `first`: position of the segment's first cell in coding order.
+  /// `first`: position in coding order of the first cell of the segment.
   CellNumbers(const Schema& schema, std::uint64_t first)
       : stored_(schema.order == Order::keep && schema.delay > 0), next_(first) {}
 
@@ -164,15 +165,15 @@ class CellNumbers {
   SignedModel<NumberModel> step_;
 };
 
-/// `Coder`, `Column`: RangeEncoder and ColumnPlanner, or RangeDecoder and ColumnDecoder.
+/// `Coder` and `Column` are RangeEncoder and ColumnPlanner, or RangeDecoder and ColumnDecoder.
 template <class Coder, class Column>
 class MeshStreams {
  public:
-  /// `schema` has passed check_schema(). It must outlive this object and must not move.
+  /// `schema` must have passed check_schema(). It must outlive this object, and must not be moved.
   MeshStreams(const Schema& schema, const SegmentStart& start, const DecodedParts& parts = {});
 
-  /// Order::keep: codes the numbers of the vertices that a cell introduces, or the number of an
-  /// unused vertex.
+  /// Order::keep: codes the numbers of the vertices that a cell introduces. For an unused vertex,
+  /// codes its number.
   template <class Number>
   void code_vertex_numbers(const CellTopology& cell, Number&& number) {
     if (schema_->order == Order::keep)
@@ -184,9 +185,10 @@ class MeshStreams {
       number = vertex_numbers_.code_unused(streams_[kVertexNumbers], slot, number);
   }
 
-  // The following functions code data that precede the values of each new vertex of a cell, in all
-  // segments except the first: a flag that an earlier segment owns the vertex and, if vertices are
-  // numbered in coding order, its stream number.
+  // The next functions code, for each new vertex of a cell, a flag that is set if an earlier
+  // segment owns the vertex. If vertices are numbered in coding order, these functions also code
+  // the vertex's stream number. The flag and the number precede the values of the vertex. The first
+  // segment contains neither.
   void begin_new_vertices(const CellTopology& cell) { imports_.begin_cell(cell); }
   bool code_import(const CellTopology& cell, std::uint32_t position, bool imported) {
     return imports_.code(streams_[imports_stream_], cell, position, imported);
@@ -198,7 +200,7 @@ class MeshStreams {
     number = import_numbers_.code(streams_[kVertexNumbers], stencil, slot, number);
   }
 
-  /// Codes the topology of one cell. Returns false if decoded data are damaged.
+  /// Codes the topology of one cell. Returns false if the decoded data is damaged.
   bool encode_cell(const StoredCell& stored, CellTopology& cell) {
     return connectivity_.code_cell(streams_[kConnectivity], streams_[kCornerOrder], stored, cell);
   }
@@ -211,23 +213,25 @@ class MeshStreams {
   void finish_cell(const CellTopology& cell) { connectivity_.finish_cell(cell); }
 
   Connectivity<Coder>& connectivity() { return connectivity_; }
-  /// Coordinates and static arrays. The caller visits the same cells in both objects.
+  /// Coordinates and static arrays. The caller must pass the same cells to this object and to the
+  /// returned object.
   using Values = ValueStreams<Column>;
   Values& values() { return values_; }
   const Values& values() const { return values_; }
 
-  /// All bitstreams in the order of a group: first the fixed streams, of which geometry is the
-  /// last; then one stream for each static array in schema order; then imports.
+  /// List of all bitstreams in the order in which a group contains them: first the fixed streams
+  /// (the last of these is geometry), then one stream for each static array in schema order, then
+  /// imports.
   struct Stream {
     container::StreamKind kind;
     std::uint32_t array = 0;
   };
   static std::vector<Stream> list(const Schema& schema);
-  /// Returns true if stream `s` of the list contains values. In this case column_of() returns its
+  /// Returns true if stream `s` of the list contains values. Then column_of(s) is the index of its
   /// column in values().
   bool holds_values(std::size_t s) const { return s >= kGeometry && s < imports_stream_; }
   std::size_t column_of(std::size_t s) const { return s - kGeometry; }
-  /// Returns the range coders by stream; the range coders of value streams are unused.
+  /// Returns the range coder of each stream. The range coders of streams with values are unused.
   std::vector<Coder>& coders() { return streams_; }
 
  private:

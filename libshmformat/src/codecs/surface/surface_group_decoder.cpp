@@ -23,7 +23,7 @@ SurfaceGroupDecoder::SurfaceGroupDecoder(const Schema& schema, const SegmentStar
 // --- streams
 
 Result<void> SurfaceGroupDecoder::begin_streams(std::optional<ConnectivityCodec> codec) {
-  // If groups without cells came first, the codec is set at the first group with cells.
+  // If the first groups have no cells, the codec is set when the first group with cells begins.
   if (codec && !codec_) {
     if (*codec == ConnectivityCodec::shifts)
       return corrupt("connectivity: the segment changes to shifts after its first group");
@@ -66,7 +66,7 @@ Result<void> SurfaceGroupDecoder::begin_column(const container::StreamEntry& ent
   return {};
 }
 
-/// Begins the group in a column. Returns false if the data is damaged.
+/// Begins the group in one column. Returns false if the data is damaged.
 bool SurfaceGroupDecoder::begin_values(std::size_t column, Codec codec,
                                        std::span<const std::byte> bytes) {
   ColumnDecoder& own = streams_.values().column(column);
@@ -75,8 +75,8 @@ bool SurfaceGroupDecoder::begin_values(std::size_t column, Codec codec,
   return true;
 }
 
-/// Treats missing streams as streams of zeros, except connectivity: a group without connectivity
-/// has no cells.
+/// Treats a missing stream as a stream of zeros. Connectivity is an exception: a group without a
+/// connectivity stream has no cells.
 Result<void> SurfaceGroupDecoder::end_streams() {
   for (std::size_t c = 0; c < columns(); ++c)
     if (is_wanted(c) && !has_stream_[c] && !begin_values(c, Codec::columns, {}))
@@ -123,7 +123,7 @@ Result<void> SurfaceGroupDecoder::decode_cell(DecodedBlock& decoded) {
   return {};
 }
 
-/// Appends the corners, block, number and last-use marks of the current cell to the block.
+/// Appends the current cell to the block: its corners, element block, number and last uses.
 void SurfaceGroupDecoder::add_corners(DecodedBlock& decoded) {
   const CellTopology& cell = topology_;
   MeshBlock& block = decoded.mesh;

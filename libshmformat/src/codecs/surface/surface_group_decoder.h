@@ -1,5 +1,5 @@
-// SurfaceGroupDecoder: decodes the groups of a segment whose cells are encoded over an active
-// surface. It is the counterpart of surface_segment_encoder.h.
+// SurfaceGroupDecoder: decodes the groups of a segment whose codec keeps an active surface (live
+// vertices and open faces). Its counterpart is surface_segment_encoder.h.
 // spec: "Connectivity stream", "Value columns", "Decoding a group"
 #pragma once
 
@@ -54,7 +54,7 @@ class SurfaceGroupDecoder final : public GroupDecoder {
   Vertex& vertex_at(std::uint32_t slot) { return at_slot(vertices_, slot); }
   std::uint64_t active() { return streams_.connectivity().surface().active_vertices(); }
 
-  ColumnMemory memory_;  // memory budget for the data that columns store by slot
+  ColumnMemory memory_;  // limit for the memory of data that columns store by slot
   Streams streams_;
   std::vector<Streams::Stream> listed_;
   std::vector<Vertex> vertices_;
@@ -63,7 +63,7 @@ class SurfaceGroupDecoder final : public GroupDecoder {
 
   // Data of the current group
   std::size_t next_stream_ = 0;
-  std::vector<bool> has_stream_;  // by column: true if the group has a stream for it
+  std::vector<bool> has_stream_;  // for each column: true if the group has a stream for it
 };
 
 }  // namespace shm

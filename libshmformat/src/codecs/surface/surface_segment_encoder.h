@@ -1,5 +1,5 @@
-// SurfaceSegmentEncoder: encodes the cells of a segment over an active surface (live vertices and
-// open faces), and predicts values from neighbourhoods. It is the counterpart of
+// SurfaceSegmentEncoder: encodes the cells of a segment with a codec that keeps an active surface:
+// the live vertices and open faces. It predicts values from neighbourhoods. Its counterpart is
 // surface_group_decoder.h.
 // spec: "Connectivity stream", "Value columns"
 #pragma once
@@ -16,7 +16,7 @@ namespace shm {
 
 class SurfaceSegmentEncoder final : public SegmentEncoder {
  public:
-  /// `schema` has passed check_schema() and must outlive the encoder.
+  /// `schema` must have passed check_schema() and must outlive the encoder.
   SurfaceSegmentEncoder(const Schema& schema, const SegmentOptions& options,
                         const SegmentStart& start);
 
@@ -25,8 +25,8 @@ class SurfaceSegmentEncoder final : public SegmentEncoder {
   /// The vertex that a handle refers to.
   struct Handle {
     std::uint64_t number = 0;    // the caller's number of the vertex
-    std::uint32_t slot = kNone;  // slot on the active surface, after the vertex has been encoded
-    std::uint32_t vertex = 0;    // index in the current piece, before the vertex has been encoded
+    std::uint32_t slot = kNone;  // slot on the active surface (after the vertex has been encoded)
+    std::uint32_t vertex = 0;    // index in the current piece (before the vertex has been encoded)
   };
 
   bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,

@@ -1,4 +1,4 @@
-// A function that sorts the candidates of a coder, the most likely candidate first.
+// sort_by_chance: sorts the candidates of a coder. The most likely candidate comes first.
 #pragma once
 
 #include <cstddef>
@@ -6,8 +6,8 @@
 
 namespace shm {
 
-/// Sorts candidates by `chance`, largest first. Equal candidates keep their order. There are few
-/// candidates, so insertion sort is fast.
+/// Sorts candidates by `chance`; the largest comes first. Candidates with equal chance keep their
+/// order. This is an insertion sort, which is fast for a few candidates.
 template <class Candidate>
 void sort_by_chance(std::vector<Candidate>& candidates) {
   for (std::size_t i = 1; i < candidates.size(); ++i) {

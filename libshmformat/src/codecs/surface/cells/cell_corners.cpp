@@ -9,7 +9,7 @@
 namespace shm {
 namespace {
 
-/// How a corner was coded; used as context for later decisions.
+/// The way in which a corner was coded. Later decisions use it as context.
 enum Outcome : std::uint32_t { kIntroduced = 1, kRepeats = 2, kMissed = 3, kTaken = 4 };
 
 constexpr std::uint32_t least(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
@@ -105,7 +105,7 @@ bool CellCorners<Coder>::code_corner(Coder& symbols, const StoredCell& stored, C
   return true;
 }
 
-/// Codes which candidate the corner is. Returns the outcome.
+/// Codes which of the candidates is the vertex of the corner. Returns the outcome.
 template <class Coder>
 std::uint32_t CellCorners<Coder>::code_taken(CellTopology& cell, const Corner& corner) {
   const std::uint32_t i = corner.position;
@@ -126,8 +126,8 @@ std::uint32_t CellCorners<Coder>::code_taken(CellTopology& cell, const Corner& c
   return kTaken + (c.place < kMost ? c.place : kMost + least(c.shared, 2));
 }
 
-/// Codes a corner that is not a candidate: an earlier vertex of this cell, or any live vertex.
-/// Returns the outcome; 0 if damaged data lead to no vertex.
+/// Codes a corner whose vertex is not a candidate: an earlier vertex of this cell, or any live
+/// vertex. Returns the outcome, or 0 if the data is damaged and does not identify a vertex.
 template <class Coder>
 std::uint32_t CellCorners<Coder>::code_missed(Coder& symbols, CellTopology& cell,
                                               const Corner& corner) {
@@ -179,8 +179,8 @@ void CellCorners<Coder>::gather(const CellTopology& cell, Corner& corner) {
   rank(corner);
 }
 
-/// Gathers the candidates that are known without examining faces. The lead is the first of the
-/// candidates with the best reasons.
+/// Collects the candidates that can be found without examining faces. Chooses the lead among them:
+/// the candidate with the strongest reasons (the first of these if several are equally strong).
 template <class Coder>
 void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& corner) {
   const std::uint32_t i = corner.position;
@@ -207,7 +207,7 @@ void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& corner)
       c->place = static_cast<std::uint8_t>(k);
 }
 
-/// Gathers as candidates the nodes of open faces of the last cell.
+/// Collects candidates: the nodes of open faces that contain a corner of the previous cell.
 template <class Coder>
 void CellCorners<Coder>::gather_beside(const CellTopology& cell, std::uint32_t position) {
   for (std::uint32_t k = 0; k < last_size_; ++k)
@@ -216,11 +216,12 @@ void CellCorners<Coder>::gather_beside(const CellTopology& cell, std::uint32_t p
     });
 }
 
-/// Gathers as candidates the nodes that would close open faces whose other nodes are known, and the
-/// nodes that edges of open faces connect to known nodes.
+/// Collects candidates of two kinds: vertices that would close an open face whose other nodes are
+/// known, and vertices that an edge of an open face connects to a known node.
 template <class Coder>
 void CellCorners<Coder>::gather_faces(const CellTopology& cell, std::uint32_t position) {
-  std::uint32_t beside = 0;  // positions at the other ends of edges, if their vertices are known
+  std::uint32_t beside = 0;  // bit set: positions of known nodes that an edge of this cell connects
+                             // to the current node
   for (const ShapeFace& side : sides_) {
     std::uint32_t place = side.size, known = 0;
     for (std::uint32_t k = 0; k < side.size; ++k) {
@@ -241,9 +242,9 @@ void CellCorners<Coder>::gather_faces(const CellTopology& cell, std::uint32_t po
   }
 }
 
-/// Gathers as candidates the nodes of certain open faces. Such a face has the same number of nodes
-/// as the face `ours`, and contains the known nodes of `ours` in the same places, in either
-/// direction of rotation.
+/// Collects candidates: nodes of open faces that match the face `ours`. A face matches if it has
+/// the same number of nodes as `ours`, and contains the known nodes of `ours` at the same places,
+/// in either direction around the face.
 template <class Coder>
 void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace& ours,
                                        std::uint32_t place, std::uint32_t known) {
@@ -254,8 +255,8 @@ void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace
     if (face.size != n) return;
     if (std::find(owners_.begin(), owners_.end(), faces_.number_of(face)) != owners_.end()) return;
     for (std::uint32_t direction :
-         // 1: opposite to the direction of this cell's side, which is usual for a neighbour's face;
-         // 2: the same direction
+         // 1: the nodes of the face run in the direction opposite to the side of this cell, as is
+         // usual for a neighbour's face; 2: in the same direction
          {1u, 2u}) {
       const auto node = [&](std::uint32_t k) {
         const std::uint32_t steps = (k + n - anchor) % n;
@@ -274,8 +275,8 @@ void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace
   });
 }
 
-/// Chooses the models of all candidates, and sorts the candidates by how often their models were
-/// right, best first.
+/// Chooses the model of each candidate. Sorts the candidates by the probability that the model
+/// predicts, the most likely candidate first.
 template <class Coder>
 void CellCorners<Coder>::rank(const Corner& corner) {
   auto& which = models_->which[corner.model];
@@ -291,8 +292,8 @@ void CellCorners<Coder>::rank(const Corner& corner) {
   sort_by_chance(candidates_);
 }
 
-/// Finds the cells across those sides of the current cell whose last unknown node is the node at
-/// `position`.
+/// Finds the neighbours across those sides of the current cell whose nodes have all become known
+/// with the node at `position`.
 template <class Coder>
 void CellCorners<Coder>::find_owners(const CellTopology& cell, std::uint32_t position) {
   std::array<std::uint32_t, 4> cycle{};
@@ -325,9 +326,9 @@ void CellCorners<Coder>::take_note(const CellTopology& cell, CellShape shape, bo
   if (!cell.hexahedral) make_guesses(past_[cell.block], nodes);
 }
 
-/// Guesses the neighbours of the next cell of the block. For each neighbour n of the current cell,
-/// there are two guesses: the cells n + 1 and n + (n - m), where m is the corresponding neighbour
-/// of the previous cell.
+/// Guesses the neighbours of the next cell of the block, as sequence numbers. Let n be a neighbour
+/// of the current cell, and m the corresponding neighbour of the previous cell of the block. The
+/// two guesses from n are the cells n + 1 and n + (n - m).
 template <class Coder>
 void CellCorners<Coder>::make_guesses(Past& past, std::span<const std::uint32_t> corners) {
   const auto before = past.behind;

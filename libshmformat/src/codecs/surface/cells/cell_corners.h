@@ -1,12 +1,13 @@
 // CellCorners: codes the corners of cells other than hexahedra as decisions of the bitstream
 // "connectivity", node by node in stored order. Each corner is a new vertex or one of several
 // candidates:
-// - the vertex that continues the numbers of the last cell of the block,
-// - nodes of the cells that come after the neighbours of that cell,
+// - the vertex whose number continues the numbers of the previous cell of the block,
+// - nodes of the cells that were coded just after the neighbours of the previous cell of the block,
 // - nodes of open faces that share vertices with the current cell,
-// - nodes of the last cell.
-// Candidates are tried in the order of how often similar candidates were right. Encoder and decoder
-// keep the same state: the open faces of cells of all shapes, the last cells, and the models.
+// - nodes of the previous cell.
+// The candidate that is most likely according to earlier cells is tried first. Encoder and decoder
+// keep the same state: the open faces of cells of all shapes, the most recent cells, and the
+// models.
 // spec: "Corners of other cells"
 #pragma once
 
@@ -33,16 +34,18 @@ class CellCorners {
   /// `surface` must outlive this object.
   explicit CellCorners(ActiveSurface& surface) : surface_(&surface) {}
 
-  /// Codes the corners of a cell that has at least one corner: slots and new_positions. Calls
-  /// `add_vertex(position)` to create each new vertex. Returns false only when decoding damaged
-  /// data.
+  /// Codes the corners of a cell that has at least one corner. Decoding sets the cell's slots and
+  /// new_positions. Calls `add_vertex(position)` to create each new vertex. Returns false only when
+  /// decoding damaged data.
   bool code(Coder& symbols, const StoredCell& stored, CellTopology& cell, CellShape shape,
             const std::function<void(std::uint32_t)>& add_vertex);
-  /// Opens and closes faces after the corners of a cell of any shape have been coded, and before
-  /// its last uses are coded. `as_stored`: true if corners of a hexahedron are in the order of the
-  /// source, false if they are in the coder's frame.
+  /// Updates the open faces after the corners of a cell have been coded and before its last uses
+  /// are coded. The cell may have any shape. `as_stored`: true if the corners of a hexahedron are
+  /// in the order of the source; false if they are ordered by the coder's frame (the three axes of
+  /// the hexahedron).
   void take_note(const CellTopology& cell, CellShape shape, bool as_stored);
-  /// Codes last_use of the corners of a cell that code() has coded.
+  /// Codes the flags last_use of the corners of a cell: whether the cell is the last to use the
+  /// vertex. Call it after code() has coded the cell.
   void code_last_use(Coder& symbols, CellTopology& cell, CellShape shape);
   void forget(std::uint32_t vertex) { faces_.forget(vertex); }
 
@@ -52,70 +55,84 @@ class CellCorners {
   static constexpr std::uint32_t kMost = OpenFaces::kMost;
   static constexpr std::uint32_t kShapes = 7, kPositions = 8;
   static constexpr std::size_t kCandidates = 24;
-  /// Least probability, in units of 1/65536, at which a lead is tried before any faces are
-  /// examined.
+  /// Smallest probability, in units of 1/65536, at which the lead (the most likely vertex so far)
+  /// is tried before faces are examined.
   static constexpr std::uint32_t kSure = 64512;
   enum Question : std::uint32_t { kNew, kAmong, kWhich, kLast, kQuestions };
 
-  /// A candidate for the node at a position: a vertex, and the reasons for this guess.
+  /// A candidate: a vertex that may be the node at a position, and the reasons for this guess.
   struct Candidate {
     std::uint32_t slot = kNone;
-    std::uint8_t guesses = 0;  ///< number of guesses with this vertex at this position, at most 2
-    bool shift = false;        ///< true: the vertex continues the numbers of the block's last cell
+    std::uint8_t guesses =
+        0;  ///< number of Guess objects that predict this vertex at this position, at most 2
+    bool shift =
+        false;  ///< true if the vertex has the number that the previous cell of the block predicts
 
-    /// Number of known nodes in the open faces that the vertex would close
+    /// Total number of known nodes in the open faces that the vertex would complete, at most 7
     std::uint8_t shared = 0;
-    /// Directions of the open faces that the vertex would close: 1 if such a face runs against the
-    /// side of this cell, plus 2 if such a face runs along the side
+    /// Bit set of the directions of the open faces that the vertex would complete. Bit 0 is set if
+    /// a face runs in the direction opposite to the side of this cell, and bit 1 if a face runs in
+    /// the same direction
     std::uint8_t directions = 0;
-    std::uint8_t beside = 0;     ///< number of edges of open faces that lead to the vertex
-    std::uint8_t place = kMost;  ///< position of the vertex in the last cell; kMost: none
-    std::uint32_t chance = 0;    ///< probability that the candidate is right, in units of 1/65536
+    std::uint8_t beside =
+        0;  ///< how often the vertex was found on an open face near known nodes, at most 15
+    std::uint8_t place =
+        kMost;  ///< position of the vertex in the previous cell; kMost if it is not in that cell
+    std::uint32_t chance = 0;  ///< probability that the candidate is right, in units of 1/65536
     MixedBit* model = nullptr;
-    /// Returns a context that combines the reasons for the candidate.
+    /// Returns a context for coding, which combines the reasons for the candidate.
     std::uint32_t why() const { return clue(guesses, shared, directions, shift, place); }
   };
-  /// A cell that may be a neighbour of the next cell, and the node of this neighbour that is
-  /// expected at each position of the next cell.
+  /// A guess about the next cell of the block: an earlier cell that may be its neighbour, and the
+  /// node of this neighbour that is expected at each position of the next cell.
   struct Guess {
     std::uint64_t number = 0;
-    /// For each position of the next cell: index of the node of this neighbour; kMost if there is
-    /// none
+    /// For each position of the next cell: the index of the expected node in the neighbour; kMost
+    /// if no node is expected
     std::array<std::uint8_t, kMost> place{};
   };
-  /// The last cell of a block.
+  /// The most recent cell of a block.
   struct Past {
     std::vector<std::uint64_t> ids;
-    /// Id of the cell's first node minus the id of the first node of the block's previous cell
+    /// Id of the cell's first node, minus the id of the first node of the previous cell of the
+    /// block
     std::uint64_t step = 0;
     std::array<std::uint64_t, kMost> behind;
     std::vector<Guess> guesses;
     Past() { behind.fill(OpenFaces::kNever); }
   };
   struct ShapeModels {
-    /// Models of the decision kWhich, by position, then by reasons: guesses (3 values), shift (2),
-    /// shared (4), place (9), beside (2).
+    /// Models of the decision kWhich. The first index is the position. The second index combines
+    /// the reasons: guesses (3 values), shift (2 values), shared (4 values), place (9 values),
+    /// beside (2 values).
     std::array<std::vector<MixedBit>, kPositions> which;
-    // Models of the decisions kNew and kAmong, by position and number of gates
+    // Models of the decisions kNew and kAmong, by position and number of sides that match an open
+    // face
     std::array<std::array<MixedBit, 3>, kPositions> is_new, among;
-    // Models of last uses, by position and number of bare faces
+    // Models of the decision whether this is the last use of a vertex. The indices are the position
+    // and the number of bare faces at the vertex (open faces that no flat cell covers)
     std::array<std::array<MixedBit, 8>, kPositions> last;
     std::array<std::array<AdaptiveBit, 6>, kPositions>
-        lead;  // models of the lead, by position and reasons (guesses, shift)
+        lead;  // models of the decision whether the lead is right, by position and by its reasons
+               // (guesses and shift)
     AdaptiveBit repeated;
     NumberModel repeat;
-    // Models of the difference from the expected id, for the first corner and for the other corners
+    // Models of the difference between a vertex id and its expected value: one for the first corner
+    // of a cell, one for all other corners
     std::array<SignedModel<NumberModel>, 2> step;
-    std::array<std::uint32_t, 6> before{};  // outcomes of the last cells, newest first
-    std::uint32_t finals = 0;               // last uses in the last cell, as a bit set
+    std::array<std::uint32_t, 6> before{};  // outcomes of the most recent cells, newest first
+    std::uint32_t finals =
+        0;  // bit set of the positions marked as last use in the previous cell of this shape
   };
   /// The corner that is being coded.
   struct Corner {
     std::uint32_t position = 0, model = 0;  ///< model: `position`, limited to kPositions - 1
-    std::uint64_t expected = 0;  ///< id of the vertex if numbers continue as in the last cell
-    std::uint32_t lead = kNone;  ///< slot of the likely vertex before faces are examined
+    std::uint64_t expected =
+        0;  ///< id of the vertex if ids continue as in the previous cell of the block
+    std::uint32_t lead = kNone;  ///< slot of the lead, the most likely vertex before faces are
+                                 ///< examined; kNone if there is none
     AdaptiveBit* lead_model = nullptr;
-    /// Encoding: an earlier position with the same vertex; kNone if none exists
+    /// Encoding: an earlier position in this cell that has the same vertex; kNone if there is none
     std::uint32_t repeats = kNone;
   };
 
@@ -143,8 +160,8 @@ class CellCorners {
   OpenFaces faces_;
   MixingCoder<Coder> mixing_{kQuestions};
   std::array<std::unique_ptr<ShapeModels>, kShapes> all_models_;
-  std::map<std::uint32_t, Past> past_;            // last cell of each block that already has cells
-  std::array<std::uint32_t, kMost> last_cell_{};  // slots of the last cell's corners
+  std::map<std::uint32_t, Past> past_;            // by block: its most recent cell
+  std::array<std::uint32_t, kMost> last_cell_{};  // slots of the previous cell's corners
   std::uint32_t last_size_ = 0;
 
   // Data of the current cell
@@ -152,9 +169,10 @@ class CellCorners {
   Past* block_ = nullptr;
   std::span<const ShapeFace> sides_;
   std::uint32_t shape_ = 0;
-  std::uint32_t gates_ = 0;  // number of sides found open, at most 3
+  std::uint32_t gates_ =
+      0;  // number of sides of the current cell that match an open face, at most 3
   std::uint32_t outcomes_ = 0, two_cells_ = 0, six_cells_ = 0;
-  // Sequence numbers of the cells across sides of the current cell
+  // Sequence numbers of the cells across the sides of the current cell
   std::vector<std::uint64_t> owners_;
 
   // Data of the current corner

@@ -79,10 +79,11 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, const S
       !others_->code(symbols, stored, cell, block.shape,
                      [&](std::uint32_t i) { add_vertex(stored, cell, i); }))
     return false;
-  // If the cell has only corners, nothing reads their ids.
+  // node_ids_ is used only for cells that have nodes other than corners.
   if (!cell.by_faces && cell.slots.size() > corners && !code_nodes(symbols, stored, cell, corners))
     return false;
-  // Coders that find vertices by number need no use counts and have already coded the last uses.
+  // A coder that finds vertices by number does not need counts of uses, and has already coded the
+  // last uses.
   const std::size_t done = cell.hexahedral && finds_by_number_ ? 8 : 0;
   for (std::size_t i = done; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
   if (others_) {
@@ -109,7 +110,8 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
     surface_.finalize(slot);
   };
   std::size_t i = 0;
-  for (; i + 8 <= cell.slots.size(); i += 8) {  // usually at most one position of eight is marked
+  for (; i + 8 <= cell.slots.size();
+       i += 8) {  // usually at most one of eight positions is marked as last use
     std::uint32_t marks = 0;
     for (std::size_t k = 0; k < 8; ++k) marks |= std::uint32_t{cell.last_use[i + k]} << k;
     for (; marks != 0; marks &= marks - 1)
@@ -129,7 +131,7 @@ bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order,
   });
 }
 
-/// Codes a polyhedron by its faces and nodes, or codes only its number of nodes.
+/// Codes a polyhedron: either its faces and nodes, or only its number of nodes.
 template <class Coder>
 bool Connectivity<Coder>::code_polyhedron(Coder& symbols, const StoredCell& stored,
                                           CellTopology& cell) {
@@ -158,7 +160,7 @@ bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
   }
   if (cell.block >= schema_->blocks.size()) return false;
   last_block_ = cell.block;
-  // The number of nodes of a polyhedron follows from its faces.
+  // The faces of a polyhedron determine its number of nodes.
   return schema_->blocks[cell.block].shape == CellShape::faces || code_count(symbols, cell);
 }
 
@@ -178,13 +180,15 @@ bool Connectivity<Coder>::code_count(Coder& symbols, CellTopology& cell) {
   return true;
 }
 
-/// Codes nodes that are not corners. A node is predicted from its position in the cell if the
-/// layout is known, otherwise as a difference from the last cell of the block.
+/// Codes the nodes that are not corners. If the layout of nodes is known, a node is predicted from
+/// its position in the cell. Otherwise its id is coded relative to the same node of the previous
+/// cell of the block.
 template <class Coder>
 bool Connectivity<Coder>::code_nodes(Coder& symbols, const StoredCell& stored, CellTopology& cell,
                                      std::uint32_t first) {
   auto& last = node_ids_[cell.block];
-  std::uint64_t shift = 0;  // change of the previous node's id compared with the last cell
+  std::uint64_t shift = 0;  // id of the previous node, minus the id of the same node in the
+                            // previous cell of the block
   const std::size_t count = cell.slots.size();
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i >= first) {
@@ -215,8 +219,8 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, const StoredCell& stored, C
   return true;
 }
 
-/// Encoding: returns the first of the kMaxLastUse positions before position `i` that has the same
-/// vertex.
+/// Encoding: returns the first of the kMaxLastUse positions before `i` that has the same vertex, or
+/// kNone if none of them has it.
 template <class Coder>
 std::uint32_t Connectivity<Coder>::earlier_position(const StoredCell& stored,
                                                     const CellTopology& cell, std::uint32_t i) {
@@ -226,8 +230,8 @@ std::uint32_t Connectivity<Coder>::earlier_position(const StoredCell& stored,
   return kNone;
 }
 
-/// Encoding: sorts positions by number. This is needed for cells with more nodes than the distance
-/// up to which repeats are coded.
+/// Encoding: sorts the positions of a cell's nodes by vertex number. This is needed only for cells
+/// with more than kMaxLastUse nodes.
 template <class Coder>
 void Connectivity<Coder>::sort_numbers(const StoredCell& stored) {
   positions_.clear();
@@ -237,8 +241,9 @@ void Connectivity<Coder>::sort_numbers(const StoredCell& stored) {
   std::sort(positions_.begin(), positions_.end());
 }
 
-/// Encoding: after a new vertex at `i`, stores its slot at later positions with the same vertex
-/// number. This is needed only at positions so far from `i` that repeats are not coded there.
+/// Encoding: after a new vertex at position `i`, stores its slot at later positions with the same
+/// vertex number. This is needed only for positions that are more than kMaxLastUse after `i`, since
+/// the models code repeats at nearer positions.
 template <class Coder>
 void Connectivity<Coder>::fill_farther_repeats(const StoredCell& stored, CellTopology& cell,
                                                std::uint32_t i) {
@@ -250,7 +255,7 @@ void Connectivity<Coder>::fill_farther_repeats(const StoredCell& stored, CellTop
     cell.slots[it->second] = cell.slots[i];
 }
 
-/// Prepares the layout of a cell. Call it before the first node that is not a corner.
+/// Prepares the layout of a cell's nodes. Call it before the first node that is not a corner.
 template <class Coder>
 void Connectivity<Coder>::begin_layout(CellTopology& cell) {
   for (std::uint8_t i = 0; i < 8; ++i) cell.framed[cell.stored_corner[i]] = i;
@@ -264,8 +269,8 @@ void Connectivity<Coder>::add_vertex(const StoredCell& stored, CellTopology& cel
   cell.new_positions.push_back(position);
   const std::uint32_t slot = cell.slots[position] = surface_.add_vertex();
   if (finds_by_number_ && schema_->order != Order::keep) set_number(slot, surface_.vertex(slot).id);
-  // The models do not code repeats that are farther away. Those positions find the vertex by its
-  // number.
+  // The models code repeats of a vertex only up to a distance of kMaxLastUse positions. At later
+  // positions, the vertex is found by its number.
   if constexpr (!Coder::kDecodes) fill_farther_repeats(stored, cell, position);
 }
 
@@ -303,8 +308,8 @@ bool Connectivity<Coder>::code_node(Coder& symbols, const StoredCell& stored, Ce
   return true;
 }
 
-/// Codes last uses of the corners for which a cell coder has models. Returns the number of these
-/// corners.
+/// Codes the last uses of corners, if the cell's coder has models for them. Returns the number of
+/// corners whose last uses have been coded.
 template <class Coder>
 std::size_t Connectivity<Coder>::code_last_use_of_corners(Coder& symbols, CellTopology& cell) {
   if (cell.hexahedral)

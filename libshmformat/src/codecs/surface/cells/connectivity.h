@@ -1,6 +1,7 @@
-// Connectivity: codes the vertices of each cell, and which of them the cell finalizes. It codes
-// cells in coding order as symbols of the bitstreams "connectivity" and "corner order". Encoder and
-// decoder keep the same state: the active surface, a coder for hexahedra, and the models.
+// Connectivity: codes the vertices of each cell, and codes which of these vertices the cell
+// finalizes. It codes cells in coding order as symbols of the bitstreams "connectivity" and "corner
+// order". Encoder and decoder keep the same state: the active surface, a coder for hexahedra, and
+// the models.
 // spec: "Connectivity stream", "Corner order stream"
 #pragma once
 
@@ -27,14 +28,14 @@
 
 namespace shm {
 
-/// Coders of hexahedra that find vertices by number. They need the number of each vertex, do not
-/// add cells to the active surface, and code last uses together with corners.
+/// Coders of hexahedra that find vertices by number. These coders need the number of each vertex.
+/// They do not add cells to the active surface. They code the last uses together with the corners.
 template <class Hexahedra>
 concept FindsByNumber = requires(Hexahedra& hexahedra, std::uint32_t slot) {
   hexahedra.set_number(slot, std::uint64_t{});
   hexahedra.forget(slot);
 };
-/// Coders of hexahedra that have separate models for the last uses of corners.
+/// Coders of hexahedra that have their own models for the last uses of corners.
 template <class Hexahedra, class Coder>
 concept CodesLastUse = requires(Hexahedra& hexahedra, Coder& symbols, CellTopology& cell) {
   hexahedra.code_last_use(symbols, cell);
@@ -45,34 +46,34 @@ class Connectivity {
  public:
   /// `schema` must outlive this object.
   explicit Connectivity(const Schema& schema);
-  Connectivity(const Connectivity&) = delete;  // the coders point to the surface
+  Connectivity(const Connectivity&) = delete;  // the coders contain pointers to the surface
   Connectivity& operator=(const Connectivity&) = delete;
 
-  /// Sets the codec of hexahedra; rows by default. Call it before the first cell. Must hold:
-  /// `codec` is not automatic, shifts or patterns.
+  /// Sets the codec of hexahedra. Call it before the first cell; without this call, the codec is
+  /// rows. Precondition: `codec` is neither automatic nor shifts nor patterns.
   void set_codec(ConnectivityCodec codec);
 
-  /// Codes one cell. `stored` is the cell when encoding, and not read when decoding. Sets `cell` in
-  /// both directions, and introduces its new vertices. Returns false only when decoding damaged
-  /// data. Call finish_cell() next.
+  /// Codes one cell. Encoding: `stored` is the cell. Decoding: `stored` is not read. In both cases
+  /// the function sets `cell` and introduces the cell's new vertices. Returns false only when
+  /// decoding damaged data. Call finish_cell() after it.
   bool code_cell(Coder& symbols, Coder& corner_order, const StoredCell& stored, CellTopology& cell);
   /// Like code_cell(), for decoders.
   bool decode_cell(Coder& symbols, Coder& corner_order, CellTopology& cell) {
     return code_cell(symbols, corner_order, nothing_, cell);
   }
-  /// Finalizes the vertices whose last use is this cell. Until this call, all vertices and
-  /// neighbours of the cell are valid.
+  /// Finalizes the vertices that no later cell uses. Until this call, all vertices and neighbours
+  /// of the cell are valid.
   void finish_cell(const CellTopology& cell);
 
-  /// Returns true if the numbers of a hexahedron's corners are coded together with it.
-  /// StoredCell::original is then read when encoding, and CellTopology::original set in both
-  /// directions.
+  /// Returns true if the numbers of a hexahedron's corners are coded together with the hexahedron.
+  /// In this case the encoder reads StoredCell::original, and encoder and decoder set
+  /// CellTopology::original.
   bool codes_numbers() const { return schema_->order == Order::keep && finds_by_number_; }
-  /// Sets the number of a new vertex that is not a corner of a hexahedron. Must hold:
-  /// codes_numbers().
+  /// Sets the number of a new vertex. Call it for vertices that are not corners of a hexahedron.
+  /// Precondition: codes_numbers().
   void set_number(std::uint32_t slot, std::uint64_t number);
 
-  /// Introduces a vertex that no cell uses. remove_unused_vertex() finalizes it.
+  /// Introduces a vertex that no cell uses. Call remove_unused_vertex() to finalize it.
   std::uint32_t add_unused_vertex() { return surface_.add_vertex(); }
   void remove_unused_vertex(std::uint32_t slot) { surface_.finalize(slot); }
 
@@ -98,7 +99,7 @@ class Connectivity {
                        CellTopology& cell);
   bool code_nodes(Coder& symbols, const StoredCell& stored, CellTopology& cell,
                   std::uint32_t first_position);
-  /// Returns true if the stored order of the corners of hexahedra in this block is coded.
+  /// Returns true if the order in which hexahedra of this block store their corners is coded.
   bool order_matters(const BlockInfo& block) const {
     return schema_->corner_order || block.nodes_per_cell != 8;
   }
@@ -120,17 +121,17 @@ class Connectivity {
                std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>
       hexahedra_;
   bool has_codec_ = false;
-  bool finds_by_number_ = false;  // true: the coder in hexahedra_ finds vertices by number
+  bool finds_by_number_ = false;  // true if the coder in hexahedra_ finds vertices by number
 
-  // Null unless there are blocks of cells that are not hexahedra
+  // Null if all cells are hexahedra
   std::unique_ptr<CellCorners<Coder>> others_;
   std::optional<MidNodes<Coder>> mid_nodes_;     // empty unless there are second-order cells
-  std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // null unless there are polyhedra stored by faces
+  std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // null if no polyhedra are stored by faces
 
   // Contexts of the next decisions
   std::uint32_t last_block_ = 0;
   std::array<std::uint8_t, 8> last_finalized_{};
-  /// For each block: vertex ids of its last cell, by position.
+  /// For each block: the vertex ids of its most recent cell, in the order of the nodes.
   std::map<std::uint32_t, std::vector<std::uint64_t>> node_ids_;
   bool last_new_ = false;
 
@@ -141,8 +142,9 @@ class Connectivity {
   AdaptiveBit same_block_;
   NumberModel block_number_, node_count_;
   std::vector<std::unique_ptr<NodeModel>> nodes_;
-  /// Models of last uses, by: whether the vertex is a corner of a hexahedron, number of active
-  /// faces, number of uses, last answer at this position.
+  /// Models of the decision whether this is the last use of a vertex. The indices are: whether the
+  /// vertex is a corner of a hexahedron, the number of active faces, the number of uses, and the
+  /// previous decision at this position.
   std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 6>, 2> last_use_;
 };
 

@@ -28,7 +28,8 @@ AdaptiveBit& ImportFlags<Coder>::model(const CellTopology& cell, std::uint32_t p
     return at_edge_[3u * state(cell, cell.framed_position(edge[0])) +
                     state(cell, cell.framed_position(edge[1]))];
   }
-  // Bit 0: some nodes are own vertices; bit 1: some nodes are imported vertices
+  // Bit 0 is set if the segment owns at least one known node of the cell; bit 1 is set if at least
+  // one is imported
   std::size_t context = 0;
   for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)
     if (const State other = state_[cell.slots[i]]; other != unknown) context |= other;
@@ -50,9 +51,9 @@ Stencil ImportFlags<Coder>::stencil(const CellTopology& cell, std::uint32_t posi
     if (i != position && cell.slots[i] != cell.slots[position] && state_[cell.slots[i]] == imported)
       known |= std::uint64_t{1} << i;
   const Stencil stencil = stencil_of(cell, position, known);
-  return stencil.kind == Stencil::midpoint ? Stencil{}  // the corners of the original stencil may
-                                                        // not be imported
-                                           : stencil;
+  return stencil.kind == Stencil::midpoint
+             ? Stencil{}  // the predictor would use the corners, which may not be imported
+             : stencil;
 }
 
 template class ImportFlags<RangeEncoder>;

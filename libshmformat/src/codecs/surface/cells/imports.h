@@ -1,6 +1,7 @@
-// Imports: codes which of the vertices that a segment introduces are owned by an earlier segment,
-// and predicts their numbers. A cut runs along faces, so imported vertices are neighbours of each
-// other: usually a vertex is imported if its known neighbours in the cell are imported.
+// Imports: codes which new vertices of a segment are owned by an earlier segment (imported), and
+// predicts the numbers of these vertices. The cut between two segments runs along faces, so
+// imported vertices are neighbours of each other. A vertex is usually imported if its known
+// neighbours in the cell are imported.
 // spec: "Imports"
 #pragma once
 
@@ -18,13 +19,14 @@ namespace shm {
 template <class Coder>
 class ImportFlags {
  public:
-  /// Prepares the vertices of a cell: the import states of its new vertices become unknown. Call it
-  /// before code() for these vertices.
+  /// Begins a cell: records that it is unknown which of its new vertices are imported. Call it
+  /// before code() is called for these vertices.
   void begin_cell(const CellTopology& cell);
   /// Codes whether the new vertex at `position` is imported. Call it for the new vertices of a cell
   /// in the order of new_positions.
   bool code(Coder& coder, const CellTopology& cell, std::uint32_t position, bool imported);
-  /// Returns the stencil of the vertex at `position` if only imported vertices count as known.
+  /// Returns the stencil (the neighbours that predict a value) of the vertex at `position`. Only
+  /// imported vertices count as known.
   Stencil stencil(const CellTopology& cell, std::uint32_t position) const;
 
  private:

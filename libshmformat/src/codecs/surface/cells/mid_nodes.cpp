@@ -24,7 +24,7 @@ auto MiddleTable::face(const std::array<std::uint32_t, 4>& corners) const -> Pla
 std::uint32_t MiddleTable::find(const Place& place) const {
   const std::uint32_t slot = by_place_[place.is_face ? 1 : 0].find(key_of(place));
   if (slot == kNone) return kNone;
-  // Check that these slots have not been reused for other vertices.
+  // Check that the two slots that identify the edge or face still belong to the same vertices.
   const Entry& entry = entries_[slot];
   return entry.low == surface_->vertex(place.low).id &&
                  entry.high == surface_->vertex(place.high).id
@@ -57,7 +57,8 @@ void MiddleTable::erase(std::uint32_t slot) {
 template <class Coder>
 void MidNodes<Coder>::begin_cell(const CellTopology& cell) {
   const NodeLayout& layout = *cell.layout;
-  std::array<std::uint64_t, 8> mixed{};  // hashes of the corner ids, by corner as stored
+  std::array<std::uint64_t, 8> mixed{};  // hash of each corner's id, in the order of the stored
+                                         // corners
   for (std::uint32_t c = 0; c < layout.corners; ++c) {
     const std::uint64_t x =
         (surface_->vertex(cell.slots[cell.framed[c]]).id + 1) * 0x9e3779b97f4a7c15u;
@@ -83,7 +84,8 @@ std::uint32_t MidNodes<Coder>::expected(const CellTopology& cell, const MidNode&
   if (node.kind == MidNode::body) return kNone;
   const MiddleTable::Place place = place_of(cell, node);
   const std::uint32_t found = middles_.find(place);
-  // An edge of length zero usually has no separate vertex in its middle.
+  // If both ends of an edge are the same vertex, this vertex usually is also the node in the
+  // middle.
   return found == kNone && place.low == place.high ? place.low : found;
 }
 

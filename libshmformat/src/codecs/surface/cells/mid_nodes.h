@@ -1,12 +1,12 @@
-// Mid nodes: the nodes of second-order cells that are not corners. A node in the middle of an edge
-// belongs to the two vertices at its ends, a node in the middle of a face to that face, and a node
-// in the middle of a cell to that cell only. So each node is expected to be the vertex that an
-// earlier cell had in the same place, or a new vertex if none exists. One decision codes whether
-// the expectation is right.
+// Mid nodes: codes the nodes of second-order cells that are not corners. All cells that contain an
+// edge or face share the node in its middle; a node in the middle of a cell belongs only to that
+// cell. So the expected vertex of a node is the vertex that an earlier cell has in the middle of
+// the same edge or face; if there is none, a new vertex is expected. One decision codes whether the
+// expectation is right.
 //
-// The coder needs cells whose corners are known, and codes symbols of the bitstream "connectivity".
-// Encoder and decoder keep the same state: the vertices in the middle of live edges and faces, and
-// the models.
+// The corners of a cell must be known before its mid nodes are coded. The decisions are symbols of
+// the bitstream "connectivity". Encoder and decoder keep the same state: the vertices in the middle
+// of live edges and faces, and the models.
 // spec: "Mid nodes"
 #pragma once
 
@@ -22,36 +22,41 @@
 
 namespace shm {
 
-/// Maps edges and faces to the vertices in their middle. Each live vertex has at most one entry.
+/// Map from edges and faces to the vertices in their middle. Each live vertex has at most one
+/// entry.
 class MiddleTable {
  public:
   explicit MiddleTable(const ActiveSurface& surface) : surface_(&surface) {}
 
-  /// Two live vertices, in any order: the ends of an edge, or opposite corners of a face.
+  /// An edge or a face, identified by two live vertices in any order: the ends of the edge, or
+  /// opposite corners of the face.
   struct Place {
-    std::uint32_t low = kNone, high = kNone;  ///< slots; low is the slot of the older vertex
+    std::uint32_t low = kNone, high = kNone;  ///< slots of the two vertices; `low` is the slot of
+                                              ///< the older vertex
     bool is_face = false;
   };
   Place edge(std::uint32_t a, std::uint32_t b) const;
-  /// Returns one of the two diagonals of the face: the diagonal with the oldest vertex of the face.
+  /// Returns the place that identifies the face: the ends of the diagonal that contains the face's
+  /// oldest vertex.
   Place face(const std::array<std::uint32_t, 4>& corners) const;
 
-  /// Returns the live vertex at `place`; kNone if none exists.
+  /// Returns the live vertex in the middle of `place`, or kNone if no such vertex exists.
   std::uint32_t find(const Place& place) const;
-  /// Stores `slot` as the vertex at `place`, and removes it from any other place.
+  /// Stores `slot` as the vertex in the middle of `place`. If it was stored for another place,
+  /// removes that entry.
   void put(const Place& place, std::uint32_t slot);
-  /// Removes a vertex. Call it before `slot` is finalized.
+  /// Removes the entry of a vertex. Call it before the vertex is finalized.
   void forget(std::uint32_t slot) {
     if (slot < entries_.size() && entries_[slot].is_set) erase(slot);
   }
 
-  /// Returns the XOR of the signatures of the cell sides around an edge. A side that occurs twice
+  /// Returns the XOR of the signatures of all cell sides at an edge. A side that occurs twice
   /// cancels out. `slot`: the vertex in the middle of the edge.
   std::uint64_t& open(std::uint32_t slot) { return entries_[slot].open; }
 
  private:
   struct Entry {
-    // `low`, `high`: stream numbers of the two vertices of the place
+    // `low`, `high`: stream numbers of the two vertices that identify the place
     std::uint64_t key = 0, low = 0, high = 0;
     std::uint64_t open = 0;
     bool is_set = false, is_face = false;
@@ -64,7 +69,8 @@ class MiddleTable {
   const ActiveSurface* surface_;
   std::vector<Entry> entries_;  // entries by slot of the vertex in the middle
 
-  // Maps for edges and for faces: from the slots of a place to the vertex at this place
+  // Maps from an edge or face (its two slots) to the vertex in its middle: one map for edges, one
+  // for faces
   std::array<IdMap, 2> by_place_;
 };
 
@@ -74,20 +80,20 @@ class MidNodes {
   /// `surface` must outlive this object.
   explicit MidNodes(const ActiveSurface& surface) : surface_(&surface), middles_(surface) {}
 
-  /// Prepares the mid nodes of a cell. Call it before the first mid node, when the corners are
-  /// known.
+  /// Prepares the mid nodes of a cell. Call it before the first mid node and after the corners have
+  /// been coded.
   void begin_cell(const CellTopology& cell);
-  /// Codes whether the node at `position` is the expected vertex. If so, stores this vertex in
-  /// cell.slots; kNone means a new vertex. When encoding, cell.slots contains the node. Returns
-  /// true if the node is as expected.
+  /// Codes whether the node at `position` is the expected vertex. Encoding: cell.slots contains the
+  /// node; kNone means a new vertex. Decoding: if the node is as expected, stores it in cell.slots.
+  /// Returns true if the node is as expected.
   bool code(Coder& symbols, CellTopology& cell, const MidNode& node, std::uint32_t position);
   /// Stores which vertex is at `position`.
   void note(const CellTopology& cell, const MidNode& node, std::uint32_t position);
-  /// Codes whether the cell is the last to use this node. Call it after note() has been called for
-  /// all nodes. Do not call it if the vertex also occurs at an earlier position.
+  /// Codes whether this is the last use of the node. Call it after note() has been called for all
+  /// nodes of the cell. Do not call it if the vertex also occurs at an earlier position.
   bool code_last_use(Coder& symbols, const CellTopology& cell, const MidNode& node,
                      std::uint32_t position, bool is_last);
-  /// Removes a vertex. Call it before the vertex is finalized.
+  /// Removes a vertex from the map. Call it before the vertex is finalized.
   void forget(std::uint32_t slot) { middles_.forget(slot); }
 
  private:
@@ -98,26 +104,30 @@ class MidNodes {
 
   const ActiveSurface* surface_;
   MiddleTable middles_;
-  std::array<std::uint64_t, 6> signatures_{};  // signatures of the sides of the current cell
+  std::array<std::uint64_t, 6> signatures_{};  // signature of each side of the current cell
 
-  // Contexts of the next decisions. missed_, by kind of node: 1 if the last node of the kind was
-  // not as expected
+  // Contexts of the next decisions. For each kind of node, missed_ is 1 if the previous node of
+  // this kind was mispredicted
   std::array<std::uint8_t, MidNode::kKinds> missed_{};
-  // ended_, by position: 1 if the last answer was that the cell is the last to use the node
+  // For each position, ended_ is 1 if the node at this position of the previous cell was marked as
+  // last use
   std::array<std::uint8_t, kMostLayoutNodes> ended_{};
 
   // Adaptive models of the decisions
 
-  /// Models of the decision whether a node is as expected, by: kind of node, whether a known vertex
-  /// is expected, whether the last expectation was wrong.
+  /// Models of the decision whether a node is as expected. The indices are: the kind of node,
+  /// whether a known vertex is expected, and whether the previous prediction for this kind was
+  /// wrong.
   std::array<std::array<std::array<AdaptiveBit, 2>, 2>, MidNode::kKinds> as_expected_;
   AdaptiveBit body_ends_;
-  // Models of last uses that are predicted from corners, for edges and for faces
+  // Models of the decision whether this is the last use of a node, predicted from its corners: one
+  // for edges, one for faces
   std::array<AdaptiveBit, 2> ends_with_corner_;
-  // Models of last uses of face nodes, by number of uses and last answer at this position
+  // Models of the decision whether this is the last use of a face node, by the number of uses and
+  // the previous decision at this position
   std::array<std::array<AdaptiveBit, 2>, 3> face_ends_;
-  // Models of last uses of edge nodes, by whether the edge is closed, number of uses and last
-  // answer at this position
+  // Models of the decision whether this is the last use of an edge node, by whether the edge is
+  // closed, the number of uses, and the previous decision at this position
   std::array<std::array<std::array<AdaptiveBit, 2>, 8>, 2> edge_ends_;
 };
 

@@ -1,5 +1,5 @@
-// Mixed rows: codes the decisions of RowHexahedra, each by a mix of several predictions. Files are
-// smaller than with rows, and coding is slower.
+// Mixed rows: makes the same decisions as RowHexahedra, but codes each decision with a mix of
+// several predictions. Files are smaller than with RowHexahedra, and coding is slower.
 // spec: "Mixed rows"
 #pragma once
 
@@ -11,7 +11,7 @@ namespace shm {
 template <class Coder>
 class MixedRows {
  public:
-  /// The arguments are the same as those of RowHexahedra.
+  /// The arguments are those of the constructor of RowHexahedra.
   explicit MixedRows(ActiveSurface& surface, const OpenFaces* open = nullptr)
       : rows_(surface, open) {}
 

@@ -1,5 +1,5 @@
 // NumberColumn: codes the stream numbers of imported vertices. A number is predicted from the
-// imported neighbours in the cell, by the paper's rules for coordinates.
+// imported neighbours in the cell, by the rules that the published method uses for coordinates.
 // spec: "Imports"
 #pragma once
 
@@ -14,8 +14,8 @@ namespace shm {
 template <class Coder>
 class NumberColumn {
  public:
-  /// Codes the number of the vertex at `slot`. Encoding: `number` is that number. Returns the
-  /// number in both directions.
+  /// Codes the number of the vertex at `slot`. Encoding: `number` is this number. Decoding:
+  /// `number` is ignored. Returns the number in both cases.
   std::uint64_t code(Coder& coder, const Stencil& stencil, std::uint32_t slot,
                      std::uint64_t number) {
     if (slot >= numbers_.size()) numbers_.resize(std::size_t{slot} * 2 + 1);

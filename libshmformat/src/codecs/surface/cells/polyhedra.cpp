@@ -14,8 +14,8 @@ constexpr std::uint32_t at_most(std::size_t a, std::uint32_t b) {
 
 }  // namespace
 
-/// Encoding: returns true if each face of the cell has three or more vertices, all different, and
-/// is closed by a repetition of its first vertex.
+/// Encoding: returns true if the vertex numbers of a cell are a list of faces: at least three
+/// different vertices for each face, followed by a repetition of its first vertex.
 template <class Coder>
 bool Polyhedra<Coder>::told_by_faces(std::span<const std::uint64_t> numbers) {
   std::vector<std::uint64_t> face;
@@ -60,7 +60,7 @@ void Polyhedra<Coder>::begin_cell(CellTopology& cell) {
   block_ = &past_[cell.block];
   shift_ = block_->step;
   ++cell_round_;
-  ++face_round_;  // no vertex counts as part of a previous face any longer
+  ++face_round_;  // a new round: no vertex counts as part of the previous face any more
   behind_.fill(OpenFaces::kNever);
   behind_count_ = 0;
   vertex_count_ = 0;
@@ -129,7 +129,7 @@ bool Polyhedra<Coder>::code_close(bool ends) {
   return mixing_.bit(close_[match][edge][i], ends);
 }
 
-/// Codes whether the cell ends after this face.
+/// Codes whether the face just coded is the last face of the cell.
 template <class Coder>
 bool Polyhedra<Coder>::code_end() {
   const bool closed = open_edges_ == 0;
@@ -184,7 +184,7 @@ bool Polyhedra<Coder>::code_node(CellTopology& cell) {
   return true;
 }
 
-/// Codes which candidate the node is. Returns the outcome.
+/// Codes which of the candidates the node is. Returns the outcome.
 template <class Coder>
 std::uint32_t Polyhedra<Coder>::code_taken(CellTopology& cell) {
   const std::uint32_t q = position_, i = at_most(path_.size(), 2);
@@ -201,8 +201,8 @@ std::uint32_t Polyhedra<Coder>::code_taken(CellTopology& cell) {
   return kIsTaken + c.open + 4u * at_most(c.inside, 1) + 8u * c.place;
 }
 
-/// Codes a node that is not a candidate: any live vertex that is not in the face. Returns false if
-/// damaged data lead to no such vertex.
+/// Codes a node that is not a candidate: any live vertex that is not yet in the face. Returns false
+/// if the data is damaged and does not identify such a vertex.
 template <class Coder>
 bool Polyhedra<Coder>::code_missed(CellTopology& cell) {
   const std::uint32_t q = position_;
@@ -221,8 +221,8 @@ void Polyhedra<Coder>::note_outcome(std::uint32_t outcome) {
   cell_outcomes_.push_back(outcome);
 }
 
-/// Encoding: stores the new vertex of this position at all other positions of the cell with the
-/// same vertex number.
+/// Encoding: after a new vertex at this position, stores its slot at all other positions of the
+/// cell with the same vertex number.
 template <class Coder>
 void Polyhedra<Coder>::fill_repeats(CellTopology& cell) {
   const std::uint64_t number = numbers_[position_];
@@ -259,8 +259,8 @@ void Polyhedra<Coder>::take(std::uint32_t slot) {
   }
 }
 
-/// Returns the vertex at the position in the open face that corresponds to node `i` of the current
-/// face; kNone after the end of the open face.
+/// Returns the vertex of the open face that corresponds to node `i` of the current face. Returns
+/// kNone if the open face has no more vertices.
 template <class Coder>
 std::uint32_t Polyhedra<Coder>::node_of(const Match& match, std::size_t i) const {
   const auto cycle = open_.cycle(match.face);
@@ -301,7 +301,7 @@ void Polyhedra<Coder>::note_edge(std::uint32_t a, std::uint32_t b) {
   }
 }
 
-/// Returns how often the cell has this edge so far; 2 means twice or more.
+/// Returns how many of the faces coded so far in this cell contain the edge; 2 means two or more.
 template <class Coder>
 std::uint32_t Polyhedra<Coder>::times(std::uint32_t a, std::uint32_t b) {
   if (seen(a).cell != cell_round_) return 0;
@@ -344,7 +344,7 @@ void Polyhedra<Coder>::gather() {
   rank();
 }
 
-/// Gathers candidates for the first node of the first face of a cell.
+/// Collects candidates for the first node of the first face of a cell.
 template <class Coder>
 void Polyhedra<Coder>::gather_first() {
   add_expected();
@@ -360,8 +360,8 @@ void Polyhedra<Coder>::gather_first() {
   }
 }
 
-/// Gathers candidates for the first node of a later face: vertices at edges that only one face of
-/// the cell has, and their neighbours.
+/// Collects candidates for the first node of a later face: the ends of edges that only one face of
+/// the cell contains, and neighbours of these vertices.
 template <class Coder>
 void Polyhedra<Coder>::gather_beginnings() {
   const std::size_t looked = std::min(vertex_count_, kLooked);
@@ -389,8 +389,8 @@ void Polyhedra<Coder>::gather_beginnings() {
       if (seen(edge.to).cell != cell_round_) add(edge.to);
 }
 
-/// Gathers candidates for a later node of a face: along open faces, along edges that only one face
-/// of the cell has, and along edges of the mesh.
+/// Collects candidates for a later node of a face: the next vertex along an open face, along an
+/// edge that only one face of the cell contains, or along an edge of the mesh.
 template <class Coder>
 void Polyhedra<Coder>::gather_next() {
   const std::uint32_t from = path_.back();
@@ -419,8 +419,8 @@ void Polyhedra<Coder>::add_expected() {
   if (Candidate* const c = slot == kNone ? nullptr : add(slot)) c->shift = true;
 }
 
-/// Chooses the models of all candidates, and sorts the candidates by how often their models were
-/// right, best first.
+/// Chooses the model of each candidate. Sorts the candidates by the probability that the model
+/// predicts, the most likely candidate first.
 template <class Coder>
 void Polyhedra<Coder>::rank() {
   auto& which = which_[at_most(path_.size(), 2)];

@@ -1,11 +1,13 @@
-// Polyhedra: codes polyhedra as decisions of the bitstream "connectivity", face by face, and each
-// face node by node, in stored order. A node is a new vertex or one of several candidates:
-// - the next node along an open face of an earlier polyhedron, along an edge that only one face of
-//   the cell has so far, or along an edge of the mesh,
-// - the node that continues the numbers of the last cell of the block.
-// So a face shared with an earlier polyhedron costs almost nothing after its first nodes, and the
-// ends of faces and cells can usually be predicted. Encoder and decoder keep the same state: the
-// open faces and edges, the last cells, and the models.
+// Polyhedra: codes polyhedra as decisions of the bitstream "connectivity". A polyhedron is coded
+// face by face, and a face is coded node by node, in stored order. A node is a new vertex or one of
+// several candidates:
+// - the next node along an open face of an earlier polyhedron,
+// - the next node along an edge that only one face of the cell has so far,
+// - the next node along an edge of the mesh,
+// - the vertex whose number continues the numbers of the previous cell of the block.
+// If a face is shared with an earlier polyhedron, its nodes after the first few cost almost
+// nothing. The ends of faces and cells can usually be predicted. Encoder and decoder keep the same
+// state: the open faces and edges, the most recent cells, and the models.
 // spec: "Polyhedra"
 #pragma once
 
@@ -31,71 +33,80 @@ class Polyhedra {
   /// `surface` must outlive this object.
   [[gnu::cold]] explicit Polyhedra(ActiveSurface& surface) : surface_(&surface) {}
 
-  /// Codes whether a cell is given by its faces. If it is, codes its nodes: slots, new_positions
-  /// and cell.by_faces. `number`: number of the cell in the segment. Calls `add_vertex(position)`
-  /// to create each new vertex. When decoding, the cell has no nodes before the call. Returns false
-  /// only when decoding damaged data.
+  /// Codes whether a cell is stored as a list of faces. If it is, codes its nodes: slots,
+  /// new_positions and cell.by_faces. `number`: number of the cell in the segment. The function
+  /// calls `add_vertex(position)` to create each new vertex. When decoding, the cell has no nodes
+  /// before the call. Returns false only when decoding damaged data.
   bool code(Coder& symbols, const StoredCell& stored, CellTopology& cell, std::uint64_t number,
             const std::function<void(std::uint32_t)>& add_vertex);
-  /// Codes last_use of a cell that is given by its faces.
+  /// Codes the flags last_use of a cell that is stored as a list of faces: whether the cell is the
+  /// last to use a vertex.
   void code_last_use(Coder& symbols, CellTopology& cell);
   void forget(std::uint32_t vertex) { open_.forget(vertex); }
-  /// Returns the numbers of the first eight earlier polyhedra that share faces with the last
+  /// Returns the numbers of at most eight earlier polyhedra that share faces with the most recent
   /// polyhedron. Unused entries contain OpenFaces::kNever.
   const std::array<std::uint64_t, OpenFaces::kMost>& behind() const { return behind_; }
 
  private:
   static constexpr std::size_t kCandidates = 24;
   static constexpr std::size_t kLooked =
-      64;  // largest number of vertices of a cell that are tried as first node of a face
+      64;  // largest number of vertices of the cell that are considered as the first node of a face
 
-  // Largest number of open faces, the newest first, that are tried for each possible first node
+  // Largest number of open faces that are tried for each possible first node. The newest faces are
+  // tried first
   static constexpr std::size_t kLookedFaces = 16;
   static constexpr std::size_t kMostEdges =
-      32;  // largest number of edges of the cell that are stored at one vertex
+      32;  // largest number of edges of the cell that are stored for one vertex
   enum Question : std::uint32_t { kEnd, kClose, kNew, kAmong, kWhich, kLast, kQuestions };
-  /// How a node was coded; used as context for later decisions.
+  /// The way in which a node was coded. Later decisions use it as context.
   enum Outcome : std::uint32_t { kCloses = 1, kIsNew = 2, kIsMissed = 3, kIsTaken = 4 };
 
-  /// A vertex that the next node of a face may be, and the reasons for this guess.
+  /// A candidate: a vertex that may be the next node of a face, and the reasons for this guess.
   struct Candidate {
     std::uint32_t slot = kNone;
-    /// Result of beginning() for an open face that contains the current face's nodes so far and
-    /// continues with this vertex; 0 if no such face exists
+    /// Result of beginning() for an open face that contains the current face's nodes so far,
+    /// followed by this vertex; 0 if there is no such open face
     std::uint8_t open = 0;
-    /// For a later node of a face: how often the cell has the edge to this vertex, at most 2. For
-    /// the first node of a later face: number of edges at this vertex that only one face of the
-    /// cell has, at most 2. For the first node of the cell: 1 if this vertex is the first node of
-    /// an open face.
+    /// A count of at most 2. For a later node of a face: how often the cell contains the edge to
+    /// this vertex. For the first node of a later face: the number of edges at this vertex that
+    /// only one face of the cell contains. For the first node of the cell: 1 if this vertex is the
+    /// first node of an open face.
     std::uint8_t inside = 0;
-    /// Number of polyhedra with the edge to this vertex, or of open faces at this vertex
+    /// Number of polyhedra that contain the edge to this vertex; for the first node of a face,
+    /// number of open faces at this vertex
     std::uint8_t edge = 0;
-    bool shift = false;      ///< true: the vertex continues the numbers of the block's last cell
-    bool ours = false;       ///< true: the cell already has this vertex
-    std::uint8_t place = 0;  ///< position of the vertex in the previous face, from 1; 0: none
+    bool shift =
+        false;  ///< true if the vertex has the number that the previous cell of the block predicts
+    bool ours = false;       ///< true if the cell already contains this vertex
+    std::uint8_t place = 0;  ///< position of the vertex in the previous face, counted from 1; 0 if
+                             ///< it is not in that face
     std::uint32_t chance = 0;
     MixedBit* model = nullptr;
     std::uint32_t why() const { return clue(open, inside, edge, shift, ours); }
   };
-  /// An open face that contains all nodes of the current face so far, in this order.
+  /// An open face that contains all nodes of the current face so far, in the same order or in
+  /// reverse order.
   struct Match {
-    /// `at`: position of the current face's first node in the open face
+    /// `at`: position in the open face at which the current face begins
     std::uint32_t face = kNone, at = 0;
     bool along = false;
   };
   struct CellVertex {
     std::uint32_t slot = kNone;
-    /// Other end of each edge, and how often the cell has the edge
+    /// The edges at this vertex. The first number is the vertex at the other end, the second is how
+    /// often the cell contains the edge
     std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   };
-  /// The last cell of a block.
+  /// The most recent cell of a block.
   struct Past {
     std::vector<std::uint64_t> ids;
     std::uint64_t step = 0;
   };
-  /// Data of a vertex, by slot. Each item is valid only in the round with the number stored here.
+  /// Data of a vertex. Each item belongs to the current cell, face or node only if its round equals
+  /// the current round.
   struct Seen {
-    std::uint64_t cell = 0, face = 0, node = 0;  ///< rounds of the cell, the face and the node
+    std::uint64_t cell = 0, face = 0,
+                  node = 0;  ///< rounds in which the data about the cell, face and node were set
     std::uint32_t vertex = 0, candidate = kNone;
     std::uint32_t place = 0;  ///< position in the face, from 1
   };
@@ -110,7 +121,7 @@ class Polyhedra {
   std::uint32_t code_taken(CellTopology& cell);
   bool code_missed(CellTopology& cell);
   void note_outcome(std::uint32_t outcome);
-  /// Returns the outcome at this position in the last cell.
+  /// Returns the outcome that the previous cell had at the current position.
   std::uint32_t last_outcome() const {
     return position_ < last_outcomes_.size() ? last_outcomes_[position_] : 0;
   }
@@ -129,8 +140,8 @@ class Polyhedra {
   void add_expected();
   Candidate* add(std::uint32_t slot);
   void rank();
-  /// Returns a context for the place of the current face's first node in an open face of n nodes: 3
-  /// for the first place, 2 for the last, otherwise 1.
+  /// Returns a context for a match with an open face of `n` nodes: 3 if the current face begins at
+  /// the first node of the open face, 2 if it begins at the last node, otherwise 1.
   static std::uint8_t beginning(std::size_t place, std::size_t n) {
     return place == 0 ? 3 : place + 1 == n ? 2 : 1;
   }
@@ -139,25 +150,31 @@ class Polyhedra {
   ActiveSurface* surface_;
   PolyhedronSurface open_;
   MixingCoder<Coder> mixing_{kQuestions};
-  std::map<std::uint32_t, Past> past_;  // last cell of each block
+  std::map<std::uint32_t, Past> past_;  // most recent cell of each block
   AdaptiveBit by_faces_;
-  // Models of the end of a cell, by whether the cell is closed, and number of faces
+  // Models of the decision whether a face is the final face of the cell, by whether the cell is
+  // closed and by the number of faces
   std::array<std::array<MixedBit, 16>, 2> end_;
-  // Models of the end of a face, by match, edge and number of nodes
+  // Models of the decision whether a face ends, by match with an open face, by edge, and by number
+  // of nodes
   std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;
-  // Models of the decisions kNew and kAmong, by number of nodes and kind of the best candidate
+  // Models of the decisions kNew and kAmong, by the number of nodes so far and the kind of the best
+  // candidate
   std::array<std::array<MixedBit, 4>, 3> is_new_, among_;
 
-  // Models of the candidates, by number of nodes and reasons
+  // Models of the candidates, by the number of nodes so far and the reasons for the candidate
   std::array<std::vector<MixedBit>, 3> which_;
-  // Models of last uses, by number of open faces and number of edges
+  // Models of the decision whether this is the last use of a vertex, by the number of open faces
+  // and the number of edges at the vertex
   std::array<std::array<MixedBit, 8>, 8> last_;
-  // Models of a cell's first node and of other nodes
+  // Models of the difference between a vertex number and its expected value: one for the first node
+  // of a cell, one for all other nodes
   std::array<SignedModel<NumberModel>, 2> step_;
-  // Outcomes of the last nodes of the last cell, combined
+  // Outcomes of the final nodes of the previous cell, combined into one number
   std::uint32_t before_ = 0;
-  std::uint32_t last_finals_ = 0;             // last uses in the last cell, as a bit set
-  std::vector<std::uint32_t> last_outcomes_;  // outcomes of the last cell, by position
+  std::uint32_t last_finals_ =
+      0;  // bit set of the positions marked as last use in the previous cell
+  std::vector<std::uint32_t> last_outcomes_;  // outcomes of the previous cell, by position
 
   // Data of the current cell
   const std::function<void(std::uint32_t)>* add_vertex_ = nullptr;
@@ -165,15 +182,16 @@ class Polyhedra {
   std::uint64_t number_ = 0;
   std::array<std::uint64_t, OpenFaces::kMost> behind_{};
   std::size_t behind_count_ = 0;
-  std::vector<CellVertex>
-      vertices_;  // vertices in order of first use; the first vertex_count_ are valid
+  std::vector<CellVertex> vertices_;  // vertices of the cell in order of first use; only the first
+                                      // vertex_count_ entries are valid
   std::size_t vertex_count_ = 0;
   std::uint32_t position_ = 0, faces_ = 0, open_edges_ = 0, outcomes_ = 0;
   std::uint32_t last_size_ = 0;  // size of the previous face
   std::uint64_t shift_ = 0;
   std::vector<std::uint32_t> cell_outcomes_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> cell_edges_;
-  // Nodes of the cell's faces that were not open before, and the end of each such face in this list
+  // Nodes of those faces of the cell that were not open before the cell, one face after another.
+  // cycle_ends_ contains the position after the end of each face
   std::vector<std::uint32_t> new_cycles_, cycle_ends_;
   std::vector<std::pair<std::uint64_t, std::uint32_t>>
       positions_;                           // encoding: positions sorted by number

@@ -8,13 +8,14 @@
 namespace shm {
 namespace {
 
-// Largest number of cells back at which earlier corners are coded; frozen: part of the format
+// A corner may be coded as the same vertex as a corner of one of this number of earlier cells.
+// Frozen: part of the format
 constexpr std::uint64_t kEarlierCells = 256;
 constexpr std::uint64_t kLeastSlots = 1024;
 constexpr std::uint32_t kRepeatedStrays =
-    4;  // encoder: strays are followed after this number of cells with strays
-constexpr std::uint64_t kSearch =
-    64;  // encoder: new distances are tried up to this difference from a known distance
+    4;  // encoder: number of cells with repeated strays after which strays are followed
+constexpr std::uint64_t kSearch = 64;  // encoder: new distances are tried that differ by at most
+                                       // this number from the distance used most recently
 
 constexpr std::uint8_t bit(std::uint32_t i) { return static_cast<std::uint8_t>(1u << i); }
 
@@ -49,9 +50,9 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, const StoredCell& stor
   return true;
 }
 
-/// Returns the expected cell: the cell `distance` before the expected cell, shifted. The shift is
-/// the difference between the cell `beside` before the expected cell and the cell `over` before
-/// that cell.
+/// Returns the expected vertex numbers and last uses of the current cell. The numbers are those of
+/// the cell `distance` cells back, plus a shift. The shift is the numbers of the cell `beside`
+/// cells back, minus the numbers of the cell `over` cells before that cell.
 template <class Coder>
 auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
                                    std::uint64_t beside) const -> Guess {
@@ -75,7 +76,7 @@ auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
   return expected;
 }
 
-/// Encoder: sets the numbers and marks of the corners.
+/// Encoder: sets `number` to the numbers of the corners, and `marks` to their last uses.
 template <class Coder>
 void ReplayHexahedra<Coder>::take(const StoredCell& stored, Numbers& number,
                                   std::uint8_t& marks) const {
@@ -121,7 +122,7 @@ bool ReplayHexahedra<Coder>::code_miss(Coder& symbols, const StoredCell& stored,
   return true;
 }
 
-/// Encoder: returns the guess that is cheapest to code.
+/// Encoder: returns the guess with the smallest coding cost.
 template <class Coder>
 auto ReplayHexahedra<Coder>::choose(const StoredCell& stored, const Numbers& number,
                                     std::uint8_t marks) const -> Choice {
@@ -156,13 +157,15 @@ auto ReplayHexahedra<Coder>::choose(const StoredCell& stored, const Numbers& num
     rate({kDistances, distance, false, 0}, cost);
     rate({kDistances, distance, true, 0}, cost);
   };
-  // Try the cells that introduced the vertices of this cell. If cells are enumerated row by row,
-  // these include the cells below and beside this cell.
+  // Try the distances to the cells that introduced the vertices of this cell. If cells are numbered
+  // row by row, these cells include the cells below and beside this cell.
   for (std::uint32_t c = 0; c < 8; ++c)
     if (stored.slots[c] < introduced_.size()) try_new(sequence_ - introduced_[stored.slots[c]], 12);
-  // For recurring parts: try the cell at which an equal step was not as expected before.
+  // For meshes with repeated parts: try the distance to the most recent mispredicted cell that had
+  // the same step from its previous cell.
   if (!misses_.empty()) try_new(sequence_ - misses_[step_key(number)], 12);
-  // For layers with holes: try distances slightly larger or smaller than the last distance.
+  // For layers with holes: try distances that are slightly larger or smaller than the distance used
+  // most recently.
   if (!reaches(distances_[0])) return best;
   const auto first = [&](std::uint64_t distance) { return numbers(distance)[0]; };
   const std::uint64_t moved = number[0] - first(1);
@@ -175,7 +178,8 @@ auto ReplayHexahedra<Coder>::choose(const StoredCell& stored, const Numbers& num
   return best;
 }
 
-/// Encoder: returns a hash of the difference between the last cell and this cell.
+/// Encoder: returns a hash of the step, which is the difference between the numbers of this cell
+/// and those of the previous cell.
 template <class Coder>
 std::size_t ReplayHexahedra<Coder>::step_key(const Numbers& number) const {
   if (kept() == 0) return 0;
@@ -313,7 +317,7 @@ void ReplayHexahedra<Coder>::code_marks(Coder& symbols, std::uint8_t expected,
 template <class Coder>
 bool ReplayHexahedra<Coder>::resolve(const StoredCell& stored, CellTopology& cell,
                                      const Numbers& number) {
-  std::uint32_t left = 0;  // corners whose vertex has not been found yet
+  std::uint32_t left = 0;  // set of corners whose vertices have not been found yet
   if constexpr (Coder::kDecodes) {
     left = kept() == 0 ? 0xffu : look_up_hints(cell, number);
   } else {
@@ -325,8 +329,8 @@ bool ReplayHexahedra<Coder>::resolve(const StoredCell& stored, CellTopology& cel
   return true;
 }
 
-/// Handles the common case: takes each vertex from the source at which this corner's vertex was
-/// found last time. Returns the set of corners for which this fails.
+/// Handles the common case: for each corner, tries the source at which the corner's vertex was
+/// found last time. Returns the set of corners whose vertices are not at this source.
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::look_up_hints(CellTopology& cell,
                                                     const Numbers& number) const {
@@ -362,12 +366,12 @@ bool ReplayHexahedra<Coder>::resolve_corner(const StoredCell& stored, CellTopolo
   return true;
 }
 
-/// Decoder: finds the vertex of a corner that is not at the source where this corner's vertex was
-/// found last time.
+/// Decoder: finds the vertex of a corner if it is not at the source at which the corner's vertex
+/// was found last time.
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::find(std::uint64_t number, std::uint32_t corner) {
   const std::uint32_t slot = find_anywhere(number);
-  if (slot == kNone) return slot;  // usually a vertex that the current cell introduces
+  if (slot == kNone) return slot;  // usually a vertex that this cell introduces
   auto& sources = sources_[corner];
   std::swap(sources[0], sources[1]);
   if (sources[0].distance <= slots_.kept() &&
@@ -413,7 +417,8 @@ void ReplayHexahedra<Coder>::forget(std::uint32_t slot) {
 
 template <class Coder>
 void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, std::uint8_t marks) {
-  // If the two guesses of marks differ, record which one was right.
+  // There are two guesses of which corners are marked as last use. If they differ, record which
+  // guess was right.
   if (reaches(distances_[0]) && distances_[0] + beside_now_ <= kept()) {
     const std::uint8_t moved = static_cast<std::uint8_t>(past(beside_now_).marks ^
                                                          past(distances_[0] + beside_now_).marks);
@@ -421,7 +426,8 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
     if (moved != 0 && (away == 0 || away == moved)) marks_shift_ = away != 0;
   }
   if (!follows_strays_ && (strays_ & likely_strays()) != 0) ++repeated_strays_;
-  // A cell without strays inherits the strays of its model cell.
+  // If a cell has no strays, store the strays of its model cell (the earlier cell that it repeats)
+  // for it.
   if (strays_ == 0) strays_ = likely_strays();
   if (follows_strays_) follow_strays(number);
   Past& record = remember(cell, number);
@@ -431,7 +437,7 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
   record.guessed = (hits_ & 1) != 0;
   record.beside = static_cast<std::uint32_t>(beside_now_);
   if (keep_) cell.original = number;
-  // A vertex at several corners is marked as last use only once.
+  // If a vertex occurs at several corners, only one of them is marked as last use.
   std::fill_n(cell.last_use.begin(), 8, std::uint8_t{0});
   for (std::uint32_t left = marks; left != 0; left &= left - 1) {
     const auto c = static_cast<std::uint32_t>(std::countr_zero(left));
@@ -458,9 +464,10 @@ void ReplayHexahedra<Coder>::follow_strays(const Numbers& number) {
   }
 }
 
-/// Returns the storage for the current hexahedron, with its numbers set. The capacity of the ring
-/// grows with the mesh and its active surface: cells further back do not help prediction. Live
-/// vertices were usually used within the last layer, so the ring of slots can be smaller.
+/// Returns the storage for the current hexahedron, with its vertex numbers set. The capacity of the
+/// ring grows with the mesh and its active surface, since cells further back do not help
+/// prediction. The ring of slots can be smaller, since live vertices were usually used within the
+/// last layer.
 template <class Coder>
 auto ReplayHexahedra<Coder>::remember(const CellTopology& cell, const Numbers& number) -> Past& {
   const std::uint64_t active = surface_->active_vertices();

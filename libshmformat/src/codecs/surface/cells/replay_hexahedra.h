@@ -1,23 +1,24 @@
 // Replay hexahedra: codes each hexahedron as a repetition of an earlier hexahedron with other
-// vertex numbers. It codes hexahedra in coding order as symbols of the bitstream "connectivity".
-// Encoder and decoder keep the same state: the last cells in a ring, the numbers of live vertices,
-// and the models.
+// vertex numbers. Hexahedra are coded in coding order, as symbols of the bitstream "connectivity".
+// Encoder and decoder keep the same state: a ring of the most recent cells, the numbers of live
+// vertices, and the models.
 //
-// Cells that a program has enumerated continue regularly. With a distance d, for each corner,
+// If a program has numbered the mesh, the numbers continue regularly: there is a distance d so that
+// for each corner of cell i
 //   number[i] = number[i - d] + (number[i - 1] - number[i - 1 - d])
-// and the cell finalizes the same corners as cell i - d. One decision codes that all of this holds.
-// The numbers are the source's vertex numbers (Order::keep) or stream numbers. A number that no
-// live vertex has belongs to a new vertex. So numbers, cell order and corner order cost nothing
-// extra, and no face is ever looked up. A cell for which this does not hold is coded corner by
+// and cell i finalizes the same corners as cell i - d. One decision codes that all of this holds.
+// The numbers are the source's vertex numbers (Order::keep) or stream numbers. If no live vertex
+// has the number, the vertex is new. So numbers, cell order and corner order cost nothing extra,
+// and no face is ever looked up. If the rule does not hold for a cell, the cell is coded corner by
 // corner.
 //
-// A refined mesh has cells that combine corners of the original cell with new vertices. The number
-// of such an original corner differs from the number that the earlier (model) cell predicts: the
-// corner is a stray. The same corner is a stray in the model cell. When the encoder has detected
-// such cells, it follows strays: the coder predicts which corners are strays, and their numbers.
-// The coder predicts each of these numbers by adding a step to the number of the previous stray. To
-// find the step, the coder looks for the last step equal to the current one, and takes the step
-// that followed it.
+// In a refined mesh, a cell combines a corner of the original cell with new vertices. The number of
+// an original corner differs from the number predicted from the earlier (model) cell. A corner with
+// such a number is a stray. If a corner is a stray in a cell, the same corner was usually a stray
+// in the model cell. When the encoder has detected such cells, it follows strays: encoder and
+// decoder then predict which corners are strays, and predict their numbers. The prediction is the
+// number of the previous stray plus a step. The step is found by looking up the last occurrence of
+// the current step, and taking the step that came after it.
 // spec: "Replay hexahedra"
 #pragma once
 
@@ -39,18 +40,20 @@ namespace shm {
 inline constexpr std::uint64_t kReplayLeast = std::uint64_t{1} << 14;
 inline constexpr std::uint64_t kReplayWindow = std::uint64_t{1} << 18;
 
-/// The last elements of a sequence, accessed by their age. The capacity of the ring is a power of
-/// two.
+/// Ring of the most recent elements of a sequence. An element is accessed by its age. The capacity
+/// of the ring is a power of two.
 template <class T>
 class LastRing {
  public:
   /// Returns the number of elements.
   std::uint64_t kept() const { return kept_; }
-  /// Returns the element `distance` before the next one. Any distance is safe once there is an
-  /// element, but only distances from 1 to kept() are meaningful.
+  /// Returns the element that was added `distance` elements ago; distance 1 is the most recent
+  /// element. Only the distances 1 to kept() are meaningful, but any distance is memory-safe if the
+  /// ring is not empty.
   const T& operator[](std::uint64_t distance) const { return ring_[place(sequence_ - distance)]; }
   /// Returns the storage of the next element. If the ring is full and its capacity is below
-  /// `least`, the capacity doubles; otherwise the oldest element is dropped.
+  /// `least`, doubles the capacity. If the ring is full and its capacity is large enough, replaces
+  /// the oldest element.
   T& push(std::uint64_t least) {
     if (kept_ == ring_.size() && ring_.size() < std::max(least, kFirst))
       widen(std::max<std::size_t>(2 * ring_.size(), kFirst));
@@ -58,7 +61,8 @@ class LastRing {
     kept_ = std::min<std::uint64_t>(kept_ + 1, ring_.size());
     return entry;
   }
-  /// Adopts the capacity and the number of elements of another ring; the elements are empty.
+  /// Sets the capacity and the number of elements to those of another ring. The elements themselves
+  /// are default values.
   template <class Other>
   void begin_as(const LastRing<Other>& other) {
     ring_.assign(other.ring_.size(), T{});
@@ -88,66 +92,72 @@ class LastRing {
 template <class Coder>
 class ReplayHexahedra {
  public:
-  /// `surface` must outlive this object. `keep`: true if corners are coded by the source's numbers
-  /// in StoredCell::original, false if by stream numbers. `strays`: whether strays may be followed.
+  /// `surface` must outlive this object. `keep`: if true, corners are coded by the source's numbers
+  /// in StoredCell::original; if false, by stream numbers. `strays`: true if strays may be
+  /// followed.
   ReplayHexahedra(ActiveSurface& surface, bool keep, bool strays)
       : surface_(&surface), keep_(keep), may_follow_(strays) {}
 
-  /// Codes the corners of one hexahedron in stored order, and their last uses. Returns false when
-  /// decoding damaged data, or if two live vertices have the same number.
+  /// Codes the corners of one hexahedron in stored order, and their last uses. Returns false if
+  /// decoded data is damaged, or if two live vertices have the same number.
   bool code(Coder& symbols, Coder& corner_order, const StoredCell& stored, CellTopology& cell,
             bool order_matters);
-  /// Sets the number of a vertex that is not yet a corner of a hexahedron.
+  /// Sets the number of a vertex that has not been a corner of a hexahedron yet.
   void set_number(std::uint32_t slot, std::uint64_t number);
-  /// Removes a vertex. Call it before any vertex is finalized.
+  /// Removes the vertex in `slot`. Call it before the vertex is finalized.
   void forget(std::uint32_t slot);
 
  private:
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
   static constexpr std::size_t kMissSlots = 1024;
-  // Number of distances remembered; the largest for which 3-bit trees suffice
+  // Number of distances that are remembered. It is the largest number possible with a tree of 3
+  // bits, because the symbols 6 (new distance) and 7 (kFollowStrays) are coded in the same tree
   static constexpr std::uint32_t kDistances = 6;
-  // Symbol that is coded once in the stream instead of a place; strays are followed after it
+  // Symbol that can occur once in the stream, in place of the index of a distance. From this symbol
+  // on, strays are followed
   static constexpr std::uint32_t kFollowStrays = 7;
 
-  // The table followers_ has 2^kFollowerBits entries. Frozen: part of the format
+  // Binary logarithm of the size of the table followers_. Frozen: part of the format
   static constexpr int kFollowerBits = 12;
   enum Kind : std::uint8_t { kExpected, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
   using Halves = std::array<std::uint32_t, 8>;
   struct Past {
     Halves number{};         // lower halves of the vertex numbers
-    std::uint8_t next = 0;   // set of corners whose new number was above the largest number
+    std::uint8_t next = 0;   // set of corners whose number was the largest number so far plus 1
     std::uint8_t marks = 0;  // set of corners marked as last use
 
-    // Set of corners that were not as guessed; if there were none, the set of the model cell
+    // Set of strays: corners whose numbers were mispredicted. If there are none, the set of the
+    // model cell (the earlier cell that this cell repeats)
     std::uint8_t strays = 0;
-    bool guessed = false;      // true: all corners and marks were as expected
-    std::uint32_t beside = 1;  // distance of the cell whose shift was repeated for this cell
+    bool guessed = false;      // true if all corners and last-use marks were as expected
+    std::uint32_t beside = 1;  // distance to the earlier cell whose shift was repeated in this cell
   };
   struct Named {
     std::uint64_t number = 0;
-    bool known = false;  // true: by_number_ maps the number to this vertex
+    bool known = false;  // true if the vertex can be found by its number
   };
-  /// A place where the vertex of a corner was found before: a corner of the cell `distance` before.
+  /// A source: a place where the vertex of a corner was found. It is the corner `corner` of the
+  /// cell that is `distance` cells before the current cell.
   struct Source {
     std::uint32_t distance = 1;
     std::uint8_t corner = 0;
   };
-  /// Expected vertex numbers and last-use marks of a cell.
+  /// Expected vertex numbers of a cell, and its expected last uses as a set of corners.
   struct Guess {
     Numbers number{};
     std::uint8_t marks = 0;
   };
-  /// The guess that the encoder has selected or the decoder has read.
+  /// Parameters of a guess. The encoder chooses them; the decoder reads them.
   struct Choice {
-    std::uint32_t place = 0;     // index in distances_; kDistances means a new distance
+    std::uint32_t place = 0;     // index in distances_; kDistances if the distance is new
     std::uint64_t distance = 0;  // the new distance, if there is one
-    bool old_shift = false;      // true: the shift is computed over the distance that was used last
+    bool old_shift = false;      // true if the shift is computed from the previously used distance
+                                 // instead of the distance chosen here
 
-    // The cell whose shift is repeated. 0: as for the model cell; 1: the last cell; from 2 on: the
-    // cell at distances_[beside - 2]
+    // The cell whose shift is repeated. 0: the same choice as for the model cell. 1: the previous
+    // cell. From 2 on: the cell at distance distances_[beside - 2]
     std::uint32_t beside = 0;
   };
 
@@ -183,12 +193,13 @@ class ReplayHexahedra {
   std::uint32_t find(std::uint64_t number, std::uint32_t corner);
   std::uint32_t find_anywhere(std::uint64_t number) const;
   void finish(CellTopology& cell, const Numbers& number, std::uint8_t marks);
-  /// Returns the corners that are probably not as guessed. Must hold: the model cell is known.
+  /// Returns the set of corners that are probably mispredicted: the strays of the model cell.
+  /// Returns an empty set if there is no model cell.
   std::uint8_t likely_strays() const {
     return reaches(distances_[0]) ? past(distances_[0]).strays : std::uint8_t{0};
   }
   static std::size_t place_of_follower(std::uint64_t step, std::size_t corner);
-  // Call next_stray() and follow_strays() only while strays are followed.
+  // The next two functions must be called only while strays are followed.
   std::uint64_t next_stray(std::size_t corner) const {
     return last_stray_ + followers_[place_of_follower(stray_step_, corner)];
   }
@@ -199,35 +210,39 @@ class ReplayHexahedra {
   bool keep_, may_follow_;
 
   LastRing<Past> pasts_;
-  // Upper halves of the vertex numbers, since the first upper half that is not zero
+  // Upper halves of the vertex numbers. The ring is empty until the first upper half that is not
+  // zero
   LastRing<Halves> upper_;
-  LastRing<Slots> slots_;  // decoder: slots of the last cells; contains fewer cells than pasts_
+  LastRing<Slots> slots_;  // decoder: vertex slots of the most recent cells; this ring contains
+                           // fewer cells than pasts_
   std::uint64_t sequence_ = 0;  // sequence number of the current hexahedron
 
-  // Distances used before, the most recently used first
+  // Distances used before; the most recently used distance comes first
   std::array<std::uint64_t, kDistances> distances_{1};
   bool marks_shift_ = false;
 
-  std::vector<Named> named_;  // numbers of vertices, by slot
-  std::vector<std::uint64_t>
-      introduced_;  // encoder: by vertex slot, the hexahedron that introduced the vertex
-  std::vector<std::uint64_t>
-      misses_;           // encoder: by step_key(), the last hexahedron that was not as expected
-  bool clash_ = false;   // true: two live vertices had the same number
-  NumberMap by_number_;  // vertices by number; used in Order::keep only
+  std::vector<Named> named_;               // numbers of vertices, by slot
+  std::vector<std::uint64_t> introduced_;  // encoder: for each vertex slot, the sequence number of
+                                           // the hexahedron that introduced the vertex
+  std::vector<std::uint64_t> misses_;  // encoder: for each step_key(), the sequence number of the
+                                       // most recent mispredicted hexahedron
+  bool clash_ = false;                 // true if two live vertices had the same number
+  NumberMap by_number_;                // vertices by number; used in Order::keep only
   std::uint64_t largest_ = ~std::uint64_t{0};
-  Numbers top_{};  // for each corner: the largest number that was not as expected
+  Numbers
+      top_{};  // for each corner: the largest vertex number with which this corner was mispredicted
   std::array<std::array<Source, 2>, 8>
-      sources_{};            // decoder: the source that was right most recently comes first
+      sources_{};  // decoder: for each corner, two sources; the source that was right most recently
+                   // comes first
   std::uint8_t next_ = 0;    // corners of the current hexahedron, see Past::next
   std::uint8_t strays_ = 0;  // corners of the current hexahedron, see Past::strays
   std::uint64_t beside_now_ = 1;
   bool follows_strays_ = false;
   std::uint32_t repeated_strays_ =
-      0;  // encoder: number of cells so far with strays at likely corners
+      0;  // encoder: number of cells so far in which a likely stray was a stray
 
-  // Number of the last stray, and its step from the stray before it. followers_ contains, for each
-  // step and corner, the step that followed.
+  // Vertex number of the most recent stray, and the step to it from the stray before it. followers_
+  // contains, for each step and corner, the step that came next.
   std::uint64_t last_stray_ = 0, stray_step_ = 0;
   std::vector<std::uint64_t> followers_;  // empty until strays are followed
 
@@ -242,7 +257,7 @@ class ReplayHexahedra {
   AdaptiveBit old_shift_;
   std::array<TreeModel<3>, kDistances + 1> beside_;
   std::array<AdaptiveBit, kDistances + 1> as_guessed_;
-  // Models of the decision whether a corner is as guessed. First index: whether the corner is in
+  // Models of the decision whether a corner is as guessed. The first index is 1 if the corner is in
   // likely_strays()
   std::array<std::array<std::array<AdaptiveBit, 3>, 8>, 2> same_;
   std::array<std::array<TreeModel<3>, 8>, 8> kind_;

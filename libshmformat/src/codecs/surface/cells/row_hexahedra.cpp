@@ -8,8 +8,9 @@ namespace {
 
 constexpr std::size_t kMaxJoins = 24;
 
-/// A face at an edge with the ends `a` and `b`: the vertices of the face above these ends, and the
-/// other edges of the face.
+/// The vertices above an edge. For a face (a quadrilateral) that contains the edge from `a` to `b`:
+/// the vertex next to `a` and the vertex next to `b` that are not on this edge, and the other three
+/// edges of the face.
 struct Above {
   std::uint32_t a = kNone, b = kNone;
   FaceEdge beside_a = kNone, beside_b = kNone, top = kNone;
@@ -23,7 +24,7 @@ Above above(const ActiveSurface& surface, FaceEdge edge, std::uint32_t a) {
 }
 
 /// Returns true if the face belongs to a cell that is not a hexahedron. Cells with eight corners
-/// are hexahedra: their faces are on the active surface.
+/// are hexahedra, and their faces are on the active surface.
 bool is_of_other_cell(const OpenFaces& open, const OpenFaces::Face& face) {
   return open.owner(face).size < 8;
 }
@@ -59,8 +60,8 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, const Stored
   if (kind != kStart && !code_orientation(corner_order, symbols, order_matters, orientation))
     return false;
 
-  // Return the cell in the order of the frame. The caller of the encoder relies on the corners that
-  // it stored, in whatever order a reader will receive them.
+  // Return the corners in the order of the frame. stored_corner contains the order in which the
+  // caller of the encoder stored the corners, even if a reader receives them in another order.
   const auto& stored_bits = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
   for (std::uint32_t i = 0; i < 8; ++i) {
     const std::uint32_t b = kCornerBits[i];
@@ -78,8 +79,8 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, const Stored
 
 // --- faces
 
-/// Codes whether the face is shared. `above_a`, `above_b`: vertices of the face above corners a and
-/// b.
+/// Codes whether side `side` of the hexahedron is the active face `face` of an earlier hexahedron.
+/// `above_a`, `above_b`: the vertices of `face` next to corners a and b.
 template <class Coder>
 bool RowHexahedra<Coder>::share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face,
                                 std::uint32_t a, std::uint32_t b, std::uint32_t above_a,
@@ -104,7 +105,8 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     order[place] = i;
   }
   std::array<Above, 4> sides{};
-  std::uint32_t yes = 0;  // bit i is set if the side at edge i of the gate is shared
+  std::uint32_t yes = 0;  // bit i is set if the side at edge i of the gate (the face to which this
+                          // hexahedron is attached) is shared with an earlier hexahedron
   for (std::uint32_t i : order) {
     const FaceEdge mate = face.mate[i];
     const std::uint32_t side = kAdjacentFace[k][i];
@@ -136,14 +138,16 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     if constexpr (Coder::kMixes) about_side(symbols, gate * 4 + i, evidence, candidate, yes);
     if (share(symbols, model, side, mate / 4, a, b, upper.a, upper.b)) yes |= bit(i);
   }
-  // Code the far face, which is across the top edges of the shared sides.
+  // Code whether the far face (the face opposite to the gate) is shared with an earlier hexahedron.
+  // The far face is found across the top edges of the shared sides.
   if (yes == 0 || (work_.known == 0xff)) return;
   const std::uint32_t far_side = kOppositeFace[work_.gate_side];
   for (std::uint32_t i = 0; i < 4; ++i) {
     if ((yes >> i & 1) == 0) continue;
     const FaceEdge mate = surface_->mate(sides[i].top);
     if (mate == kNone || is_shared(mate / 4)) continue;
-    // Edge i of the far face runs from corner a to corner b; c and d are opposite this edge.
+    // Edge i of the far face runs from corner a to corner b. Corners c and d are opposite to this
+    // edge.
     const std::uint32_t a = kFaceBits[k][i];
     const std::uint32_t c = kFaceBits[k][(i + 3) % 4], d = kFaceBits[k][(i + 2) % 4];
     const Above upper = above(*surface_, mate, work_.corner[a]);
@@ -166,9 +170,10 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
 
 // --- corners
 
-/// Returns 2 for each known neighbour of the corner that has an edge on the surface leading out of
-/// the hexahedron in the direction of the corner, plus 1 if a face connects two of these neighbours
-/// around the corner.
+/// Counts the known neighbours of the unknown corner `corner` that have an edge on the surface
+/// which points in the direction of that corner and whose other end is not a known corner. Returns
+/// twice this count, plus 1 if an unshared face has two known neighbours of the corner as opposite
+/// vertices.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
   Corners known{};  // slots of the known corners; kNone if unknown
@@ -203,8 +208,8 @@ std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
   return leads + around;
 }
 
-/// Lists live vertices that may be this corner: neighbours, on the surface, of the corner's known
-/// neighbours.
+/// Lists the live vertices that may be this corner. They are connected on the surface to known
+/// neighbours of the corner.
 template <class Coder>
 void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
   joins_.clear();
@@ -229,7 +234,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
     for (FaceCorner face_corner = surface_->vertex(vertex).first_face; face_corner != kNone;
          face_corner = surface_->next_around(face_corner)) {
       const auto& face = surface_->face(face_corner / 4);
-      // All corners of this face belong to the current hexahedron
+      // skip shared faces, since all their corners belong to the current hexahedron
       if (is_shared(face_corner / 4)) continue;
       const std::uint32_t i = face_corner % 4;
       for (std::uint32_t step : {1u, 3u}) {
@@ -238,8 +243,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
         const bool same = kFaceAt[here ^ there][(there & ~here) != 0] == direction;
         add(face.quad[j], same ? 3 : 1);
       }
-      // Look for a face at the vertex p whose opposite vertex is another known neighbour of the
-      // corner.
+      // Look for a face in which the vertex opposite to p is another known neighbour of the corner.
       for (std::uint32_t other : {1u, 2u, 4u}) {
         if (other == axis || !known(corner ^ other)) continue;
         if (face.quad[(i + 2) % 4] == work_.corner[corner ^ other]) {
@@ -249,8 +253,8 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
       }
     }
   }
-  // Vertices with equal scores stay in the order in which they were found. std::stable_sort would
-  // allocate memory.
+  // Vertices with equal scores keep the order in which they were found. std::stable_sort is not
+  // used, because it would allocate memory.
   for (std::uint32_t i = 0; i < joins_.size(); ++i) joins_[i].met = i;
   std::sort(joins_.begin(), joins_.end(), [](const Join& a, const Join& b) {
     return a.score != b.score ? a.score > b.score : a.met < b.met;
@@ -343,12 +347,12 @@ bool RowHexahedra<Coder>::code_reference(Coder& symbols, std::uint32_t& slot) {
   return slot != kNone;
 }
 
-// --- next to cells that are not hexahedra: their open quadrilaterals
+// --- hexahedra next to cells of other shapes: open quadrilaterals of these cells
 
-/// Returns the vertex that closes the most open quadrilaterals at this corner. Let p be a known
-/// neighbour of the corner, and r the known corner next to p in a side of the hexahedron. A
-/// quadrilateral counts if it has the edge from p to r and, if the fourth corner q of this side is
-/// known, contains q in the same place.
+/// Returns the vertex that, as this corner, would close the most open quadrilaterals. Let p be a
+/// known neighbour of the corner, and let r be the known corner next to p in a side of the
+/// hexahedron. A quadrilateral counts if it has the edge from p to r. If the fourth corner q of
+/// this side is also known, the quadrilateral must contain q in the same place.
 template <class Coder>
 auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVertex {
   joins_.clear();
@@ -383,7 +387,8 @@ auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVe
   return best;
 }
 
-/// Returns the number of open faces at a vertex that do not belong to hexahedra, at most 3.
+/// Returns the number of open faces at a vertex that belong to cells other than hexahedra, at most
+/// 3.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) const {
   if (open_ == nullptr) return 0;
@@ -396,7 +401,8 @@ std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) cons
 template <class Coder>
 void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   Record& record = records_[cell.cell_slot];
-  // List gates of the next hexahedron: the vertices that it probably uses stay alive
+  // Find the candidates for the gate of the next hexahedron. The vertices of these faces probably
+  // stay alive
   list_candidates();
   const std::uint32_t owner_finals = work_.owner != nullptr ? owner_.finals : 0;
   for (std::uint32_t i = 0; i < 8; ++i) {

@@ -1,15 +1,17 @@
-// Row hexahedra: predicts each hexahedron from the row beside it. The coder codes hexahedra in
-// coding order as symbols of the bitstreams "connectivity" and "corner order". Encoder and decoder
-// keep the same state: the active surface, a record for each hexahedron on it, and the models.
+// Row hexahedra: predicts each hexahedron from the neighbouring row of hexahedra. It codes
+// hexahedra in coding order as symbols of the bitstreams "connectivity" and "corner order". Encoder
+// and decoder keep the same state: the active surface, a record for each hexahedron on the surface,
+// and the models.
 //
-// Every hexahedron has a frame: three axes that are transferred from one hexahedron to the next
-// across the shared face. So a side keeps its name along rows and layers, and no rotation is
-// encoded. A hexahedron is encoded in this order:
-//   gate       The active face to which the hexahedron is attached. It is guessed as follows: if
-//              the previous hexahedron was attached to hexahedron A, the gate is on the successor
-//              of A, at the same side.
-//   sides      The set of shared faces among the four faces around the gate. It usually follows
-//              from the fan of hexahedra around the edge.
+// Every hexahedron has a frame of three axes, which is transferred from one hexahedron to the next
+// across the shared face. So corresponding sides have the same index in all hexahedra of a row or
+// layer, and no rotation is encoded. A hexahedron is encoded in this order:
+//   gate       The active face to which the hexahedron is attached. The guess: if the previous
+//              hexahedron was attached to hexahedron A, the gate is on the hexahedron that was
+//              coded after A, at the same side.
+//   sides      Which of the four faces around the gate are shared. This usually follows from the
+//   fan
+//              of hexahedra around the edge between the gate and the face.
 //   far face   Whether the face opposite the gate is shared.
 //   corners    The corners that are still unknown: each is a new vertex, a live vertex nearby, or
 //              any live vertex.
@@ -34,7 +36,7 @@ namespace shm {
 template <class Coder>
 class RowHexahedra {
  public:
-  /// The subject of a decision, used as a context. Frozen: part of the format.
+  /// The kind of a decision, which is part of its context. Frozen: part of the format.
   enum Question : std::uint8_t {
     kHit = 0,
     kWhich = 1,
@@ -68,22 +70,22 @@ class RowHexahedra {
 
   /// Both arguments must outlive this object. `open`: open faces of cells of all shapes; null if
   /// the mesh has only hexahedra.
-  // Cold, because otherwise the constructor would contain separate initialization code for
-  // thousands of models.
+  // The attribute `cold` makes the constructor small. Without it, the compiler generates separate
+  // initialization code for each of thousands of models.
   [[gnu::cold]] explicit RowHexahedra(ActiveSurface& surface, const OpenFaces* open = nullptr)
       : surface_(&surface), open_(open) {}
 
-  /// Codes the corners of one hexahedron and attaches it to the surface. If `order_matters` is set,
-  /// codes the order of the corners; otherwise codes only the handedness. Returns false only when
-  /// decoding damaged data.
+  /// Codes the corners of one hexahedron, and attaches it to the surface. If `order_matters` is
+  /// set, also codes the order of the corners; otherwise only codes whether the hexahedron is
+  /// mirrored. Returns false only when decoding damaged data.
   bool code(Coder& symbols, Coder& corner_order, const StoredCell& stored, CellTopology& cell,
             bool order_matters);
-  /// Codes the last uses of a cell. Call it after the rest of the cell has been coded. The caller
-  /// finalizes the vertices.
+  /// Codes the last uses of a cell. Call it after the rest of the cell has been coded. It does not
+  /// finalize the vertices; the caller must do this.
   void code_last_use(Coder& symbols, CellTopology& cell);
 
  private:
-  /// Returns the bit of one corner or face in a set.
+  /// Returns the bit that represents a corner or face in a bit set.
   static constexpr std::uint32_t bit(std::uint32_t i) { return 1u << i; }
 
   using Bit = typename Coder::Bit;
@@ -93,44 +95,47 @@ class RowHexahedra {
   template <std::size_t kSize>
   using Choice = ChoiceModel<kSize, Bit>;
 
-  using Corners = std::array<std::uint32_t, 8>;  // vertices by corner bits x + 2y + 4z in the frame
+  using Corners =
+      std::array<std::uint32_t, 8>;  // vertices of the corners; the corner at (x, y, z) in the
+                                     // frame has the index x + 2y + 4z (its corner bits)
   enum Kind : std::uint8_t { kCandidate, kPrevious, kChain, kAtEdge, kRecent, kStart, kKinds };
 
-  /// Data of a hexahedron, kept while one of its faces is active.
+  /// Data of a hexahedron. They are kept while at least one face of the hexahedron is active.
   struct Record {
     std::uint64_t sequence = ~std::uint64_t{0};
-    std::uint32_t successor = kNone;  // cell slot of the next hexahedron in coding order
+    std::uint32_t successor = kNone;  // slot of the cell that was coded after this hexahedron
     std::array<std::uint32_t, 6> face{kNone, kNone, kNone, kNone, kNone, kNone};
-    std::uint8_t orientation = 0;  // orientation of the stored corners in the frame
-    std::uint8_t shared = 0;       // set of faces that were shared when it was coded
+    std::uint8_t orientation = 0;  // orientation of the corners as stored, relative to the frame
+    std::uint8_t shared = 0;       // set of faces that were shared when the hexahedron was coded
     std::uint8_t introduced = 0;   // set of corners that the hexahedron introduced
     std::uint8_t finals = 0;       // set of corners that the hexahedron finalized
-    std::uint8_t repeats = 0;      // set of corners with the vertex of an earlier corner
-    bool guessed = false;          // true: its gate was one of the candidates
+    std::uint8_t repeats = 0;      // set of corners that have the same vertex as an earlier corner
+    bool guessed = false;          // true if the gate of this hexahedron was one of the candidates
   };
-  /// A hexahedron across a shared face of the hexahedron coded last, and its side at this face.
+  /// A hexahedron that shares a face with the hexahedron coded last. `side`: index of the shared
+  /// face in this hexahedron.
   struct Owner {
     std::uint32_t cell = kNone;
     std::uint64_t sequence = 0;
     std::uint8_t side = 0;
   };
-  /// A possible gate that the encoder examines: an active face, and the orientation of the
-  /// hexahedron relative to it.
+  /// A gate that the encoder considers: an active face, and the orientation that the hexahedron
+  /// would have at this face.
   struct Fit {
     std::uint32_t face = kNone;
     std::uint8_t orientation = 0;
   };
   /// The current hexahedron.
   struct Work {
-    Corners corner{};  // vertices of the known corners
-    Corners target{};  // encoder: vertices of all corners; kNone: new
-    std::array<std::uint64_t, 8>
-        number{};  // encoder: numbers of the corners, equal if their vertices are equal
+    Corners corner{};                       // vertices of the known corners
+    Corners target{};                       // encoder: vertices of all corners; kNone: new
+    std::array<std::uint64_t, 8> number{};  // encoder: numbers of the corners; two numbers are
+                                            // equal if the vertices are equal
     std::uint32_t known = 0;
     std::uint8_t introduced = 0;
     std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
     const Record* owner = nullptr;
-    std::uint32_t gate_side = 0;  // face of the current hexahedron at the gate
+    std::uint32_t gate_side = 0;  // index of the current hexahedron's face that is the gate
     Kind kind = kStart;
   };
   struct Coded {
@@ -140,14 +145,15 @@ class RowHexahedra {
   struct Join {
     std::uint32_t slot = 0, score = 0, met = 0;
   };
-  /// A vertex that, together with known corners, closes an open quadrilateral of a cell that is not
-  /// a hexahedron.
+  /// A vertex that would close an open quadrilateral together with known corners. The quadrilateral
+  /// belongs to a cell that is not a hexahedron.
   struct ClosingVertex {
     std::uint32_t slot = kNone;
-    /// Sum over the edges with such a quadrilateral: 2 each, or 3 if the other three corners are
-    /// known
+    /// Sum over the edges at which there is such a quadrilateral: 2 for each edge, or 3 if the
+    /// other three corners of the quadrilateral are known
     std::uint32_t score = 0;
-    std::uint32_t others = 0;  ///< number of other vertices that would close such a quadrilateral
+    std::uint32_t others = 0;  ///< number of other vertices that would close an open quadrilateral
+                               ///< at this corner
   };
 
   // Gate (row_hexahedra_surface.cpp)
@@ -177,12 +183,12 @@ class RowHexahedra {
   bool code_reference(Coder& symbols, std::uint32_t& slot);
   std::uint32_t count_leads(std::uint32_t corner) const;
   void list_joins(std::uint32_t corner);
-  // --- next to cells that are not hexahedra
+  // --- hexahedra next to cells of other shapes
   ClosingVertex find_closing_vertex(std::uint32_t corner);
   std::uint32_t open_faces_of_others(std::uint32_t slot) const;
 
-  // These functions set the contexts of the next decision, for a coder that mixes predictions
-  // (row_hexahedra_contexts.cpp).
+  // These functions set the contexts of the next decision. Only a coder that mixes predictions
+  // needs them (row_hexahedra_contexts.cpp).
   void about_candidates(Coder& symbols) const;
   void about_candidate(Coder& symbols, std::uint32_t index) const;
   void about_kind(Coder& symbols) const;
@@ -215,7 +221,7 @@ class RowHexahedra {
   std::uint32_t gate_age() const;
   const Record& last() const;
 
-  // Functions to call when all corners are known (row_hexahedra_surface.cpp)
+  // Functions that are called when all corners are known (row_hexahedra_surface.cpp)
   void find_other_shared();
   std::uint8_t orientation_across(std::uint32_t side) const;
   bool code_orientation(Coder& corner_order, Coder& symbols, bool order_matters,
@@ -227,10 +233,10 @@ class RowHexahedra {
   ActiveSurface* surface_;
   const OpenFaces* open_;
   std::vector<Record> records_;  // records by cell slot
-  std::vector<Coded>
-      coded_;  // hexahedra in coding order; those without a record are removed from time to time
+  std::vector<Coded> coded_;  // hexahedra in coding order; from time to time, hexahedra without a
+                              // record are removed
   Work work_;
-  Record owner_;  // a copy of the record of the hexahedron across the gate
+  Record owner_;  // copy of the record of the hexahedron to which the gate belongs
 
   // The hexahedron coded last
   std::uint32_t last_cell_ = kNone;
@@ -239,16 +245,19 @@ class RowHexahedra {
   std::uint32_t owner_count_ = 0;
   struct Candidate {
     std::uint32_t face = kNone;
-    std::uint32_t support = 0;  // number of other candidates that share an edge with this candidate
-    bool guessed = false;  // true: the gate of the hexahedron with this face was a candidate, too
+    std::uint32_t support = 0;  // number of other candidates with which the candidate shares an
+                                // edge
+    bool guessed = false;  // true if the hexahedron of this face was attached to a gate that was a
+                           // candidate
   };
   std::array<Candidate, 6> candidates_{};
   std::uint32_t candidate_count_ = 0;
 
   // Contexts of the next decisions
-  std::uint32_t hits_ = 0;  // last three gates, one bit each: 1 if the gate was a candidate
+  std::uint32_t hits_ =
+      0;  // the three most recent gates, with one bit each: 1 if the gate was a candidate
   std::uint32_t kinds_ = 0;
-  std::uint32_t gates_ = 0;  // kinds of the last ten gates, three bits each
+  std::uint32_t gates_ = 0;  // kinds of the ten most recent gates, with three bits each
   std::uint32_t last_gate_side_ = 0, gate_side_before_ = 0;
   std::uint32_t last_side_ = 0;
   std::uint32_t orientation_hits_ = 0, last_stored_face_ = 0;
@@ -281,15 +290,17 @@ class RowHexahedra {
   std::array<std::array<Tree<2>, 6>, 6> stored_corner_;
   std::array<Bit, 2> turned_;
   std::array<Bit, 2> mirrored_;
-  /// Models by: number of open faces of other cells, number of faces, number of uses, whether the
-  /// vertex was a last use in the owner and in the hexahedron coded last, number of candidates that
-  /// use the vertex.
+  /// Models of the decision whether this is the last use of a vertex. The indices are: the number
+  /// of open faces of other cells, the number of faces, the number of uses, whether the same corner
+  /// was marked as last use in the owner of the gate and in the previous hexahedron, and the number
+  /// of candidates that contain the vertex.
   std::array<std::array<std::array<std::array<std::array<Bit, 3>, 4>, 9>, 8>, 4> final_;
 
   std::vector<std::uint32_t> faces_;
   std::vector<Fit> fits_;
   std::vector<Join> joins_;
-  // For each vertex slot: the possible index of the vertex in joins_
+  // For each vertex slot: the index in joins_ of the vertex. Valid only if joins_ contains the
+  // vertex
   std::vector<std::uint32_t> join_place_;
 };
 

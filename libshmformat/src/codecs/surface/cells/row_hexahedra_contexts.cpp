@@ -1,6 +1,6 @@
-// Contexts that a mixing coder uses for the decisions of RowHexahedra in addition to the context of
-// the model. Each context is a hash of a few numbers that the model's context does not include. All
-// these numbers are the same in encoder and decoder at the time of the decision.
+// Contexts that a mixing coder uses for the decisions of RowHexahedra, in addition to the context
+// of the adaptive model. Each context is a hash of a few numbers that the context of the model does
+// not include. When a decision is coded, all these numbers are the same in encoder and decoder.
 #include <algorithm>
 #include <bit>
 
@@ -10,7 +10,7 @@ namespace shm {
 
 // --- numbers in contexts
 
-/// Returns the record of the hexahedron coded last. Call it before attach().
+/// Returns the record of the hexahedron that was coded last. Call it before attach().
 template <class Coder>
 auto RowHexahedra<Coder>::last() const -> const Record& {
   static constexpr Record kNobody{};
@@ -23,7 +23,7 @@ std::uint32_t RowHexahedra<Coder>::live_sides(std::uint32_t cell) const {
     if (live_face(cell, k) != kNone) sides |= bit(k);
   return sides;
 }
-/// Returns the sides of the current hexahedron that are known to be shared.
+/// Returns the set of sides of the current hexahedron that are known to be shared.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::shared_sides() const {
   std::uint32_t sides = 0;
@@ -31,14 +31,16 @@ std::uint32_t RowHexahedra<Coder>::shared_sides() const {
     if (work_.shared[k] != kNone) sides |= bit(k);
   return sides;
 }
-/// Returns the sum of the fans at a face's edges, each counted up to 5.
+/// Returns the sum of the fan sizes (numbers of hexahedra around an edge) at the edges of a face.
+/// Each size is limited to 5.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::fans(std::uint32_t face) const {
   std::uint32_t sum = 0;
   for (std::uint32_t fan : surface_->face(face).fan) sum += std::min(fan, 5u);
   return sum;
 }
-/// Returns the fans at a face's edges, each counted up to 5, as octal digits in ascending order.
+/// Returns the fan sizes (numbers of hexahedra around an edge) at the edges of a face, each limited
+/// to 5, as octal digits in ascending order.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::sorted_fans(std::uint32_t face) const {
   auto fan = surface_->face(face).fan;
@@ -46,22 +48,22 @@ std::uint32_t RowHexahedra<Coder>::sorted_fans(std::uint32_t face) const {
   std::sort(fan.begin(), fan.end());
   return fan[0] * 512u + fan[1] * 64u + fan[2] * 8u + fan[3];
 }
-/// Returns the sum of the numbers of faces at a face's four vertices.
+/// Returns the total number of active faces at the four vertices of a face.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::crowd(std::uint32_t face) const {
   std::uint32_t sum = 0;
   for (std::uint32_t slot : surface_->face(face).quad) sum += surface_->vertex(slot).face_count;
   return sum;
 }
-/// Returns the sum of the uses of a face's four vertices.
+/// Returns the total number of uses of the four vertices of a face.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::uses(std::uint32_t face) const {
   std::uint32_t sum = 0;
   for (std::uint32_t slot : surface_->face(face).quad) sum += surface_->vertex(slot).uses;
   return sum;
 }
-/// Returns the age of a face: the bit length of the number of hexahedra since its hexahedron was
-/// coded.
+/// Returns the age of a face: the number of hexahedra coded since the face's hexahedron, as a bit
+/// length.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::age(std::uint32_t face) const {
   const std::uint64_t coded = records_[surface_->face(face).cell].sequence;

@@ -1,7 +1,7 @@
-// RowHexahedra: the functions that use the active surface. The first part codes the gate, which is
-// the active face that a hexahedron is attached to. The second part runs when all corners are
-// known: it finds the other shared faces, codes the stored order of the corners, and updates the
-// surface.
+// RowHexahedra: the functions that work on the active surface. The first part codes the gate, which
+// is the active face to which a hexahedron is attached. The second part is called when all corners
+// are known. It finds the other shared faces, codes the stored order of the corners, and updates
+// the surface.
 #include <algorithm>
 #include <bit>
 #include <utility>
@@ -166,8 +166,8 @@ bool RowHexahedra<Coder>::code_gate(Coder& symbols, const StoredCell& stored, Fi
   }
 }
 
-/// Codes whether the gate is a candidate, and if so, which candidate. Encoding: sets `gate` in this
-/// case.
+/// Codes whether the gate (the face to which the hexahedron is attached) is a candidate. If it is,
+/// codes which candidate it is. Encoding: sets `gate` if a candidate is the gate.
 template <class Coder>
 bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const StoredCell& stored, Fit& gate) {
   if (candidate_count_ == 0) return false;
@@ -197,9 +197,9 @@ bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const StoredCell& store
   return true;
 }
 
-/// Encoder: chooses the gate if no candidate is shared. Returns the first kind that leads to a
-/// shared face. Among the remaining shared faces, faces at a distance used before are preferred,
-/// then the youngest face.
+/// Encoder: chooses the gate if no candidate is shared with the hexahedron. Returns the first kind
+/// for which there is a shared face. If only the kind that codes distances is left, prefers a face
+/// at a distance used before, then the face coded last.
 template <class Coder>
 auto RowHexahedra<Coder>::choose_elsewhere(const StoredCell& stored, Fit& gate,
                                            std::uint32_t& index) -> Kind {
@@ -237,7 +237,7 @@ bool RowHexahedra<Coder>::code_listed(Coder& symbols, Kind kind, Choice<32>& mod
   return true;
 }
 
-/// Codes one of the active faces of a hexahedron, by its side.
+/// Codes which active face of a hexahedron is the gate, as an index of a side.
 template <class Coder>
 bool RowHexahedra<Coder>::code_side(Coder& symbols, Question question, std::uint32_t cell,
                                     std::uint32_t& face) {
@@ -257,8 +257,8 @@ bool RowHexahedra<Coder>::code_side(Coder& symbols, Question question, std::uint
   return false;
 }
 
-/// Codes any face, by the number of hexahedra since its owner was coded and by its side in the
-/// owner.
+/// Codes any active face: the number of hexahedra since the owner of the face was coded, and the
+/// side of the owner at this face.
 template <class Coder>
 bool RowHexahedra<Coder>::code_recent(Coder& symbols, std::uint32_t& face) {
   std::uint64_t distance = 0;
@@ -290,7 +290,7 @@ bool RowHexahedra<Coder>::is_shared(std::uint32_t face) const {
   return std::find(work_.shared.begin(), work_.shared.end(), face) != work_.shared.end();
 }
 
-/// Returns the cell slot of the hexahedron with this number in coding order; kNone if its record
+/// Returns the cell slot of the hexahedron with sequence number `sequence`, or kNone if its record
 /// has been removed.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::cell_of(std::uint64_t sequence) const {
@@ -333,13 +333,15 @@ void RowHexahedra<Coder>::find_other_shared() {
   }
 }
 
-/// Returns the orientation of the hexahedron across a shared face, transferred across this face.
+/// Returns the orientation that the hexahedron across a shared face suggests for the current
+/// hexahedron.
 template <class Coder>
 std::uint8_t RowHexahedra<Coder>::orientation_across(std::uint32_t side) const {
   const auto& face = surface_->face(work_.shared[side]);
   const auto& stored = kOrientedBits[records_[face.cell].orientation];
   std::array<std::uint32_t, 4> here{},
-      // Corner bits in the frame (here), and corner bits as stored in the neighbour (there)
+      // Corner bits of the shared vertices in the frame of this hexahedron (here), and as stored in
+      // the neighbouring hexahedron (there)
       there{};
   for (std::uint32_t i : {0u, 1u, 3u}) {
     here[i] = 8;
@@ -370,8 +372,9 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
     orientation = flip ? kMirrorX : 0;
     return true;
   }
-  // Orientations expected from the hexahedra across shared faces, most votes first. On a tie, the
-  // orientation expected from the gate's owner comes first.
+  // The orientations that the hexahedra across shared faces suggest, sorted by votes: the
+  // orientation with the most votes comes first. If votes are equal, the orientation suggested by
+  // the owner of the gate comes first.
   struct Vote {
     std::uint8_t orientation = 0, count = 0;
   };
@@ -404,9 +407,8 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
   return code_orientation_at_gate(corner_order, orientation);
 }
 
-/// Codes the orientation by how the stored faces coincide at the gate: which stored face of this
-/// hexahedron is at the gate, and which corner of that face coincides with the lowest corner of the
-/// owner's face.
+/// Codes the orientation at the gate. It codes which stored face of this hexahedron is at the gate,
+/// and which corner of this face coincides with the lowest corner of the owner's face.
 template <class Coder>
 bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uint8_t& orientation) {
   const auto face_of = [](std::uint32_t o, std::uint32_t side) {
@@ -415,7 +417,8 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
     const std::uint32_t axis = 7u & ~((s[q[0]] ^ s[q[1]]) | (s[q[0]] ^ s[q[3]]));
     return kFaceAt[axis][(s[q[0]] & axis) != 0];
   };
-  const std::uint32_t side = kOppositeFace[work_.gate_side];  // the side of the owner at the gate
+  const std::uint32_t side = kOppositeFace[work_.gate_side];  // index of the owner's side at the
+                                                              // gate
   const std::uint32_t theirs = face_of(owner_.orientation, side);
   std::uint32_t lowest = 0;
   for (std::uint32_t i = 1; i < 4; ++i)
@@ -451,7 +454,7 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
 template <class Coder>
 void RowHexahedra<Coder>::attach(CellTopology& cell) {
   const auto& v = work_.corner;
-  // Remember the hexahedra across shared faces, oldest first: the next hexahedron is probably
+  // Store the hexahedra across shared faces, the oldest first. The next hexahedron is probably
   // adjacent to them.
   owner_count_ = 0;
   std::uint8_t shared_mask = 0;
@@ -507,11 +510,13 @@ void RowHexahedra<Coder>::attach(CellTopology& cell) {
     if (work_.shared[k] != kNone) surface_->remove_face(work_.shared[k]);
 }
 
-/// Links the two faces at both ends of the fan around each of the 12 edges as mates.
+/// At each of the 12 edges, links the two faces that bound the fan of hexahedra around the edge,
+/// which makes them mates.
 template <class Coder>
 void RowHexahedra<Coder>::link_edges(const std::array<std::uint32_t, 6>& face) {
   const auto& v = work_.corner;
-  // Edge i of the hexahedron's face k is edge first[k] + i * step[k] of a shared face.
+  // Edge i of face k of the hexahedron is edge first[k] + i * step[k] of the corresponding shared
+  // face.
   std::array<std::uint32_t, 6> first{}, step{};
   for (std::uint32_t k = 0; k < 6; ++k) {
     if (work_.shared[k] == kNone) continue;
@@ -535,12 +540,13 @@ void RowHexahedra<Coder>::link_edges(const std::array<std::uint32_t, 6>& face) {
         end[n] = face[k] * 4 + i;
         continue;
       }
-      // Find the same edge on the shared face, and its mate.
+      // Find the same edge on the shared face, and the mate of that edge.
       mine[n] = face[k] * 4 + (first[k] + i * step[k]) % 4;
       end[n] = surface_->mate(mine[n]);
       fan += surface_->fan(mine[n]);
     }
-    // Two shared faces that are mates at this edge close the fan around it. Both are removed soon.
+    // If two shared faces are mates at this edge, the fan around the edge is closed. Both faces are
+    // removed soon, so they are not linked.
     const bool closed = mine[0] != kNone && mine[1] != kNone && end[0] == mine[1];
     if (!closed) surface_->join(end[0], end[1], fan);
   }

@@ -6,8 +6,8 @@
 #include "mesh/hexahedron.h"
 
 namespace shm {
-/// Returns the side of the frame that faces the new vertex, seen from the vertex whose number is
-/// copied; kNone if the stencil is not a copy.
+/// If the stencil of a new vertex of a hexahedron is a copy, returns the direction from the copied
+/// vertex to the new vertex, as a side of the frame. Otherwise returns kNone.
 template <class Coder>
 std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::uint32_t position,
                                                  const Stencil& stencil) {

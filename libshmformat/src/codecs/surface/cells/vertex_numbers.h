@@ -1,7 +1,8 @@
-// Vertex numbers: codes the source's number of each vertex (Order::keep). Vertices are visited in
-// the order in which their cell stores its corners. Most files number vertices in this order, so a
-// number is often the last number plus 1 or the largest number plus 1. On lattices, a number can be
-// predicted from its neighbours by the rule that predicts coordinates.
+// Vertex numbers: codes the number that each vertex has in the source mesh (Order::keep). Vertices
+// are visited in the order in which their cell stores its corners. Most files number vertices in
+// this order, so a number is often the previous number plus 1, or the largest number so far plus 1.
+// On lattices, a number can also be predicted from its neighbours, by the rule that predicts
+// coordinates.
 // spec: "Vertex numbers"
 #pragma once
 
@@ -19,11 +20,12 @@ namespace shm {
 template <class Coder>
 class VertexNumbers {
  public:
-  /// Codes the numbers of the vertices that `cell` introduces at positions from `first` on.
-  /// number(position) returns a reference, which is read when encoding and set when decoding.
+  /// Codes the numbers of the vertices that `cell` introduces at positions `first` and above.
+  /// number(position) returns a reference; the encoder reads the number from it, and the decoder
+  /// writes the number to it.
   template <class Number>
   void code_cell(Coder& coder, const CellTopology& cell, Number&& number, std::uint32_t first = 0);
-  /// Adds a vertex whose number is coded in another stream.
+  /// Records the number of a vertex. Call it if this number is coded in another stream.
   void add(std::uint32_t slot, std::uint64_t number);
   /// Codes the number of a vertex that no cell uses.
   std::uint64_t code_unused(Coder& coder, std::uint32_t slot, std::uint64_t number) {
@@ -32,12 +34,12 @@ class VertexNumbers {
 
  private:
   static constexpr std::uint32_t kKinds = 3 + MidNode::kKinds;
-  /// Expected values of a number, and the contexts for coding it.
+  /// The expected values of a number, and the contexts that are used to code it.
   struct Expectation {
     std::uint64_t near = 0, second = 0;  // second may equal near
     std::uint32_t kind = 0;
     std::uint32_t direction = kNone;
-    // Slot of the vertex from which the number is copied along a direction; otherwise kNone
+    // Slot of the vertex whose number is copied along a direction; kNone if no number is copied
     std::uint32_t from = kNone;
   };
 
@@ -50,14 +52,17 @@ class VertexNumbers {
 
   std::vector<std::uint64_t> numbers_;  // numbers by vertex slot
   std::uint64_t last_ = ~std::uint64_t{0},
-                largest_ = ~std::uint64_t{0};  // largest number so far; -1 before the first vertex
+                largest_ = ~std::uint64_t{0};  // largest number so far; before the first vertex it
+                                               // is -1 modulo 2^64
   std::array<std::uint64_t, 6> stride_{1, 1, 1,
-                                       // Last difference between the numbers of neighbours, by side
+                                       // For each side: the most recent difference between the
+                                       // numbers of two neighbours
                                        1, 1, 1};
   MidNodeNumbers mid_node_numbers_;
   std::array<std::uint64_t, kKinds> miss_{};  // last error of `near`, by kind
 
-  // Results of the last guesses; first for vertices that are not mid nodes, then for mid nodes
+  // Outcomes of the most recent guesses. The first entry is for vertices that are not mid nodes,
+  // the second for mid nodes
   std::array<std::uint32_t, 2> history_{};
   std::array<std::array<std::array<AdaptiveBit, 4>, 64>, kKinds> guess_;
   std::array<std::array<AdaptiveBit, 4>, kKinds> missed_as_before_;

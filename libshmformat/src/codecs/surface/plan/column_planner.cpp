@@ -13,23 +13,24 @@
 namespace shm {
 namespace {
 
-// Far neighbours must save one byte in kWorthFarShare to be used. Domains are chosen again after
-// kGroupsKept groups.
+// Far neighbours are used if they save at least one byte in kWorthFarShare. Domains are chosen
+// again after kGroupsKept groups.
 constexpr std::size_t kWorthFarShare = 20;
 constexpr std::uint32_t kGroupsKept = 8;
 constexpr int kQuickZstd = 9;
-// Copies are tried if at least one element in kFewestCopies can be a copy of an earlier element.
+// Copies are tried if at least one in kFewestCopies elements can be a copy of an earlier element.
 constexpr std::size_t kFewestCopies = 8;
 
 // --- copies
 
-/// Returns the kind and corner of an element, combined. Copies are searched only among elements
-/// with the same kind and corner.
+/// Returns a number that combines the kind and the corner of an element. An element can be a copy
+/// only of an element with the same kind and corner.
 std::uint8_t stand_of(const Neighbourhood& item) {
   return static_cast<std::uint8_t>((item.corner | item.kind << 3) & 63);
 }
 
-/// The elements of the history and of the group, numbered consecutively.
+/// The elements of the history, followed by the elements of the group. All are numbered
+/// consecutively.
 class Elements {
  public:
   Elements(std::span<const std::vector<std::uint64_t>> bits,
@@ -61,8 +62,8 @@ class Elements {
   std::size_t before_;
 };
 
-/// Returns, for each element, the next element with the same kind and corner; if none exists,
-/// returns the element itself.
+/// Returns, for each element, the next element with the same kind and corner. If there is none, the
+/// entry is the element itself.
 std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
   constexpr std::size_t kPlaces = 64;
   std::vector<std::uint32_t> next(stands.size());
@@ -76,11 +77,12 @@ std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
   return next;
 }
 
-/// Finds, for each element, the distance to an earlier element with the same bits, in the group or
-/// in `history`; 0 if none exists within `farthest`. Prefers the distance of the last element
-/// with the same kind and corner (`stands`). Otherwise selects the distance that remains valid for
-/// the longest run of such elements. `bits`, `history`: by component. `history` contains the
-/// elements just before the first element of the group.
+/// For each element, finds an earlier element with the same bits in the group or in `history`, and
+/// returns the distance to it; 0 if there is none within `farthest`. If the distance of the most
+/// recent element with the same kind and corner (`stands`) is possible, returns this distance.
+/// Otherwise returns the distance that remains valid for the longest run of elements with this kind
+/// and corner. `bits`, `history`: one list for each component. `history` contains the elements just
+/// before the first element of the group.
 std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
                                        std::span<const std::vector<std::uint64_t>> bits,
                                        std::span<const std::vector<std::uint64_t>> history,
@@ -89,7 +91,7 @@ std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
   const Elements all(bits, history);
   std::vector<std::uint32_t> back(stands.size()), wanted(stands.size());
   const std::vector<std::uint32_t> next = next_alike(stands);
-  // Hash chains of earlier elements, the most recent element first.
+  // Hash chains of earlier elements; the most recent element is the first in a chain.
   std::vector<std::uint32_t> heads(std::bit_ceil(all.size() + 1), kNone), chain(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     std::uint32_t& head = heads[static_cast<std::size_t>(all.hash(i)) & (heads.size() - 1)];
@@ -142,8 +144,8 @@ EncodedColumn ColumnPlanner::encode(const TiledItems& elements, const std::byte*
   const Codec codec =
       level == Level::best && column_.has_tables() ? Codec::mixed_columns : Codec::columns;
 
-  // Zstd handles runs and repetitions better. Try it if a quick pass suggests that the values
-  // consist mostly of these.
+  // Zstd is better for runs and repetitions of values. Try zstd if a quick pass suggests that the
+  // values consist mostly of runs and repetitions.
   const std::vector<std::byte> planes = level == Level::best || repeats_
                                             ? shuffled(packed(values, stride, count), width)
                                             : std::vector<std::byte>();
@@ -163,7 +165,8 @@ EncodedColumn ColumnPlanner::encode(const TiledItems& elements, const std::byte*
   return under_zstd(elements, bits, std::move(bytes));
 }
 
-/// Returns a group of these values in shuffled_zstd, and updates the column.
+/// Returns a group in codec shuffled_zstd with the contents `bytes`, and updates the column's
+/// state.
 EncodedColumn ColumnPlanner::under_zstd(const TiledItems& elements, const Bits& bits,
                                         std::vector<std::byte> bytes) {
   column_.forget_history();
@@ -171,7 +174,8 @@ EncodedColumn ColumnPlanner::under_zstd(const TiledItems& elements, const Bits& 
   return {Codec::shuffled_zstd, std::move(bytes)};
 }
 
-/// Stores values that were coded in another codec.
+/// Stores the values of a group that was coded in another codec, since later values are predicted
+/// from them.
 void ColumnPlanner::keep_values(const TiledItems& elements, const Bits& bits) {
   std::size_t offset = 0;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
@@ -190,7 +194,7 @@ std::size_t ColumnPlanner::covered_count(const TiledItems& elements) const {
                     [&](std::uint32_t block) { return column_.covers(block); }));
 }
 
-/// Returns the bits of `count` elements, by component.
+/// Returns the bits of the values of `count` elements, one list for each component.
 auto ColumnPlanner::bits_of(const std::byte* values, std::size_t stride, std::size_t count) const
     -> Bits {
   const std::size_t width = column_.scalar_width();
@@ -203,7 +207,8 @@ auto ColumnPlanner::bits_of(const std::byte* values, std::size_t stride, std::si
   return bits;
 }
 
-/// Returns the values of elements that are `stride` bytes apart, without gaps.
+/// Returns the values of `count` elements, packed without gaps. `stride`: number of bytes from an
+/// element to the next.
 std::vector<std::byte> ColumnPlanner::packed(const std::byte* values, std::size_t stride,
                                              std::size_t count) const {
   const std::size_t bytes = column_.element_bytes();
@@ -215,7 +220,7 @@ std::vector<std::byte> ColumnPlanner::packed(const std::byte* values, std::size_
 
 // --- predicted groups
 
-/// Encodes a group with predictions. If components would change their domains too often, returns
+/// Encodes a group with predictions. If the domains of components would change too often, returns
 /// nothing and leaves the column unchanged.
 std::optional<std::vector<std::byte>> ColumnPlanner::encode_predicted(const TiledItems& elements,
                                                                       Bits& bits,
@@ -223,8 +228,8 @@ std::optional<std::vector<std::byte>> ColumnPlanner::encode_predicted(const Tile
                                                                       Level level) {
   back_ = copies_among(elements, bits);
   if (back_.empty()) return encode_with_back(elements, bits, reference, level);
-  // Encode with and without copies: only the sizes show whether copies save more than their flags
-  // cost.
+  // Encode the group with copies and without copies. Copies need flags, and only the sizes show
+  // whether copies save more than their flags cost.
   State before = state();
   const std::vector<DomainAndTable> domains = domains_;
   auto with_copies = encode_with_back(elements, bits, reference, level);
@@ -242,8 +247,8 @@ std::optional<std::vector<std::byte>> ColumnPlanner::encode_predicted(const Tile
   return with_copies;
 }
 
-/// Returns, for each covered element, the distance to an element of which it may be a copy; empty
-/// if few elements can be copies.
+/// Returns, for each covered element, the distance to an earlier element with the same value, or 0.
+/// Returns an empty list if too few elements can be copies.
 std::vector<std::uint32_t> ColumnPlanner::copies_among(const TiledItems& elements,
                                                        const Bits& bits) const {
   if (!column_.has_copies()) return {};
@@ -257,7 +262,7 @@ std::vector<std::uint32_t> ColumnPlanner::copies_among(const TiledItems& element
   return back;
 }
 
-/// Does the same as encode_predicted(), with the copies listed in back_.
+/// Does the same as encode_predicted(), using the copies listed in back_.
 std::optional<std::vector<std::byte>> ColumnPlanner::encode_with_back(const TiledItems& elements,
                                                                       Bits& bits,
                                                                       const Bits& reference,
@@ -272,7 +277,7 @@ std::optional<std::vector<std::byte>> ColumnPlanner::encode_with_back(const Tile
     });
     first.assign(own.begin(), own.end());
   });
-  // Trials number classes that may never be coded.
+  // Trials assign numbers to classes that may never be coded, so save the class numbers.
   const ClassNumbers numbers = column_.class_numbers();
   std::vector<DomainAndTable> domains;
   for (std::size_t c = 0; c < components.size(); ++c)
@@ -298,8 +303,8 @@ std::optional<std::vector<std::byte>> ColumnPlanner::encode_with_back(const Tile
   return coder_.finish();
 }
 
-/// Encodes a tile of these elements. `offset`: position of its first element in the group.
-/// `hurries`: see ModeWatch.
+/// Encodes a tile. `items`: its elements. `offset`: position of the tile's first element in the
+/// group. `hurries`: see ModeWatch.
 void ColumnPlanner::encode_tile(std::span<const Neighbourhood> items, std::size_t offset,
                                 Bits& bits, const Bits& reference, bool hurries) {
   const auto own_back = part_of(back_, offset, items.size());
@@ -326,7 +331,7 @@ DomainAndTable ColumnPlanner::choose_domain(std::size_t component, const TiledIt
   const ArrayInfo& info = column_.info();
   DomainChooser chooser(column_, {elements, style_, back_});
   const std::vector<std::uint64_t> coded = chooser.coded(bits);
-  // The domain of the previous group usually fits this group, too.
+  // The domain of the previous group usually suits this group, too.
   if (level != Level::best && groups_ % kGroupsKept != 0 && domains_[component].table.empty() &&
       still_fits(info, component, domains_[component].domain, coded))
     return domains_[component];
@@ -336,9 +341,9 @@ DomainAndTable ColumnPlanner::choose_domain(std::size_t component, const TiledIt
   return chooser.choose(component, bits, reference, std::move(candidates));
 }
 
-/// Chooses the style. Far neighbours and matches cost time. Below level best they are used only if
-/// they save enough bytes in the first tile. The first group of a mesh uses the full style, since
-/// its first tile is not representative.
+/// Returns the style for the group. Far neighbours and matches take time. Below level best, they
+/// are used only if they save enough bytes in the first tile. The first group of a mesh always uses
+/// the full style, since its first tile is not typical.
 ColumnStyle ColumnPlanner::choose_style(std::span<const Neighbourhood> first_tile, const Bits& bits,
                                         const Bits& reference,
                                         std::span<const DomainAndTable> domains, Level level) {
@@ -354,7 +359,8 @@ ColumnStyle ColumnPlanner::choose_style(std::span<const Neighbourhood> first_til
   return lean_size <= least || (lean_size - least) * kWorthFarShare <= lean_size ? lean : full;
 }
 
-/// Returns the encoded size of the first tile in a style, without heads.
+/// Returns the size that the first tile would have in the given style. The heads of the components
+/// are not included.
 std::size_t ColumnPlanner::size_with(const ColumnStyle& style,
                                      std::span<const Neighbourhood> first_tile, const Bits& bits,
                                      const Bits& reference,
@@ -382,8 +388,8 @@ std::size_t ColumnPlanner::size_with(const ColumnStyle& style,
 
 // --- sizes
 
-/// Estimates the size. The estimate ignores copies, since which elements are copies does not depend
-/// on their neighbours.
+/// Returns an estimate of the encoded size. It ignores copies, since whether elements are copies
+/// does not depend on their neighbours.
 std::uint64_t ColumnPlanner::about_bytes(const TiledItems& elements, const std::byte* values,
                                          std::size_t stride, std::vector<RatedDomain>& rated) {
   const std::size_t count = covered_count(elements);

@@ -1,6 +1,5 @@
-// ColumnPlanner: encodes the groups of one array. It decides how each group is coded: in which
-// codec, domains and style, with which copies, and with which modes in each tile. ColumnCoder then
-// codes these decisions and the values.
+// ColumnPlanner: encodes the groups of one array. It chooses the codec, domains, style and copies
+// of each group, and the modes of each tile. ColumnCoder then codes these choices and the values.
 // spec: "Value columns"
 #pragma once
 
@@ -23,39 +22,39 @@ struct EncodedColumn {
   std::vector<std::byte> bytes;
 };
 
-/// Returns the largest reach of any style at this level. The finder of neighbourhoods needs a reach
-/// before a style is chosen.
+/// Returns the largest reach that a style can have at this level. Neighbourhoods are searched up to
+/// this reach, because a style is chosen later.
 inline constexpr Reach farthest_reach(Level level) {
   return level == Level::fast ? Reach::lattice : Reach::farther;
 }
 
 class ColumnPlanner {
  public:
-  /// `blocks`: element blocks that the array covers, ascending; empty: all blocks.
+  /// `blocks`: element blocks that the array covers, in ascending order; if the list is empty, the
+  /// array covers all blocks.
   [[gnu::cold]] ColumnPlanner(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
                               const ColumnTraits& traits = {});
 
   /// Allocates memory for slots, see ColumnCoder.
   void make_room(std::uint32_t slots, std::uint32_t all = 0) { column_.make_room(slots, all); }
-  /// Declares that every group has a reference. Call it before the first element.
+  /// Declares that every group has reference values. Call it before the first element.
   void use_reference() { column_.use_reference(); }
-  /// Makes the state of the column independent of groups in shuffled_zstd.
+  /// After this call, groups in shuffled_zstd do not change the state of the column.
   void see_own_groups_only() { sees_other_groups_ = false; }
 
-  // `values`: the values of the covered elements of a group in order. `stride`: distance in bytes
-  // between consecutive elements.
+  // `values`: the values of the covered elements of a group, in order. `stride`: number of bytes
+  // from an element to the next.
 
-  /// Encodes a group. `reference`: reference values of the covered elements, with the same layout
-  /// as the values; or null.
+  /// Encodes a group. `reference`: the reference values of the covered elements, in the same layout
+  /// as the values; null if there are no reference values.
   EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
                        Level level, const std::byte* reference = nullptr);
-  /// Returns the estimated size in bytes of the data that encode() would return. The column does
-  /// not change. `rated`: by component; empty on input, or the result for the same values with
-  /// other neighbourhoods, which makes the estimate fast.
+  /// Returns the estimated size in bytes of the result of encode(), without changing the column.
+  /// `rated`: one entry for each component. On input it is empty, or it is the result of an earlier
+  /// call for the same values with other neighbourhoods; the latter makes the estimate fast.
   std::uint64_t about_bytes(const TiledItems& elements, const std::byte* values, std::size_t stride,
                             std::vector<RatedDomain>& rated);
-  /// Returns the exact size in bytes of the data that encode() would return. The column does not
-  /// change.
+  /// Returns the exact size in bytes of the result of encode(), without changing the column.
   std::uint64_t bytes_if_coded(const TiledItems& elements, const std::byte* values,
                                std::size_t stride, Level level);
 
@@ -86,7 +85,7 @@ class ColumnPlanner {
                         std::span<const DomainAndTable> domains);
   void keep_values(const TiledItems& elements, const Bits& bits);
 
-  /// The data that coding a group changes, as far as another attempt needs it as before.
+  /// The data that encoding a group changes. They are restored before the group is encoded again.
   struct State {
     ColumnCoder<SplitEncoder> column;
     std::vector<ModeWatch> watches;
@@ -107,7 +106,7 @@ class ColumnPlanner {
   std::vector<DomainAndTable> domains_;  // domains of the previous group, by component
   std::uint32_t groups_ = 0;             // number of groups encoded so far
   std::vector<std::uint32_t>
-      back_;  // see ColumnTile::back, for the current group; empty: no copies
+      back_;  // copies in the current group, see ColumnTile::back; empty if there are no copies
 };
 
 }  // namespace shm

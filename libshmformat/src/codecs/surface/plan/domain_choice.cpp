@@ -15,10 +15,10 @@ namespace shm {
 
 namespace {
 
-/// Cost in bits of an escape, in addition to the bits of the value.
+/// Estimated cost of an escape in bits. The bits of the value itself are not included.
 constexpr double kEscapeBits = 8.0;
 
-/// Converts the elements of a sample to the states and indices of another domain.
+/// Converts the states and indices of a sample's elements to another domain.
 template <class Space>
 InputsOfElements in_domain(const ArrayInfo& info, std::size_t component,
                            const DomainAndTable& candidate, const Space& space,
@@ -48,9 +48,10 @@ InputsOfElements in_domain(const ArrayInfo& info, std::size_t component,
 /// The residual of an element.
 constexpr std::uint8_t kEscape = 254, kCopied = 255;
 struct ElementMiss {
-  std::uint8_t length = kCopied;  // bit length of the residual, or kEscape or kCopied
+  std::uint8_t length = kCopied;  // bit length of the residual; kEscape for an escape, kCopied for
+                                  // a copy
   bool second = false;            // whether the second mode predicts the element
-  bool may_be_second = false;     // whether the choice between the two modes is coded
+  bool may_be_second = false;     // true if the choice between the two modes has to be coded
 };
 
 template <class Space>
@@ -141,18 +142,21 @@ SampleCost estimate_cost(const ArrayInfo& info, std::size_t component,
 
 namespace {
 
-/// Least share of all bits that recalled values or partners must save to be used.
+/// Smallest share of all bits that recalled values or partners must save. If they save less, they
+/// are not used.
 constexpr double kWorthwhileShare = 0.02;
-constexpr std::uint64_t kFewestHelped = 32;  // at least one value in 32 must profit, too
+constexpr std::uint64_t kFewestHelped =
+    32;  // recalled values or partners must also make at least one in 32 values shorter
 
-/// Cost of a partnered value in addition to its residual, in bits.
+/// Estimated cost in bits of a value with a partner, in addition to its residual.
 constexpr double kPartnerBits = 1.5;
-/// Correction of the estimate for recalled values, whose models have to adapt first.
+/// Constants that make the estimate for recalled values more cautious, since the models of recalled
+/// values have to adapt first.
 constexpr double kRecallTrust = 0.85, kLearningBits = 400.0;
-/// Longest residual, in bits, that counts as a hit.
+/// Longest residual, in bits, with which an earlier value still counts as useful.
 constexpr std::uint32_t kLongestMiss = 40;
 
-/// Returns the index in the domain that is nearest to a value.
+/// Returns the index of the element of the domain that is nearest to a value.
 std::int64_t index_of(const ArrayInfo& info, const ValueDomain& domain,
                       const ValueTranslator& translator, double value) {
   const double state = translator.from_value(value);
@@ -166,8 +170,9 @@ std::int64_t index_of(const ArrayInfo& info, const ValueDomain& domain,
   }
 }
 
-/// Distances from recent values to their sources, and centres of symmetry between values and
-/// sources. Several are stored because the classes of neighbourhoods alternate.
+/// Recent relations between values and the earlier values that predict them: distances between
+/// their positions, and sums of their positions (which are constant if the order is reversed).
+/// Several relations are stored because the classes of neighbourhoods alternate.
 class Ways {
  public:
   bool goes_on(std::uint64_t here, std::uint64_t there) {
@@ -242,7 +247,8 @@ struct Lengths {
     ++count[length];
     ++all;
   }
-  /// Returns the cost of a number in bits: its length plus the entropy of its length.
+  /// Returns the cost in bits of a number with `length` bits: the length, plus the entropy of the
+  /// length.
   double bits(std::uint32_t length) const {
     return static_cast<double>(length) + bits_of_one(count[length], all);
   }
@@ -260,9 +266,9 @@ double EarlierValues::choose(std::span<const Value> values, bool has_table,
   const auto rank_of = [&](std::uint64_t magnitude) {
     return std::lower_bound(ascending.begin(), ascending.end(), magnitude) - ascending.begin();
   };
-  // Decide as the coder will decide. The true rank differences are not known here, since the coder
-  // computes ranks among the values coded so far: ranks among all values of the group are scaled
-  // down instead.
+  // Decide whether each value would be recalled, in the same way as the coder does. The coder
+  // computes ranks among the values coded so far. These ranks are not known here, so ranks among
+  // all values of the group are scaled down instead.
   constexpr std::uint32_t kNotRecalled = 255;
   std::vector<std::uint32_t> ranks(values.size(), kNotRecalled);
   Lengths of_ranks, of_followed, of_misses;
@@ -301,7 +307,7 @@ double EarlierValues::choose(std::span<const Value> values, bool has_table,
   domain.partners = by_partners > least;
   const double saved = domain.partners ? by_partners : 0.0;
   if (has_table) return saved;
-  // A value that a partner predicts well does not profit from being recalled.
+  // If a partner predicts a value well, recalling the value saves nothing.
   const double by = domain.partners ? by_recall_besides : by_recall;
   const double recalls =
       (by - binary_entropy(of_misses.all, values.size())) * kRecallTrust -
@@ -327,7 +333,7 @@ RatedDomain DomainChooser::choose(std::size_t component, const Bits& bits, const
   std::vector<SampleCost> costs;
   std::vector<ClassModes> modes;
   std::vector<RatedDomain> rated;
-  // Best candidate without a table; values can be recalled only without a table
+  // Index of the best candidate domain that has no table. Only such a domain can recall values
   std::size_t best = 0, best_without = candidates.size();
   for (std::size_t p = 0; p < candidates.size(); ++p) {
     costs.push_back(estimate_cost(info(), component, candidates[p], sample,
@@ -369,7 +375,7 @@ void DomainChooser::rescale(RatedDomain& rated, std::size_t component, const Bit
   if (bits_each > 0) rated.sampled_bits = bits_each;
 }
 
-/// Returns the estimated size in bytes of the table of a candidate.
+/// Returns the estimated size in bytes of the candidate's table.
 std::size_t DomainChooser::table_bytes(std::size_t component, const DomainAndTable& candidate) {
   if (candidate.table.empty()) return 0;
   const auto components = column_.components();
@@ -383,8 +389,8 @@ std::size_t DomainChooser::table_bytes(std::size_t component, const DomainAndTab
   return coder.finish().size();
 }
 
-/// Returns the elements of the sample that are coded. Their places are counted among all coded
-/// elements.
+/// Returns the elements of the sample that are not copies. Their positions are indices into the
+/// list of all elements of the group that are not copies.
 std::vector<EarlierValues::Value> DomainChooser::coded_values(const GroupSample& sample,
                                                               const SampleCost& cost) const {
   const auto& back = group_.back;
@@ -399,7 +405,7 @@ std::vector<EarlierValues::Value> DomainChooser::coded_values(const GroupSample&
   return values;
 }
 
-/// Returns a sample of the elements of the group for the component.
+/// Returns a sample of the elements of the group, with the values of one component.
 GroupSample DomainChooser::sample(std::size_t component, const Bits& bits, const Bits& reference) {
   GroupSample sample;
   sample.domain = widest_domain(info());
@@ -422,9 +428,9 @@ GroupSample DomainChooser::sample(std::size_t component, const Bits& bits, const
   return sample;
 }
 
-/// Stores the values of a tile in `state` without coding them, and adds some of them to `sample`.
-/// `place`: position of the tile's first element in the group. `of`: number of elements in the
-/// group.
+/// Stores the values of a tile in `state` without coding them, and adds some of the values to
+/// `sample`. `place`: position of the tile's first element in the group. `of`: number of elements
+/// in the group.
 void DomainChooser::add_to_sample(ColumnState& state, const ColumnTile& tile,
                                   std::span<const std::uint64_t> bits, std::size_t place,
                                   std::size_t of, GroupSample& sample) const {

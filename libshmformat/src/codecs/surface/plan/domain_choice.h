@@ -2,14 +2,14 @@
 //   GroupSample     a sample of the elements of the group
 //   estimate_cost   estimates the size of the sample in a domain
 //   EarlierValues   decides whether recalled values or partners save enough to be used
-//   DomainChooser   chooses among the candidates of value_domain.h, by the functions above
+//   DomainChooser   chooses among the candidates of value_domain.h; uses all of the above
 //
-// Rule: domain_candidates() proposes domains. A component uses the candidate with the smallest
-// estimated size: the size of about a thousand elements spread over the group, plus the size of the
-// table. Nothing is coded for the estimate. The elements are predicted with suitable modes, and the
-// estimate adds up the lengths of the residuals, the entropy of these lengths, and the cost of
-// marking second modes. Modes are chosen for the first candidate only, and also used for the
-// remaining candidates.
+// domain_candidates() proposes several domains. A component uses the candidate with the smallest
+// estimated size: the size of about a thousand elements that are spread over the group, plus the
+// size of the table. Nothing is coded for the estimate. Modes are chosen for the first candidate
+// and used for all candidates. The elements are predicted with these modes. The estimate is the sum
+// of the lengths of the residuals, the entropy of these lengths, and the cost of marking elements
+// that use second modes.
 #pragma once
 
 #include <cstddef>
@@ -32,22 +32,21 @@ void for_each_tile(const TiledItems& elements, Visit&& visit) {
   for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) visit(elements.tile(t));
 }
 
-/// Returns a part of a list that has one entry for each element, or no entries. In the second case,
-/// the part is empty.
+/// Returns a part of a list. The list has one entry for each element, or is empty; if it is empty,
+/// the part is empty, too.
 template <class T>
 std::span<const T> part_of(const std::vector<T>& all, std::size_t begin, std::size_t count) {
   return std::span<const T>(all).subspan(all.empty() ? 0 : begin, all.empty() ? 0 : count);
 }
 
-/// A copy of `original`, for trying one tile of these items in another domain. Destroying the trial
-/// restores the original. The copy borrows the slots of the original if both domains have the same
-/// states. Otherwise all slots change, so they are copied. `Original`: ColumnState or
-/// ComponentCoder.
+/// A copy of `original` for a trial that codes one tile, with the elements `items`, in another
+/// domain. When the trial is destroyed, the original is restored. If both domains have the same
+/// states, the copy borrows the slots of the original. Otherwise all slots change, so the slots are
+/// copied. `Original`: ColumnState or ComponentCoder.
 template <class Original>
 class Trial {
  public:
-  /// The trial refers to `original` and `items`. The original must not be used while the trial
-  /// exists.
+  /// The trial refers to `original` and `items`. Do not use `original` while the trial exists.
   Trial(Original& original, std::span<const Neighbourhood> items, const ValueDomain& domain)
       : lender_(state_of(original)), items_(items) {
     ColumnSlots slots;
@@ -82,19 +81,21 @@ class Trial {
   ColumnState& lender_;
   std::span<const Neighbourhood> items_;
   bool lends_ = false;
-  std::vector<KeptElement> kept_;  // by item: contents of the slots before the trial
+  std::vector<KeptElement> kept_;  // for each item: the contents of its slot before the trial
   std::optional<Original> copy_;
 };
 
-/// A sample of the elements of a group, for one component.
+/// A sample of the elements of a group, with the values of one component.
 struct GroupSample {
   ValueDomain domain;  ///< the domain of the states
   InputsOfElements inputs;
   std::vector<std::uint64_t> bits;    ///< values, by element
-  std::vector<std::uint32_t> places;  ///< by element: its position in the group, ascending
+  std::vector<std::uint32_t> places;  ///< for each element of the sample: its position in the
+                                      ///< group; ascending
 
-  /// Returns true if the element at `place` in a group of `of` elements belongs to the sample. The
-  /// sample has about a thousand elements that are spread without a period.
+  /// Returns true if the element at position `place` in a group of `of` elements belongs to the
+  /// sample. The sample has about a thousand elements, spread over the group at irregular
+  /// intervals.
   static bool takes(std::size_t place, std::size_t of) {
     constexpr std::uint64_t kElements = 1024;
     const std::uint32_t turn = static_cast<std::uint32_t>(place) * 0x9e3779b1u;
@@ -102,17 +103,18 @@ struct GroupSample {
   }
 };
 
-/// Estimated size of a sample in bits, without its copied elements.
+/// Estimated size in bits of a sample. Copied elements are not counted.
 struct SampleCost {
   double bits = 0;                     ///< estimated size of the sample
   std::vector<double> by_element;      ///< estimated size by element; 0 if copied
-  std::vector<std::uint32_t> lengths;  ///< bit length of the residual, by element; 0 if copied
+  std::vector<std::uint32_t> lengths;  ///< for each element: bit length of its residual; 0 if the
+                                       ///< element is copied
   std::vector<double> predicted;       ///< predicted value, by element; 0 if copied
 };
 
-/// Estimates the size of a sample in a domain. `families`: by class. `matches`: see
-/// choose_modes(). `modes`: by class; if `modes` is empty, the function chooses modes and stores
-/// them in it.
+/// Estimates the size of a sample in a domain. `families`: the family of each class. `matches`: see
+/// choose_modes(). `modes`: the modes of each class; if `modes` is empty, the function chooses
+/// modes and stores them in `modes`.
 SampleCost estimate_cost(const ArrayInfo& info, std::size_t component,
                          const DomainAndTable& candidate, const GroupSample& sample,
                          std::span<const std::uint16_t> families, bool matches,
@@ -120,49 +122,51 @@ SampleCost estimate_cost(const ArrayInfo& info, std::size_t component,
 
 class EarlierValues {
  public:
-  /// `bits`: all values of one component in a group, in coding order. `reference`: their reference
-  /// values, or empty. The constructor does not keep either.
+  /// `bits`: the values of one component of all elements of a group, in coding order. `reference`:
+  /// their reference values; empty if there are none. Both are used only during the call.
   EarlierValues(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits, std::span<const std::uint64_t> reference);
 
-  /// Returns false if choose() would certainly set neither `recalls` nor `partners`.
+  /// Returns false if choose() would certainly leave `recalls` and `partners` unset.
   bool may_help() const;
-  /// A value of a sample, and how it would be coded without recalled values and partners.
+  /// A value of a sample, and the way in which it is coded if it is neither recalled nor predicted
+  /// by a partner.
   struct Value {
     std::uint32_t place = 0;   ///< number of the value in the group
     double predicted = 0;      ///< prediction from the neighbours
     double bits = 0;           ///< estimated cost of the value in bits
     std::uint32_t length = 0;  ///< bit length of its residual
   };
-  /// Sets `recalls` and `partners` of the domain according to a sample of the values. `has_table`:
-  /// true if the values are coded as ranks in a table. Returns the estimated number of bits saved
-  /// in the sample.
+  /// Sets the flags `recalls` and `partners` of the domain, according to a sample of the values.
+  /// `has_table`: true if the values are coded as ranks in a table. Returns the estimated number of
+  /// bits that the flags save in the sample.
   double choose(std::span<const Value> values, bool has_table, ValueDomain& domain) const;
 
  private:
-  /// Bit lengths of the residuals of a value against the best earlier values: as a recalled value
-  /// and with a partner.
+  /// Bit lengths of two residuals of a value: from the best value that can be recalled, and from
+  /// the value of the partner.
   struct Missed {
     std::uint8_t recalled, partnered;
-    bool follows;  // whether the value continues the sequence of the last recalled value
+    bool follows;  // true if the value continues the sequence of the most recently recalled value
   };
-  static constexpr std::uint8_t kNothing = 255;  // length that means that there is no earlier value
+  static constexpr std::uint8_t kNothing = 255;  // length that is stored if there is no earlier
+                                                 // value
 
   std::vector<Missed> missed_;             // residual lengths, by value
   std::vector<std::uint64_t> magnitudes_;  // magnitudes, by value
 
-  // Number of values that could be recalled, and number of values that could have a partner
+  // Number of values that could be recalled, and number of values that a partner could predict
   std::uint64_t recallable_ = 0, partners_ = 0;
 };
-/// The group for which domains are chosen. It refers to data of the caller.
+/// The group for which domains are chosen. The struct refers to data of the caller.
 struct GroupToPlan {
   const TiledItems& elements;
   ColumnStyle style;                       ///< style of the samples
   const std::vector<std::uint32_t>& back;  ///< see ColumnTile::back, for the whole group
 };
 
-/// Chooses domains of a column in a group. The column does not change, except that classes of the
-/// group are numbered.
+/// Chooses domains for the components of a group. It does not change the column, except that it
+/// assigns numbers to classes of the group.
 class DomainChooser {
  public:
   using Bits = std::vector<std::uint64_t>;  // values of one component, by covered element
@@ -170,13 +174,13 @@ class DomainChooser {
   DomainChooser(ColumnCoder<SplitEncoder>& column, const GroupToPlan& group)
       : column_(column), group_(group) {}
 
-  /// Returns the best of these candidates, and decides whether it recalls values and has partners.
-  /// `reference`: reference values, or empty.
+  /// Returns the best of the candidates, with the flags that state whether values are recalled and
+  /// elements have partners. `reference`: reference values; empty if there are none.
   RatedDomain choose(std::size_t component, const Bits& bits, const Bits& reference,
                      std::vector<DomainAndTable> candidates);
-  /// Adapts the estimated size of a domain to the elements of this group.
+  /// Updates the estimated size of a domain for the neighbourhoods of this group.
   void rescale(RatedDomain& rated, std::size_t component, const Bits& bits);
-  /// Returns the values of a component, except the values of copies.
+  /// Returns the values of the elements that are not copies.
   Bits coded(const Bits& bits) const;
 
  private:

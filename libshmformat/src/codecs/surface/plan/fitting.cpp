@@ -10,7 +10,8 @@ namespace {
 using Vector = std::array<double, kWeights>;
 using Matrix = std::array<Vector, kWeights>;
 
-/// The equations, reduced to the terms that occur in any sample: usually a few of the 13 terms.
+/// The equations, reduced to those terms that are not zero in at least one sample. Usually only a
+/// few of the 13 terms remain.
 struct Equations {
   explicit Equations(std::span<const FitSample> samples) {
     std::array<bool, kWeights> any{};
@@ -35,8 +36,8 @@ double dot(const double* row, const Vector& x, std::uint32_t count) {
   return sum;
 }
 
-/// Solves a x = b for a symmetric positive definite matrix (Cholesky). Unknowns without data remain
-/// 0.
+/// Solves the equation a * x = b for a symmetric positive definite matrix `a` by Cholesky
+/// decomposition. If there is no data for an unknown, the unknown remains 0.
 Vector solve(Matrix a, const Vector& b, std::uint32_t count) {
   std::array<bool, kWeights> used{};
   for (std::uint32_t i = 0; i < count; ++i) {

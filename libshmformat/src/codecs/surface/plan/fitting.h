@@ -1,5 +1,5 @@
-// Fitting: computes weights for the fitted predictor by least squares that are robust against
-// outliers. Encoder only.
+// Fitting: computes the weights of the fitted predictor by a least squares method that is robust
+// against outliers. Only the encoder uses it.
 #pragma once
 
 #include <span>
@@ -8,15 +8,15 @@
 
 namespace shm {
 
-/// One equation: the sum of weights * terms should equal `target`.
+/// An equation: the sum of weights * terms should be equal to `target`.
 struct FitSample {
   std::array<double, kWeights> terms{};
   double target = 0;
 };
 
-/// Returns weights in units of 1 / kWeightParts. All weights are zero if no better weights are
-/// found. Samples close to the current fit have more influence (iteratively reweighted least
-/// squares).
+/// Returns the weights in units of 1 / kWeightParts. If no better weights are found, all weights
+/// are zero. The method is iteratively reweighted least squares: samples close to the current fit
+/// have more influence.
 Weights fit_weights(std::span<const FitSample> samples);
 
 }  // namespace shm

@@ -9,15 +9,15 @@
 namespace shm {
 namespace {
 
-// Numbers of elements of a class: tried in each tile, used to fit weights, and least number for a
-// fit.
+// Numbers of elements of a class: modes are tried on kLookAt elements in each tile, and weights are
+// fitted to kFitAt elements. Weights are fitted only if there are at least kFewestToFit elements.
 constexpr std::size_t kLookAt = 256, kFitAt = 256, kFewestToFit = 40;
 // The first round tries all modes on kFirstLooks elements. It selects the kKeptAlone modes that are
-// best without a second mode, and the kKeptBeside modes that are best as second modes.
+// best without a second mode, and the kKeptBeside modes that are best as a second mode.
 constexpr std::size_t kFirstLooks = 32, kKeptAlone = 3, kKeptBeside = 2;
-// Largest number of tiles for which a large class keeps its modes.
+// Largest number of tiles for which a large class keeps its modes before they are chosen again.
 constexpr std::uint32_t kMostTilesKept = 8;
-// Estimated cost in bits of coding a different mode, and of coding weights.
+// Estimated costs in bits: kModeBits for coding a different mode, kWeightsBits for coding weights.
 constexpr double kModeBits = 5.0, kWeightsBits = 250.0;
 
 constexpr std::uint32_t kCostParts = 10;
@@ -28,14 +28,14 @@ std::uint32_t cost_of(std::int64_t residual) {
   return length == 0 ? 3 : 17 + length * kCostParts;
 }
 
-/// Function object that returns features of an element.
+/// Function object that returns a feature of an element.
 struct FeatureAt {
   const std::array<double, kFeatures>* of = nullptr;
   double operator()(std::uint32_t feature) const { return (*of)[feature]; }
 };
 
-/// Returns true if a mode may predict a value other than the lattice prediction, given which
-/// neighbours are known.
+/// Returns true if a mode may predict a value other than the lattice prediction. `known`: bit mask
+/// of the known neighbours.
 bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
   const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
   const auto any = [&](std::uint32_t bits) { return (known & bits) != 0; };
@@ -59,7 +59,7 @@ bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
   }
 }
 
-/// Elements sorted by set; the sets are stored one after another.
+/// Elements sorted by set. A set is a class or a family. The elements of each set are consecutive.
 struct Members {
   /// `set_of(element)` returns the set of an element.
   template <class SetOf>
@@ -80,8 +80,8 @@ struct Members {
   std::vector<std::uint32_t> order;
 };
 
-/// Calls visit(element, predictor, added) for `count` evenly spread members, except members without
-/// an index. `added`: state to add to predictions.
+/// Calls visit(element, predictor, added) for `count` members that are spread evenly. Skips members
+/// without an index. `added`: state to add to predictions.
 template <class Visit>
 void for_each_picked(const InputsOfElements& all, std::span<const std::uint32_t> members,
                      std::size_t count, std::uint32_t input, Visit&& visit) {
@@ -110,8 +110,8 @@ Weights fit_members(const Space& space, const InputsOfElements& all,
   return fit_weights(samples);
 }
 
-/// Fits weights to whole families, for new classes that are too small to be fitted separately.
-/// These classes share the cost of the weights.
+/// Fits weights to families of classes. New classes of a family that are too small for weights of
+/// their own share these weights, and share the cost of coding them.
 template <class Space>
 class FamilyFits {
  public:
@@ -131,17 +131,17 @@ class FamilyFits {
       if (shares(classes.of(c).size(), modes[c])) sharing_[families[c]] += classes.of(c).size();
   }
 
-  /// Returns true if the class shares weights with its family, and the sharing classes together
-  /// have enough elements.
+  /// Returns true if the class shares the weights of its family, and if the sharing classes
+  /// together have enough elements.
   bool has(std::uint32_t of_class, std::size_t size, const ClassModes& start) const {
     return shares(size, start) && sharing_[families_[of_class]] >= kFewestToFit;
   }
-  /// Returns the part of the cost of the weights that the class bears, in bits. Must hold: has().
+  /// Returns the class's share of the cost of coding the weights, in bits. Precondition: has().
   double bits(std::uint32_t of_class, std::size_t size) const {
     return kWeightsBits * static_cast<double>(size) /
            static_cast<double>(sharing_[families_[of_class]]);
   }
-  /// Returns the weights of the family of a class. Must hold: has().
+  /// Returns the weights of the family to which the class belongs. Precondition: has().
   const Weights& weights(std::uint32_t of_class, std::uint32_t input) {
     const std::uint16_t family = families_[of_class];
     std::optional<Weights>& fit = weights_[input][family];
@@ -159,18 +159,20 @@ class FamilyFits {
   std::span<const std::uint16_t> families_;  // family of each class
   std::size_t count_;
   Members members_;
-  std::vector<std::size_t> sharing_;  // number of members of the sharing classes, by family
+  std::vector<std::size_t> sharing_;  // for each family: total number of members of the classes
+                                      // that share weights
 
   // Weights of families, by input and family
   std::array<std::vector<std::optional<Weights>>, 2> weights_;
 };
 
-/// Searches for the best modes of one class with one input. First tries all modes on a few
-/// elements, then the most promising modes, as first or second mode, on more elements.
+/// Searches for the best modes of one class with one input. It first tries all modes on a few
+/// elements. It then tries the most promising modes on more elements, as a first mode and as a
+/// second mode.
 template <class Space>
 class Search {
  public:
-  /// `members`: elements of the class; not empty. `start`: current modes of the class.
+  /// `members`: the elements of the class; not empty. `start`: the current modes of the class.
   Search(const Space& space, const InputsOfElements& all, std::span<const std::uint32_t> members,
          std::uint32_t of_class, const ClassModes& start, std::uint32_t input, bool matches,
          FamilyFits<Space>& families)
@@ -215,7 +217,8 @@ class Search {
     double lattice = 0.0, added = 0.0;  // added: state to add to predictions
   };
 
-  /// Picks evenly spread members that have an index. The first few picks are also evenly spread.
+  /// Picks members that have an index, spread evenly over the class. The first few picks are spread
+  /// evenly, too.
   void pick() {
     const std::size_t most = std::min(members_.size(), kLookAt);
     const std::size_t apart = most > kFirstLooks ? kLookAt / kFirstLooks : 1;
@@ -244,8 +247,8 @@ class Search {
     if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
     return differs_from_lattice(mode, all_->elements[members_[0]].known);
   }
-  /// Computes the residuals of a mode at the current picks, except residuals that are already
-  /// computed.
+  /// Computes the residuals of a mode at the current picks. Skips residuals that have been computed
+  /// before.
   void look_on(std::uint32_t mode) {
     Looks& looks = looks_[mode];
     for (; looks.count < looked_; ++looks.count) {
@@ -259,8 +262,8 @@ class Search {
       looks.sum += cost;
     }
   }
-  /// Returns the estimated cost of the class in bits if it uses this mode, without the cost of
-  /// coding the mode.
+  /// Returns the estimated cost in bits of coding the class in this mode. The cost of coding the
+  /// mode itself is not included.
   double bits_in(std::uint32_t mode) const { return bits_of(looks_[mode].sum); }
   double bits_of(std::uint64_t looked) const {
     return looked_ == 0 ? 0.0
@@ -268,9 +271,9 @@ class Search {
                               static_cast<double>(members_.size()) / static_cast<double>(looked_);
   }
 
-  /// Tries the fitted mode with the current weights, with weights fitted to the class, and with the
-  /// weights of its family. Skips new weights if the best other mode costs less than coding the
-  /// weights.
+  /// Tries the fitted mode with three kinds of weights: the current weights, weights fitted to the
+  /// class, and the weights of its family. Does not try new weights if the residuals of another
+  /// mode cost less than the weights.
   void fit() {
     double least = 1e300;
     Weights best = chosen_.weights;
@@ -306,7 +309,8 @@ class Search {
       if (tried_[mode] && with_change(mode) < with_change(chosen_.mode)) chosen_.mode = mode;
   }
 
-  /// Residuals if a second mode predicts the elements at which it is better than the first mode.
+  /// Cost of the residuals if the second mode predicts those elements for which it is better than
+  /// the first mode.
   struct Beside {
     std::uint64_t sum = 0;
     std::size_t taken = 0;
@@ -321,8 +325,8 @@ class Search {
     }
     return beside;
   }
-  /// Selects the modes for the second round: the modes with the smallest residuals, the best second
-  /// modes, and the current modes of the class.
+  /// Selects the modes for the second round: the modes with the smallest residuals, the modes that
+  /// are best as a second mode, and the current modes of the class.
   void keep_the_best() {
     std::array<bool, kModes> kept{};
     std::array<std::uint64_t, kModes> sums{};
@@ -346,8 +350,8 @@ class Search {
     keep_least(kKeptBeside);
     tried_ = kept;
   }
-  /// Chooses a second mode if the mode saves more bits than it costs to mark the elements that use
-  /// it.
+  /// Chooses a second mode. A second mode must save more bits than are needed to mark the elements
+  /// that use it.
   void choose_second() {
     chosen_.second = kNoMode;
     bits_ = bits_in(chosen_.mode) + (chosen_.mode == kFittedMode ? to_code_ : 0.0) +
@@ -369,7 +373,7 @@ class Search {
     bits_ += start_->mode == chosen_.mode ? 0.0 : kModeBits;
   }
 
-  /// Residuals of one mode, in units of 1 / kCostParts bit.
+  /// Costs of the residuals of one mode, in units of 1 / kCostParts bit.
   struct Looks {
     std::size_t count = 0;
     std::uint64_t sum = 0;
@@ -387,7 +391,7 @@ class Search {
   std::size_t picked_ = 0, looked_ = 0;
   ClassModes chosen_;
   double bits_ = 0.0, to_code_ = 0.0;  // to_code_: cost of coding weights, in bits
-  std::array<bool, kModes> tried_{};   // whether each mode is tried in the current round
+  std::array<bool, kModes> tried_{};   // for each mode: true if it is tried in the current round
   std::array<Looks, kModes> looks_;    // residuals of each mode
 };
 
@@ -446,8 +450,8 @@ bool ModeWatch::begin_tile(std::span<const std::uint16_t> classes, bool hurries)
   return chooses;
 }
 
-/// Returns true if modes should be chosen again for some class. `count`: number of elements of the
-/// current tile, by class.
+/// Returns true if the modes of at least one class should be chosen again. `count`: for each class,
+/// the number of its elements in the current tile.
 bool ModeWatch::does_worse(std::span<const std::uint32_t> count, std::size_t elements) {
   bool worse = false;
   for (std::size_t c = 0; c < count.size(); ++c) {

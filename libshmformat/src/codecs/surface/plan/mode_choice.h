@@ -2,7 +2,7 @@
 //   look_ahead      computes the inputs of predictions before the values are coded
 //   choose_modes    chooses modes by trying them on some elements
 //   ModeWatch       decides when modes are chosen again
-//   TilePlanner     plans how one component of a tile is coded, by the functions above
+//   TilePlanner     plans how one component of a tile is coded; uses all of the above
 #pragma once
 
 #include <array>
@@ -20,10 +20,10 @@
 
 namespace shm {
 
-/// Computes the inputs of the predictions of element `i` of a tile, and stores the state of its
-/// value, so that the inputs of the next element can be computed. `known`: bits of
-/// Neighbourhood::known that the style uses. `bits`: the value. `differences`: null if the
-/// component has no references.
+/// Computes the data from which the value of element `i` of a tile is predicted. Then stores the
+/// state of the value, so that the next element can be processed. `known`: bits of
+/// Neighbourhood::known that the style uses. `bits`: the bits of the value. `differences`: null if
+/// the component has no reference values.
 template <class Space>
 void look_ahead(ColumnState& state, const Space& space, std::uint32_t known, const ColumnTile& tile,
                 std::size_t i, std::uint64_t bits, ElementInputs& inputs,
@@ -54,9 +54,9 @@ void look_ahead(ColumnState& state, const Space& space, std::uint32_t known, con
   state.keep(element, value, lattice);
 }
 
-/// Chooses modes for each class of these elements. `families`: by class. `modes`: by class;
-/// contains the current modes on input. `matches`: true if modes may use matches and other
-/// components.
+/// Chooses the modes of each class of these elements. `families`: the family of each class.
+/// `modes`: the modes of each class; on input, the current modes. `matches`: true if modes may use
+/// matches and other components.
 template <class Space>
 void choose_modes(const Space& space, const InputsOfElements& elements,
                   std::span<const std::uint16_t> families, bool matches,
@@ -65,16 +65,18 @@ void choose_modes(const Space& space, const InputsOfElements& elements,
 /// Decides when modes are chosen again.
 class ModeWatch {
  public:
-  /// Returns true if modes must be chosen for the next tile, whose elements have these classes.
-  /// With `hurries`, returns true only if a class is new, needs more bits than right after its last
-  /// choice, or has had the same modes for several tiles.
+  /// Returns true if modes must be chosen for the next tile. `classes`: the classes of the tile's
+  /// elements. `hurries`: if true, modes are chosen only if a class is new, if a class needs more
+  /// bits than just after its last choice of modes, or if it has had the same modes for several
+  /// tiles.
   bool begin_tile(std::span<const std::uint16_t> classes, bool hurries);
-  /// Returns, by class, the residuals of the current tile. The coder fills these in.
+  /// Returns the counts of residuals in the current tile, by class. The coder updates these counts.
   std::span<CodedResiduals> coded() { return coded_; }
 
  private:
   struct Record {
-    // Bits per element just after the last choice of modes; negative: modes were never chosen
+    // Bits per element just after the last choice of modes; negative if modes have not been chosen
+    // yet
     double bits_then = -1;
     std::uint32_t tiles_since = 0;
   };
@@ -84,13 +86,13 @@ class ModeWatch {
   std::vector<CodedResiduals> coded_;
 };
 
-/// Plans how one component of a tile is coded. The memory for a plan is used again by the next one.
+/// Plans how one component of a tile is coded. All plans use the same memory.
 class TilePlanner {
  public:
-  /// Call it after component.begin_tile(tile). `bits`: the values. `watch`: decides whether modes
-  /// are chosen or kept; null: they are chosen. `hurries`: see ModeWatch::begin_tile(). If modes
-  /// are chosen, the states of the component become those after the tile. The plan is valid until
-  /// the next call.
+  /// Returns the plan for a tile. Call it after component.begin_tile(tile). `bits`: the bits of the
+  /// values. `watch`: decides whether modes are chosen or kept; if it is null, modes are chosen.
+  /// `hurries`: see ModeWatch::begin_tile(). If modes are chosen, the call also updates the states
+  /// of the component, as coding the tile would. The plan is valid until the next call.
   TilePlan plan(ComponentCoder<SplitEncoder>& component, const ColumnTile& tile,
                 std::span<const std::uint64_t> bits, ModeWatch* watch, bool hurries);
 
@@ -99,14 +101,14 @@ class TilePlanner {
   std::vector<ClassModes> modes_;
 };
 
-// Costs of decisions in bits. They are computed from integers only, so that encoders make the same
+// Costs of decisions in bits. All computations use integers, so that encoders make the same
 // decisions with every C library.
 
 /// Returns log2(n) in units of 2^-16, rounded down; 0 if n is 0.
 constexpr std::uint32_t log2_steps(std::uint32_t n) {
   if (n == 0) return 0;
   const auto whole = static_cast<std::uint32_t>(std::bit_width(n)) - 1;
-  // n / 2^whole in units of 2^-31: at least 1, less than 2
+  // n / 2^whole in units of 2^-31. The quotient is at least 1 and less than 2
   std::uint64_t part = std::uint64_t{n} << (31 - whole);
   std::uint32_t steps = whole << 16;
   for (std::uint32_t bit = 1u << 15; bit != 0; bit >>= 1) {
@@ -118,8 +120,8 @@ constexpr std::uint32_t log2_steps(std::uint32_t n) {
   return steps;
 }
 
-/// Returns the cost in bits of an outcome that occurred `count` times in `all` decisions. Must
-/// hold: count <= all < 2^32.
+/// Returns the cost in bits of one outcome, if this outcome occurred `count` times in `all`
+/// decisions. Precondition: count <= all < 2^32.
 constexpr double bits_of_one(std::uint64_t count, std::uint64_t all) {
   if (count == 0) return 0.0;
   return static_cast<double>(log2_steps(static_cast<std::uint32_t>(all)) -
@@ -127,8 +129,8 @@ constexpr double bits_of_one(std::uint64_t count, std::uint64_t all) {
          65536.0;
 }
 
-/// Returns the total entropy in bits of `count` binary decisions, of which `taken` were yes. Must
-/// hold: taken <= count < 2^32.
+/// Returns the total entropy in bits of `count` binary decisions, if the answer was yes in `taken`
+/// of them. Precondition: taken <= count < 2^32.
 constexpr double binary_entropy(std::uint64_t taken, std::uint64_t count) {
   const auto sum = [](std::uint64_t n) { return n * log2_steps(static_cast<std::uint32_t>(n)); };
   const std::uint64_t whole = sum(count), parts = sum(taken) + sum(count - taken);

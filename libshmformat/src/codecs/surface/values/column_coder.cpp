@@ -10,13 +10,14 @@
 namespace shm {
 namespace {
 
-/// True if values of this space may be recalled. Values that are ranks in a table are not recalled.
+/// True if values of this kind of domain may be recalled. Values that are ranks in a table are not
+/// recalled.
 template <class Space>
 constexpr bool kMayRecall = !requires(const Space& space) {
   space.table;
 };
 
-/// Returns the modes for an element without a partner.
+/// Returns the modes for an element that has no partner.
 ClassModes modes_without_partner(const ClassModes& modes) {
   ClassModes own = modes;
   if (own.second == kPartnerMode) own.second = kNoMode;
@@ -26,20 +27,20 @@ ClassModes modes_without_partner(const ClassModes& modes) {
   return own;
 }
 
-// --- encoding: the choice of an earlier value
+// --- encoding: the choice of an earlier value to recall
 
-/// Estimated cost in bits of the flag of a recalled value.
+/// Estimated cost in bits of the flag that marks a recalled value.
 constexpr std::uint32_t kRecallBits = 2;
 
-/// Rank of an earlier value, and length in bits of the residual against this value.
+/// An earlier value, given by its rank, and the length in bits of the residual from this value.
 struct EarlierRank {
   std::size_t rank = 0;
   std::uint32_t length = 65;
 };
 
-/// Returns the earlier value from which a value has the shortest residual; nothing if the value
-/// cannot be recalled because its sign differs from that of the prediction. `index_at(rank)`
-/// returns the index of an earlier value with the sign of the prediction.
+/// Returns the earlier value for which the residual of `value` is shortest. Returns nothing if the
+/// value cannot be recalled because its sign differs from that of the prediction. `index_at(rank)`
+/// returns the index of an earlier value, with the sign of the prediction.
 template <class IndexAt>
 std::optional<EarlierRank> best_earlier(const SortedValues& so_far, double value, bool negative,
                                         std::int64_t index, const IndexAt& index_at) {
@@ -154,7 +155,7 @@ bool ComponentCoder<Coder>::code_values(Coder& coder, const Space& space, const 
   return true;
 }
 
-/// Codes the residual of a value, or the whole value if it is an escape.
+/// Codes a value: its residual, or the whole value if it is an escape.
 template <class Coder>
 template <class Space, class Predict>
 auto ComponentCoder<Coder>::code_value(Coder& coder, const Space& space, const TileElement& element,
@@ -177,8 +178,8 @@ auto ComponentCoder<Coder>::code_value(Coder& coder, const Space& space, const T
   return value;
 }
 
-/// Codes which mode predicts the value: the first mode of the class, or the second mode if its
-/// residual is smaller.
+/// Codes which mode predicts the value. The encoder uses the second mode of the class if its
+/// residual is smaller than that of the first mode.
 template <class Coder>
 template <class Space, class Predict>
 auto ComponentCoder<Coder>::code_prediction(Coder& coder, const Space& space,
@@ -198,8 +199,8 @@ auto ComponentCoder<Coder>::code_prediction(Coder& coder, const Space& space,
   return takes ? Prediction{second, other, true} : Prediction{first, index, false};
 }
 
-/// Codes the index of a value as its residual against the prediction, or against a recalled value.
-/// Returns nothing if the data is damaged.
+/// Codes the index of a value as a residual from the prediction or from a recalled value. Returns
+/// nothing if the data is damaged.
 template <class Coder>
 template <class Space, class Predict>
 std::optional<std::int64_t> ComponentCoder<Coder>::code_index(Coder& coder, const Space& space,
@@ -243,10 +244,11 @@ std::optional<std::int64_t> ComponentCoder<Coder>::code_index(Coder& coder, cons
   return keep(plus(expected.index, residual), length);
 }
 
-/// Codes whether the value is recalled, that is, coded relative to an earlier value of about the
-/// same magnitude. If it is recalled, codes the rank of that earlier value among all values so far,
-/// relative to the expected rank, and the residual against the earlier value. `index`: index of the
-/// value. Returns false if the data is damaged.
+/// Codes whether the value is recalled, which means that it is coded relative to an earlier value
+/// of about the same magnitude. If it is recalled, codes which earlier value is used, as the
+/// difference between its rank (among all values so far) and the expected rank. Then codes the
+/// residual from the earlier value. `index`: index of the value. Returns false if the data is
+/// damaged.
 template <class Coder>
 template <class Space>
 bool ComponentCoder<Coder>::code_recalled(Coder& coder, const Space& space,
@@ -291,7 +293,8 @@ bool ComponentCoder<Coder>::code_recalled(Coder& coder, const Space& space,
   return true;
 }
 
-/// Codes the bits of the value with this index. Returns false if no such value exists.
+/// Codes the bits of the value that has this index. Returns false if there is no value with this
+/// index.
 template <class Coder>
 template <class Space>
 bool ComponentCoder<Coder>::code_bits(Coder& coder, const Space& space, std::int64_t index,
@@ -484,8 +487,8 @@ bool ColumnDecoder::decode_tile(const TiledItems::Tile& tile, std::vector<std::b
   return true;
 }
 
-/// Appends the next values of a group in shuffled_zstd to `out`, and stores them in the states of
-/// the components.
+/// Appends the next values of a group in shuffled_zstd to `out`. Also stores the values in the
+/// states of the components.
 bool ColumnDecoder::copy_unpacked(std::span<const Neighbourhood> items,
                                   std::vector<std::byte>& out) {
   const std::size_t stride = column_.element_bytes(), width = column_.scalar_width();

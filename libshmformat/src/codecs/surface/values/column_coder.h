@@ -1,5 +1,5 @@
-// The coders of an array. It is coded one component after another, tile by tile, to one bitstream
-// per group.
+// The coders of an array. Each group of the array is one bitstream. In a group, tiles are coded one
+// after another; in a tile, components are coded one after another.
 //   ComponentCoder  codes one component. For each value it computes a prediction from the
 //                   neighbourhood (value_predictor.h), codes the residual (column_models.h), and
 //                   stores the restored value (column_state.h)
@@ -35,15 +35,15 @@
 
 namespace shm {
 
-/// The elements of one group, divided into tiles.
+/// The elements of one group. They are divided into tiles.
 struct TiledItems {
   std::vector<Neighbourhood> items;
   std::vector<std::uint32_t> blocks;       ///< element block of each cell; empty for vertices
   std::vector<std::size_t> tile_begin{0};  ///< first item of each tile
 
-  /// Number of uncovered elements per tile that were left out because no covered element depends on
-  /// them. Numbers are modulo 2^64, since some of these elements may belong to a later tile. Empty
-  /// if no elements were left out.
+  /// For each tile: the number of uncovered elements that were left out because no covered element
+  /// depends on them. The numbers are modulo 2^64, since some of these elements may belong to a
+  /// later tile. The list is empty if no elements were left out.
   std::vector<std::uint64_t> left_out;
 
   struct Tile {
@@ -73,25 +73,27 @@ struct TiledItems {
 inline constexpr std::uint32_t kMostTableComponents = 16, kMostTableComponentsInAll = 64;
 
 struct ColumnTraits {
-  /// Whether values may repeat so often that zstd compresses them better; false for coordinates
+  /// True if values may repeat so often that zstd compresses them better; false for coordinates
   bool repeats = true;
-  bool tables = true;  ///< whether the column has tables, unless it has too many components
+  bool tables = true;  ///< true if the column may have tables; it has none if there are too many
+                       ///< components
 
-  /// If the column has tables: whether values may be recalled, and elements may have partners.
+  /// For columns with tables: true if values may be recalled, and elements may have partners.
   bool earlier_values = true;
-  /// If values may be recalled and are not quantized: whether elements of several components may be
-  /// copies of earlier elements.
+  /// True if elements may be copies of earlier elements. Only arrays of several components that are
+  /// not quantized and whose values may be recalled can have copies.
   bool copies = false;
 };
 
-/// How the components of an array are coded in a group.
+/// The choices for the coding of an array in one group.
 struct ColumnStyle {
   Reach reach = Reach::farther;  ///< distance at which neighbours are used
   bool matches = true;           ///< whether predictions use matches and other components
   bool mixes = false;            ///< whether residuals are coded with mixed bits
-  bool copies = false;           ///< whether elements may be coded as copies of earlier elements
+  bool copies = false;           ///< true if elements may be coded as copies of earlier elements
 
-  /// Returns the bits of Neighbourhood::known that this style uses.
+  /// Returns a bit mask of the neighbours that this style uses. The bits are those of
+  /// Neighbourhood::known.
   std::uint32_t known() const {
     constexpr std::uint32_t kNearest = Neighbourhood::kLattice | 7 * Neighbourhood::kThird;
     constexpr std::uint32_t kToBeyond = kNearest | 7 * Neighbourhood::kBeyond;
@@ -100,7 +102,7 @@ struct ColumnStyle {
   }
 };
 
-/// Returns the bits of the scalar of `width` bytes at an address.
+/// Returns the bits of the scalar at an address. `width`: size of the scalar in bytes.
 inline std::uint64_t load_scalar(const std::byte* at, std::size_t width) {
   std::uint64_t bits = 0;
   if constexpr (std::endian::native == std::endian::little)
@@ -112,34 +114,38 @@ inline std::uint64_t load_scalar(const std::byte* at, std::size_t width) {
 
 // --- encoding: the decisions that are coded
 
-/// An element with all data that predictions of its value need.
+/// An element, with all data from which its value is predicted.
 struct ElementInputs {
   std::array<double, kFeatures> state{};
-  std::optional<std::int64_t> index;  ///< index of the value in the domain; nothing: an escape
+  std::optional<std::int64_t> index;  ///< index of the value in the domain; nothing if the value is
+                                      ///< an escape
   std::uint32_t known = 0, of_class = 0;
   bool has_partner = false;
-  bool copied = false;   ///< true: a copy of an earlier element, which is not predicted
+  bool copied = false;   ///< true if the element is a copy of an earlier element; copies are not
+                         ///< predicted
   double reference = 0;  ///< state of the element's reference
 };
 /// The inputs of several elements.
 struct InputsOfElements {
   std::vector<ElementInputs> elements;
-  /// Features minus the features of the reference, by element; empty if no references exist
+  /// For each element: its features minus the features of the reference. Empty if there are no
+  /// reference values
   std::vector<std::array<double, kFeatures>> differences;
 };
 
-/// Number of residuals that were coded in a class, and the sum of their lengths in bits.
+/// Number of residuals coded in a class, and their total length in bits.
 struct CodedResiduals {
   double count = 0, bits = 0;
 };
 
-/// How one component of a tile will be encoded. It refers to data of the caller.
+/// The plan for the encoding of one component of a tile. It refers to data of the caller.
 struct TilePlan {
   std::span<const ClassModes> modes;  ///< by class
-  /// Inputs of all elements of the tile, if the caller has computed them. In this case the states
-  /// of the component are already those after the tile. Null: the inputs are not computed yet.
+  /// Inputs of all elements of the tile if the caller has computed them; otherwise null. Computing
+  /// them has already updated the states of the component to those after the tile.
   const InputsOfElements* inputs = nullptr;
-  std::span<CodedResiduals> coded;  ///< by class: counts to which the coder adds; may be empty
+  std::span<CodedResiduals> coded;  ///< for each class: counts that the coder increases; may be
+                                    ///< empty
 };
 
 // --- one component
@@ -147,44 +153,45 @@ struct TilePlan {
 template <class Coder>
 class ComponentCoder {
  public:
-  /// `earlier_values`: true if values may be recalled or have partners.
+  /// `earlier_values`: true if values may be recalled, and elements may have partners.
   ComponentCoder(std::shared_ptr<const ArrayInfo> info, std::size_t component, bool earlier_values)
       : state_(std::move(info), component), models_(earlier_values ? kPartnerMode : kStayMode) {}
 
-  /// Sets the style of this group and of all later groups, until the next call.
+  /// Sets the style of the current group and of all later groups.
   void set_style(const ColumnStyle& style) {
     style_ = style;
     state_.use_matches(style.matches);
   }
   const ColumnStyle& style() const { return style_; }
 
-  /// Begins a group. The encoder codes `wanted`; the decoder ignores it and reads the domain from
-  /// the stream. `before`: the previous components, which have already begun the group. Returns
-  /// false if the data is damaged, for example if a table has more than `most_entries` entries or
-  /// the domain changes too often.
+  /// Begins a group. `wanted`: the domain that the encoder codes; the decoder ignores it and reads
+  /// the domain from the stream. `before`: the components before this component, which must have
+  /// begun the group. `most_entries`: largest allowed number of entries of a table. Returns false
+  /// if the data is damaged, for example if a table is too large or the domain changes too often.
   bool begin_group(Coder& coder, const DomainAndTable& wanted,
                    std::span<const ComponentCoder<Coder>> before, std::uint64_t most_entries);
-  /// Begins a tile. Returns false if the memory budget refuses the memory for the tile.
+  /// Begins a tile. Returns false if the tile needs more memory than the memory budget allows.
   bool begin_tile(const ColumnTile& tile) {
     if (!state_.begin_tile(tile)) return false;
     models_.begin_tile(tile.classes);
     return true;
   }
-  /// Codes the values of the tile, given as bits. The decoder ignores `plan` and reads the modes
-  /// from the stream. Returns false if the data is damaged.
+  /// Codes the values of the tile. `bits`: the bits of the values. The decoder ignores `plan` and
+  /// reads the modes from the stream. Returns false if the data is damaged.
   bool code_tile(Coder& coder, const ColumnTile& tile, std::span<std::uint64_t> bits,
                  const TilePlan& plan = {});
-  /// Returns the values and residual sizes of the last tile.
+  /// Returns the values and residual sizes of the most recent tile.
   const CodedTile& coded_tile() const { return state_.coded_tile(); }
 
   const ArrayInfo& info() const { return state_.info(); }
-  /// Returns the state from which later elements are predicted.
+  /// Returns the state of the column, from which later elements are predicted.
   ColumnState& state() { return state_; }
   const ColumnModels<Coder>& models() const { return models_; }
-  /// Returns the rank table of the group; empty: indices are coded directly, without ranks.
+  /// Returns the rank table of the group. The table is empty if indices are coded directly instead
+  /// of as ranks.
   std::span<const std::int64_t> table() const { return table_; }
-  /// Returns the entries from which a table of indices in this domain is predicted. `before`: see
-  /// begin_group().
+  /// Returns known indices, from which the entries of a rank table in this domain are predicted.
+  /// `before`: see begin_group().
   std::vector<std::int64_t> known_entries(const ValueDomain& domain,
                                           std::span<const ComponentCoder<Coder>> before) const;
 
@@ -221,13 +228,13 @@ class ComponentCoder {
   template <class Space>
   bool code_bits(Coder& coder, const Space& space, std::int64_t index, std::uint64_t& bits);
 
-  /// Encoding: returns true if the plan of the tile contains the inputs of its elements.
+  /// Encoding: returns true if the plan of the tile contains the inputs of the tile's elements.
   bool has_inputs() const {
     if constexpr (Coder::kDecodes) return false;
     return plan_.inputs != nullptr;
   }
   const ElementInputs& inputs(std::size_t i) const { return plan_.inputs->elements[i]; }
-  /// Encoding: counts a residual of this length in bits.
+  /// Encoding: counts a residual. `length`: its length in bits.
   void count_residual(std::uint32_t of_class, std::uint32_t length) {
     if constexpr (Coder::kDecodes) return;
     if (plan_.coded.empty()) return;
@@ -236,7 +243,7 @@ class ComponentCoder {
   }
 
   ColumnStyle style_;
-  // Rank table of the group; empty: indices are coded directly, without ranks
+  // Rank table of the group; empty if indices are coded directly instead of as ranks
   std::vector<std::int64_t> table_;
   ColumnState state_;
   ColumnModels<Coder> models_;
@@ -251,7 +258,8 @@ extern template class ComponentCoder<SplitDecoder>;
 template <class Coder>
 class ColumnCoder {
  public:
-  /// `blocks`: element blocks that the array covers, ascending; empty: all blocks.
+  /// `blocks`: element blocks that the array covers, in ascending order; if the list is empty, the
+  /// array covers all blocks.
   [[gnu::cold]] ColumnCoder(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
                             const ColumnTraits& traits);
 
@@ -260,26 +268,29 @@ class ColumnCoder {
   /// Returns true if values may be recalled, and elements may have partners.
   bool has_earlier_values() const { return has_earlier_values_; }
   bool has_copies() const { return has_copies_; }
-  /// Returns the number of bytes of one component of an element, and of a whole element.
+  /// The next two functions return the size in bytes of one component of an element, and of a whole
+  /// element.
   std::size_t scalar_width() const { return width_; }
   std::size_t element_bytes() const { return width_ * info_->components; }
   std::span<ComponentCoder<Coder>> components() { return components_; }
   /// Returns the style of the current group.
   const ColumnStyle& style() const { return style_; }
 
-  /// Allocates memory for `slots` slots. Call it before a group that uses them if earlier groups
-  /// were left out. `all`: number of slots of all elements, if some elements are left out.
+  /// Allocates memory for `slots` slots. If groups have been skipped, call it before the next
+  /// group. `all`: number of slots of all elements; differs from `slots` if some elements are left
+  /// out.
   void make_room(std::uint32_t slots, std::uint32_t all);
-  /// Declares that every group has a reference. Call it before the first element.
+  /// Declares that every group has reference values. Call it before the first element.
   void use_reference();
 
   bool covers(std::uint32_t block) const {
     return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
   }
-  /// Returns the covered elements of a tile. The state of each uncovered element becomes the last
-  /// state.
+  /// Returns the elements of a tile that the array covers. Gives each uncovered element the state
+  /// of the element before it.
   std::span<const Neighbourhood> covered(const TiledItems::Tile& tile);
-  /// Returns the covered elements of a tile, and calls skip(item) for each uncovered element.
+  /// Returns the elements of a tile that the array covers. Calls skip(item) for each uncovered
+  /// element.
   template <class Skip>
   std::span<const Neighbourhood> covered(const TiledItems::Tile& tile, Skip&& skip) {
     if (blocks_.empty()) return tile.items;
@@ -293,30 +304,33 @@ class ColumnCoder {
     return covered_;
   }
 
-  /// Codes the head of a group: first the style, then the domain of each component. `domains`:
-  /// used for encoding only. Returns false if the data is damaged.
+  /// Codes the head of a group: first the style, then the domain of each component. `domains`: used
+  /// only when encoding. Returns false if the data is damaged.
   bool code_head(Coder& coder, const ColumnStyle& style, std::span<const DomainAndTable> domains,
                  std::uint64_t most_entries);
-  /// Begins a tile of these elements: determines their classes, and codes which elements are
-  /// copies. `back`: by element; see ColumnTile::back. Returns false if the data is damaged.
+  /// Begins a tile. Determines the classes of its elements, and codes which elements are copies.
+  /// `back`: one entry for each element; see ColumnTile::back. Returns false if the data is
+  /// damaged.
   bool begin_tile(Coder& coder, std::span<const Neighbourhood> items,
                   std::span<std::uint32_t> back);
-  /// Returns the tile for one component, after all components before it have been coded.
+  /// Returns the tile of a component. Call it after all components before this component have been
+  /// coded.
   ColumnTile tile_of(std::size_t component, std::span<const Neighbourhood> items,
                      std::span<const std::uint64_t> reference, std::span<const std::uint32_t> back);
-  /// Codes one component of a tile that it has begun, see ComponentCoder::code_tile().
+  /// Codes one component of a tile that has been begun. See ComponentCoder::code_tile().
   bool code_tile(Coder& coder, std::size_t component, const ColumnTile& tile,
                  std::span<std::uint64_t> bits, const TilePlan& plan = {});
 
-  /// Returns the classes of these elements, which distinguish the neighbours in `known`. The result
-  /// is valid until the next call.
+  /// Returns the class of each of these elements. `known`: the bits of Neighbourhood::known that
+  /// distinguish classes. The result is valid until the next call.
   TileClasses classify(std::span<const Neighbourhood> items, std::uint32_t known);
   ClassNumbers& class_numbers() { return class_numbers_; }
 
-  /// Values that may be sources of copies, if there are copies; by component.
+  /// Values of the elements that may be copied, one list for each component. Empty if the column
+  /// has no copies.
   using History = std::vector<std::vector<std::uint64_t>>;
   const History& history() const { return history_; }
-  /// Makes all elements so far unavailable as sources of copies.
+  /// Removes all elements from the history, so that they cannot be copied.
   void forget_history();
 
  private:
@@ -351,7 +365,7 @@ class ColumnDecoder {
                               const ColumnTraits& traits = {})
       : column_(info, std::move(blocks), traits) {}
 
-  /// Returns true if groups of this column may use `codec`.
+  /// Returns true if `codec` is allowed for groups of this column.
   bool takes(Codec codec) const {
     return codec == Codec::columns || codec == Codec::shuffled_zstd ||
            (codec == Codec::mixed_columns && column_.has_tables());
@@ -359,21 +373,24 @@ class ColumnDecoder {
 
   /// Allocates memory for slots, see ColumnCoder.
   void make_room(std::uint32_t slots, std::uint32_t all = 0) { column_.make_room(slots, all); }
-  /// Declares that every group has a reference. Call it before the first element.
+  /// Declares that every group has reference values. Call it before the first element.
   void use_reference() { column_.use_reference(); }
-  /// Sets the memory budget for the slots. `memory` must outlive the column. Call it before the
-  /// first element. If the budget refuses memory, decode_tile() fails.
+  /// Sets the memory budget for data that the column stores by slot. If the budget is exhausted,
+  /// decode_tile() fails. `memory` must outlive the column. Call it before the first element.
   void use_memory(ColumnMemory& memory);
 
-  /// Begins a group. `bytes` must stay valid until the next call, and may unpack to at most `limit`
-  /// bytes. Returns false if the data is damaged or groups of this column may not use the codec.
+  /// Begins a group. `bytes`: the data of the group; they must stay valid until the next call.
+  /// `limit`: largest unpacked size in bytes. Returns false if the data is damaged, or if `codec`
+  /// is not allowed for groups of this column.
   bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit);
-  /// Returns the reach that the neighbourhoods of the group must have. Call it after begin_group().
+  /// Returns the reach that is needed for the neighbourhoods of the group. Call it after
+  /// begin_group().
   Reach reach() const {
     return codec_ == Codec::shuffled_zstd ? Reach::lattice : column_.style().reach;
   }
-  /// Decodes the next tile and appends the values of its covered elements, packed, to `out`.
-  /// `reference`: reference values of these elements, with the same layout as the values; or null.
+  /// Decodes the next tile and appends the values of its covered elements to `out` without gaps.
+  /// `reference`: the reference values of these elements, in the same layout as the values; null if
+  /// there are none.
   bool decode_tile(const TiledItems::Tile& tile, std::vector<std::byte>& out,
                    const std::byte* reference = nullptr);
 

@@ -9,18 +9,18 @@ namespace {
 
 constexpr std::uint32_t kSizeClasses = 27;
 
-/// Returns the context class for the mean size of the near residuals.
+/// Returns the class of a mean residual size. The class is part of the context of a residual.
 std::uint32_t size_class(std::uint32_t mean) {
   return mean <= 12 ? mean : std::min(12 + (mean - 9) / 4, kSizeClasses - 1);
 }
 
-/// Returns the number of the model for a residual in this context.
+/// Returns the index of the model for a residual in this context.
 std::uint32_t number_of(const ResidualContext& context, bool second) {
   return (size_class(context.mean) * 3 + context.before) * 2 + (second ? 1 : 0);
 }
 
-/// Codes a residual: codes its bit length with a model centred on `guess`, then the sign and the
-/// bits below the leading bit as plain bits.
+/// Codes a residual. The bit length is coded with a model centred on `guess`. The sign and the bits
+/// below the leading bit follow as plain bits.
 template <class Coder>
 std::int64_t code_near_length(Coder& coder, NearModel& model, std::uint32_t guess,
                               std::int64_t residual) {
@@ -29,7 +29,7 @@ std::int64_t code_near_length(Coder& coder, NearModel& model, std::uint32_t gues
   const auto bits = static_cast<std::uint64_t>(residual);
   const std::uint64_t low = (std::uint64_t{1} << (length - 1)) - 1;
   std::uint64_t size = residual < 0 ? 0 - bits : bits;
-  // `length` plain bits: the sign bit replaces the leading bit
+  // `length` plain bits: the sign bit takes the position of the leading bit, which is always 1
   std::uint64_t plain = (size & low) | (residual < 0 ? low + 1 : 0);
   plain = coder.raw(plain, static_cast<int>(length));
   size = (plain & low) | (low + 1);
@@ -106,8 +106,8 @@ void ColumnModels<Coder>::code_modes(Coder& coder, std::uint32_t of_class, bool 
   last = static_cast<std::uint16_t>(of_class + 1);
 }
 
-/// Codes the fitted weights of a class. `family`: the weights of the class of the same family that
-/// was coded last.
+/// Codes the fitted weights of a class. `family`: the weights of the most recently coded class of
+/// the same family.
 template <class Coder>
 void ColumnModels<Coder>::code_weights(Coder& coder, const Weights& wanted, const Weights& family,
                                        Weights& weights) {

@@ -1,7 +1,7 @@
-// ColumnModels: the adaptive models of one component, and the functions that code with them: the
-// domain once per group, the modes of each class once per tile, and the residual of each value.
-// When encoding, each function encodes its argument; when decoding, it ignores the argument. In
-// both directions it returns the coded value.
+// ColumnModels: the adaptive models of one component, and the functions that code with these
+// models. The domain is coded once per group, the modes of each class once per tile, and the
+// residual once per value. When encoding, each function encodes its argument. When decoding, it
+// ignores the argument. In both directions it returns the coded value.
 // spec: "Value columns"
 #pragma once
 
@@ -34,7 +34,7 @@ class ColumnModels {
   std::optional<ValueDomain> code_domain(Coder& coder, const ArrayInfo& info,
                                          const ValueDomain& now, ValueDomain domain);
   bool code_has_table(Coder& coder, bool has) { return coder.bit(has_table_, has); }
-  /// Codes the rank table of the group, see code_rank_table().
+  /// Codes the rank table of the group. See code_rank_table().
   bool code_table(Coder& coder, DomainKind kind, std::vector<std::int64_t> known,
                   std::uint64_t most_entries, std::vector<std::int64_t>& table) {
     return code_rank_table(coder, table_.get(), kind, std::move(known), most_entries, table);
@@ -42,13 +42,14 @@ class ColumnModels {
 
   // --- once per tile
 
-  /// Begins a tile. A class that occurs for the first time starts with the modes of its family: the
-  /// modes that were coded last, before this tile, for a class of the same family.
+  /// Begins a tile. A class that occurs for the first time starts with the modes of its family.
+  /// These are the modes that were coded last for a class of the family, before this tile.
   void begin_tile(const TileClasses& classes);
   /// Copies the current modes of all classes to `modes`.
   void copy_modes(std::vector<ClassModes>& modes) const;
-  /// Returns the modes of a class in this tile. Codes them at the first element of the class in the
-  /// tile. `wanted`: modes to encode, by class; the decoder ignores them.
+  /// Returns the modes of a class in this tile. If no element of the class has occurred in the tile
+  /// yet, codes the modes first. `wanted`: modes to encode, one entry for each class; the decoder
+  /// ignores them.
   const ClassModes& modes(Coder& coder, std::uint32_t of_class, bool has_reference,
                           std::span<const ClassModes> wanted) {
     if (classes_[of_class].tile != tile_) code_modes(coder, of_class, has_reference, wanted);
@@ -57,40 +58,42 @@ class ColumnModels {
 
   // --- once per element
 
-  /// Codes whether the value is an escape: a value that the domain does not contain.
+  /// Codes whether the value is an escape. An escape is a value that the domain does not contain.
   bool code_escape(Coder& coder, bool escape) {
     return last_escape_ = coder.bit(escape_[last_escape_], escape);
   }
-  /// Codes an escape in full, as `count` bits. If there is a reference that equals the value, codes
-  /// one bit instead.
+  /// Codes an escape in full, as `count` bits. If the value equals its reference value, one bit
+  /// replaces the `count` bits.
   std::uint64_t code_escaped(Coder& coder, std::uint64_t bits, int count,
                              std::optional<std::uint64_t> reference) {
     if (reference && coder.bit(same_escape_, bits == *reference)) return *reference;
     return coder.raw(bits, count);
   }
   /// Codes whether the second mode of the class predicts the value. `near`: number of near elements
-  /// that their second mode predicted.
+  /// that were predicted by a second mode.
   bool code_takes_second(Coder& coder, std::uint32_t of_class, std::uint32_t near, bool takes) {
     return coder.bit(classes_[of_class].takes_second[near], takes);
   }
-  /// Codes a residual. `second`: true if the second mode predicted the value.
+  /// Codes a residual. `second`: true if the second mode has predicted the value.
   std::int64_t code_residual(Coder& coder, const ResidualContext& context, bool second,
                              std::int64_t residual);
-  /// Predictions of three other modes, each minus the prediction in use.
+  /// Predictions of three other modes, each minus the prediction that is used.
   using OtherPredictions = std::array<std::int64_t, 3>;
-  /// Does the same as code_residual(), but with mixed bits.
+  /// Does the same as code_residual(), but codes the bits with a mix of predictions.
   std::int64_t code_mixed_residual(Coder& coder, const ResidualContext& context, bool second,
                                    const SizesAround& sizes, std::uint32_t of_class,
                                    const OtherPredictions& others, std::int64_t residual);
-  /// Codes whether the value is recalled. `by_source`: true if the class has a source that
-  /// indicates which earlier value is likely. `near`: number of near elements that were recalled.
+  /// Codes whether the value is recalled. `by_source`: true if the class has a source, which
+  /// indicates the earlier value that is probably recalled. `near`: number of near elements that
+  /// were recalled.
   bool code_is_recalled(Coder& coder, bool by_source, std::uint32_t near, bool is) {
     RecallModels& models = recall_.get();
     auto& bits = models.from[by_source ? 1 : 0].is_recalled[models.last ? 1 : 0];
     return models.last = coder.bit(bits[near], is);
   }
-  /// For a recalled value, code_rank() codes the difference of its rank from the expected rank.
-  /// Then code_recalled() codes the residual of the value against the earlier value of that rank.
+  /// The next two functions code a recalled value. code_rank() codes the difference of its rank
+  /// from the expected rank. Then code_recalled() codes the residual from the earlier value with
+  /// this rank.
   std::int64_t code_rank(Coder& coder, bool by_source, std::int64_t by);
   std::int64_t code_recalled(Coder& coder, std::int64_t residual);
   /// Codes whether a zero is -0.0.
@@ -114,10 +117,10 @@ class ColumnModels {
   };
   /// Models of recalled values.
   struct RecallModels {
-    /// There is one set of models for ranks that start from the prediction, and one for ranks that
-    /// start from a source.
+    /// Two sets of models: one if the expected rank comes from the prediction, the other if it
+    /// comes from a source.
     struct From {
-      // Models by `last` and by number of near elements that were recalled
+      // Models whose indices are `last` and the number of near elements that were recalled
       std::array<std::array<AdaptiveBit, 4>, 2> is_recalled{};
       std::uint32_t length = 0;  // bit length of the last rank difference
       NearModel ranks;
@@ -129,9 +132,10 @@ class ColumnModels {
   };
   /// State of one class of neighbourhoods.
   struct Class {
-    std::uint64_t tile = 0;  // number of the last tile with an element of the class, from 1
+    std::uint64_t tile =
+        0;  // number of the most recent tile that contains an element of the class, counted from 1
     ClassModes modes;
-    // Models by number of near elements that their second mode predicted
+    // Models whose index is the number of near elements that were predicted by a second mode
     std::array<AdaptiveBit, 4> takes_second;
   };
 
@@ -147,14 +151,16 @@ class ColumnModels {
   std::uint64_t tile_ = 0;  // number of the current tile, from 1
   TileClasses tile_classes_;
   std::vector<Class> classes_;
-  // For each family: number of the class coded last, from 1; 0: no class yet
+  // For each family: number, counted from 1, of the class coded last; 0 if no class has been coded
+  // yet
   std::vector<std::uint16_t> last_coded_;
   AdaptiveBit same_mode_, same_second_, same_input_, same_weights_, family_weights_;
   TreeModel<5> mode_, second_;
   LazyModel<SignedNumberModel> weight_;
 
   bool last_escape_ = false, last_negative_ = false;
-  std::array<AdaptiveBit, 2> escape_, negative_;  // by the last decision of the same kind
+  std::array<AdaptiveBit, 2> escape_,
+      negative_;  // one model for each value of the previous decision of the same kind
   AdaptiveBit same_escape_;
   LazyModels<NearModel> residuals_;  // models of residuals, by number_of()
   LazyModel<Mixed> mixed_;

@@ -6,7 +6,7 @@
 namespace shm {
 namespace {
 
-/// Returns a size relative to the scale of a prediction.
+/// Returns a residual size relative to the scale of a prediction.
 std::uint32_t relative(ResidualSize size, std::int32_t scale) {
   return size == 0 ? 0u : static_cast<std::uint32_t>(std::clamp<std::int32_t>(size - scale, 1, 64));
 }
@@ -78,8 +78,8 @@ std::uint64_t ColumnState::bytes_of_slots(std::size_t slots) const {
   return std::uint64_t{slots} * each;
 }
 
-/// Allocates memory for a slot. Must hold: the column does not borrow. Slots within the allocated
-/// range belong to earlier elements; slots beyond it contain nothing that is read.
+/// Allocates memory for a slot, within the memory budget. Precondition: the column does not borrow
+/// slots. Allocated slots belong to earlier elements. Slots that are not allocated are never read.
 bool ColumnState::make_room_in_memory(std::uint32_t slot) {
   if (memory_->is_refused()) return false;
   if (is_folded_) {
@@ -96,8 +96,8 @@ bool ColumnState::make_room_in_memory(std::uint32_t slot) {
   return true;
 }
 
-/// Replaces the slots by common contents and a short list of exceptions. Returns false, without any
-/// change, if there are too many exceptions.
+/// Replaces the slots with the contents that nearly all slots have in common, and a short list of
+/// exceptions. If there are too many exceptions, returns false and changes nothing.
 bool ColumnState::fold() {
   const std::size_t count = slots_.states.size();
   common_ = count == 0 ? KeptElement() : slots_.at(static_cast<std::uint32_t>(count - 1));
@@ -118,7 +118,7 @@ bool ColumnState::fold() {
   return true;
 }
 
-/// Allocates all slots again, unless the memory budget refuses.
+/// Allocates all slots again. Does nothing if the memory budget does not allow this.
 void ColumnState::unfold() {
   if (!memory_->take(bytes_of_slots(folded_slots_))) return;
   is_folded_ = false;
@@ -131,7 +131,8 @@ void ColumnState::unfold() {
   apart_.clear();
 }
 
-/// Borrows a set of slots. Sets the slots of these items and of their neighbours.
+/// Borrows the slots that the columns of a segment share. Sets the slots of these items and of
+/// their neighbours.
 void ColumnState::borrow_slots(std::span<const Neighbourhood> items) {
   slots_ = std::move(memory_->for_tile_);
   borrows_ = true;
@@ -151,7 +152,7 @@ bool ColumnState::give_slots_back(std::span<const Neighbourhood> items) {
   borrows_ = false;
   ColumnSlots borrowed = std::move(slots_);
   slots_ = {};
-  // After the first tile, the contents of the last element become the common contents.
+  // After the first tile, the common contents are those of the final element of this tile.
   if (elements_ == items.size() && !items.empty()) common_ = borrowed.at(items.back().self);
   for (const Neighbourhood& item : items) {
     const KeptElement kept = borrowed.at(item.self);
@@ -165,7 +166,7 @@ bool ColumnState::give_slots_back(std::span<const Neighbourhood> items) {
   return true;
 }
 
-/// Sets the contents of a slot. Must hold: is_folded_.
+/// Sets the contents of a slot. Precondition: is_folded_.
 void ColumnState::keep_apart(std::uint32_t slot, const KeptElement& kept) {
   const auto position =
       std::lower_bound(apart_.begin(), apart_.end(), slot,

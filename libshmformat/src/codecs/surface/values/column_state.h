@@ -1,10 +1,11 @@
-// ColumnState: the data that one component stores about the elements coded so far, namely the
+// ColumnState: the data about the elements coded so far that are stored for one component: the
 // states from which later elements are predicted, and the sizes of the residuals. Encoder and
-// decoder update it in the same way.
+// decoder update these data in the same way.
 //   state      the double that predictions use: the value, or its index if the domain is linear
 //   third      the residual of the lattice prediction at an element
 //   reference  state and third of the reference value of an element, if the array has references
-//   partner    an earlier element whose reference has about the same magnitude as this element's
+//   partner    of an element: an earlier element whose reference value has about the same magnitude
+//              as the element's own reference value
 //   recalled   values that are coded relative to an earlier value of the component
 // spec: "Value columns", "Recalled values", "Partners"
 #pragma once
@@ -25,35 +26,38 @@
 
 namespace shm {
 
-/// Limit on the work of translating states into other domains: largest number of translated slots
-/// per element of the column. A reader refuses columns above this limit. Writers stay below half of
-/// it, since a reader may store more slots than the writer.
+/// Limit on the work of converting states to other domains: the largest number of converted slots
+/// for each element of the column. A reader refuses a column that exceeds this limit. A writer
+/// stays below half of the limit, since a reader may have more slots than the writer.
 /// spec: "Limits"
 inline constexpr std::uint64_t kMostMovesForEach = 4096;
 
-/// Size of a residual: its bit length plus the scale of the prediction; 0 for a zero residual.
+/// Size of a residual: 0 if the residual is zero, otherwise its bit length plus the scale of the
+/// prediction.
 using ResidualSize = std::uint16_t;
 
-/// The values and residual sizes of a component's last tile, by element.
+/// The values and residual sizes of one component in its most recent tile. Each list has one entry
+/// for each element.
 struct CodedTile {
   std::vector<double> values;
   std::vector<ResidualSize> sizes;
 };
 
-/// One component of a tile, without its values.
+/// The data that are needed to code one component of a tile, except the values themselves.
 struct ColumnTile {
-  /// Neighbourhoods of the elements, the same for all components
+  /// Neighbourhoods of the elements. They are the same for all components
   std::span<const Neighbourhood> items;
-  TileClasses classes;  ///< classes of the elements, the same for all components
-  std::span<const CodedTile* const> before;  ///< the same tile of the components coded before
+  TileClasses classes;  ///< classes of the elements; the same for all components
+  std::span<const CodedTile* const> before;  ///< the components of this tile that have been coded
+                                             ///< before this component
 
-  /// Reference values, as bits; empty unless use_reference() was called
+  /// Reference values, as bits. Empty unless use_reference() has been called
   std::span<const std::uint64_t> reference;
-  /// For each element: distance to the earlier element of which it is a copy; 0: not a copy; empty
-  /// if the tile has no copies
+  /// For each element: the distance to the earlier element of which it is a copy, or 0 if it is not
+  /// a copy. The list is empty if the tile has no copies
   std::span<const std::uint32_t> back;
-  /// Decoding, if `back` is not empty: bits of the elements before the tile, the most recent
-  /// element last
+  /// Used for decoding a tile with copies: bits of the elements before the tile; the most recent
+  /// element comes last
   std::span<const std::uint64_t> history;
 };
 
@@ -64,15 +68,15 @@ struct TileElement {
   const Neighbourhood& item = tile.items[i];
   MatchTables::Places places{};  ///< result of ColumnState::find_matches()
 
-  /// Result of ColumnState::find_partner(): data of this element's reference, if the element can
-  /// have a partner.
+  /// Result of ColumnState::find_partner(). It describes the reference value of this element, and
+  /// is valid only if the element can have a partner.
   struct Key {
     std::uint64_t magnitude = 0;
     bool is = false, negative = false;
   } key{};
   struct Partner {
     bool is = false;
-    /// State of the partner's value, and state of the partner's reference
+    /// States of the partner's value (`state`) and of the partner's reference value (`then`)
     double state = 0.0, then = 0.0;
   } partner{};
 
@@ -80,24 +84,27 @@ struct TileElement {
   std::uint32_t back() const { return tile.back.empty() ? 0 : tile.back[i]; }
 };
 
-/// Expected size of a residual, derived from the sizes of earlier residuals relative to the scale
-/// of the current prediction.
+/// Context for coding a residual: the expected size, derived from the sizes of earlier residuals.
+/// Sizes are relative to the scale of the current prediction.
 struct ResidualContext {
-  std::uint32_t mean = 0;  ///< mean size of the residuals at the near elements
+  std::uint32_t mean = 0;  ///< mean size of the residuals of the near elements
 
-  /// Residual of the previous component: 0: none, 1: its size is 0, 2: its size is larger
+  /// Residual of the previous component at this element. 0: there is no previous component. 1: the
+  /// size is 0. 2: the size is larger than 0
   std::uint32_t before = 0;
 };
-/// The sizes of the earlier residuals, each plus one; 0 if no such residual exists.
+/// Sizes of earlier residuals. Each size is stored plus one; 0 means that there is no such
+/// residual.
 struct SizesAround {
   std::array<std::uint32_t, 3> near{};  ///< sizes at the near elements
-  std::uint32_t last = 0;               ///< size at the element coded last, without the plus one
+  std::uint32_t last = 0;               ///< size for the element coded last (stored without adding
+                                        ///< one)
 
-  /// Sizes in the previous component, and in the component before that
+  /// Sizes for this element in the previous component, and in the component before the previous one
   std::uint32_t before = 0, two_before = 0;
 };
 
-/// The values that a column stores for one element.
+/// The data that a column stores for one element.
 struct KeptElement {
   struct Reference {
     double state = 0, third = 0;
@@ -108,7 +115,7 @@ struct KeptElement {
   Reference reference;
 };
 
-/// The values that a column stores for all elements, by slot.
+/// The data that a column stores for all elements, by slot.
 struct ColumnSlots {
   std::vector<double> states, thirds;
   std::vector<ResidualSize> sizes;
@@ -129,20 +136,21 @@ struct ColumnSlots {
   }
 };
 
-/// Decoding: the memory budget that all columns of a segment share. If memory becomes tight, a
-/// column whose slots are equal with few exceptions stores only the exceptions, and borrows a full
-/// set of slots for the current tile. Requests beyond the limit are refused. The budget does not
-/// affect the decoded values.
+/// Decoding: the memory budget that all columns of a segment share. If memory becomes scarce, a
+/// column changes its storage if nearly all of its slots are equal: it then stores only the
+/// exceptions, and borrows a full set of slots for the current tile. Requests that exceed the limit
+/// are refused. The budget does not change decoded values.
 class ColumnMemory {
  public:
-  /// Sets the limit in bytes, including the memory that is already in use. Memory is tight once
-  /// `plenty` bytes are in use.
+  /// Sets the limit in bytes. Memory that is already in use counts towards the limit. Memory is
+  /// scarce as soon as `plenty` bytes are in use.
   void allow(std::uint64_t bytes, std::uint64_t plenty) {
     most_ = bytes;
     plenty_ = plenty;
   }
   bool is_tight() const { return taken_ >= plenty_; }
-  /// Reserves memory. Returns false if the limit would be exceeded, and in all later calls.
+  /// Reserves memory. Returns false if the limit would be exceeded. After it has returned false
+  /// once, it always returns false.
   bool take(std::uint64_t bytes) {
     if (bytes > most_ - std::min(taken_, most_)) is_refused_ = true;
     if (!is_refused_) taken_ += bytes;
@@ -161,17 +169,18 @@ class ColumnMemory {
 
 // --- earlier values by magnitude
 
-/// The magnitudes that have occurred so far in a component, in ascending order, each with an
-/// associated value. It finds the entry nearest to a magnitude, and the entry with a given rank. It
-/// is used for recalled values and for partners.
+/// The magnitudes that have occurred so far in a component, in ascending order. Each magnitude has
+/// an associated value. The class finds the entry that is nearest to a magnitude, and the entry
+/// with a given rank. It is used for recalled values and for partners.
 class SortedValues {
  public:
-  /// Largest number of entries. A full list is emptied before the next entry is added. Frozen: part
-  /// of the format.
+  /// Largest number of entries. If the list is full, all entries are removed before the next entry
+  /// is added. Frozen: part of the format.
   static constexpr std::size_t kMost = std::size_t{1} << 15;
 
   struct Entry {
-    /// Bits of a double without the sign bit; these have the order of the magnitudes
+    /// Bits of a double without the sign bit. As integers, these bits sort in the same order as the
+    /// magnitudes
     std::uint64_t magnitude = 0;
     double value = 0.0;  ///< value added most recently with this magnitude
   };
@@ -181,13 +190,14 @@ class SortedValues {
   }
 
   std::size_t size() const { return old_.size() + recent_.size(); }
-  /// Returns the number of entries whose magnitude is smaller.
+  /// Returns the number of entries whose magnitude is less than `magnitude`.
   std::size_t rank_of(std::uint64_t magnitude) const {
     return static_cast<std::size_t>(place(old_, magnitude) + place(recent_, magnitude));
   }
-  /// Returns the entry with a rank. Must hold: rank < size().
+  /// Returns the entry with this rank. Precondition: rank < size().
   const Entry& at(std::size_t rank) const {
-    // Find `low`, the number of recent entries before this rank, by binary search.
+    // Find `low` by binary search: the number of recent entries that are before the entry with this
+    // rank.
     std::size_t low = rank > old_.size() ? rank - old_.size() : 0;
     std::size_t high = std::min(rank, recent_.size());
     while (low < high) {
@@ -202,8 +212,8 @@ class SortedValues {
     if (low == recent_.size()) return old_[in_old];
     return recent_[low].magnitude < old_[in_old].magnitude ? recent_[low] : old_[in_old];
   }
-  /// Returns the entry with the nearest magnitude; of two equally near entries, the smaller.
-  /// Returns null if the list is empty.
+  /// Returns the entry whose magnitude is nearest. If two entries are equally near, returns the
+  /// smaller entry. Returns null if the list is empty.
   const Entry* nearest(std::uint64_t magnitude) const {
     const Entry* found = nullptr;
     for (const auto* list : {&old_, &recent_}) {
@@ -232,7 +242,7 @@ class SortedValues {
   }
 
  private:
-  using List = std::vector<Entry>;  // entries in ascending order; each magnitude occurs once
+  using List = std::vector<Entry>;  // entries in ascending order; no magnitude occurs twice
   static constexpr std::size_t kRecent = 256;
 
   static std::ptrdiff_t place(const List& list, std::uint64_t magnitude) {
@@ -257,18 +267,19 @@ class SortedValues {
   List old_, recent_;  // no magnitude occurs in both lists
 };
 
-/// The earlier values of a component, by magnitude and by number. For each class it also stores the
-/// source of the last recalled value: the next recalled value of the class probably continues from
-/// this source, forwards or backwards.
+/// The earlier values of a component, accessible by magnitude and by number. For each class, the
+/// list also stores the source of the most recently recalled value. The next recalled value of the
+/// class probably comes from the value after this source, or from the value before it.
 class RecalledValues {
  public:
   bool empty() const { return list_.size() == 0; }
   const SortedValues& list() const { return list_; }
 
-  /// The expected rank, relative to which the rank of a recalled value is coded.
+  /// The expected rank of a recalled value. The actual rank is coded relative to it.
   struct Start {
     std::size_t rank = 0;
-    bool by_source = false;  ///< true: rank of the value that follows the last source
+    bool by_source = false;  ///< true if the rank comes from the most recent source: it is that of
+                             ///< the value just before or after the source
   };
   Start start(std::uint32_t of_class, std::uint64_t predicted) const {
     if (of_class < sources_.size() && sources_[of_class].trust >= kTrusted)
@@ -276,8 +287,8 @@ class RecalledValues {
         return {list_.rank_of(*next), true};
     return {list_.rank_of(predicted), false};
   }
-  /// Records that the current value was coded relative to the entry with this rank. Call it before
-  /// add() adds the current value.
+  /// Records that the current value has been coded relative to the entry with this rank. Call it
+  /// before add().
   void take(std::uint32_t of_class, std::size_t rank) {
     if (of_class >= sources_.size()) sources_.resize(of_class + std::size_t{1});
     Source& source = sources_[of_class];
@@ -310,17 +321,18 @@ class RecalledValues {
 
  private:
   static constexpr int kTrusted = 2, kMostTrust = 3;
-  /// The last recalled value of a class (`here`) and the earlier value from which it was recalled
-  /// (`there`), as numbers of values.
+  /// A source. `here`: number of the most recently recalled value of a class. `there`: number of
+  /// the earlier value from which it was recalled.
   struct Source {
     std::int64_t here = 0, there = 0;
     std::int8_t direction = 1;
-    std::uint8_t trust = 0;  // counter of correct continuations, from 0 to kMostTrust
+    std::uint8_t trust = 0;  // counts correct continuations, from 0 to kMostTrust
     bool known = false;
   };
 
-  /// Returns the magnitude that the current value has if the class continues from its last source;
-  /// null if that earlier value is out of range.
+  /// Returns the magnitude that the current value should have if the class continues from its most
+  /// recent source. Returns null if the earlier value with this magnitude is no longer stored or
+  /// does not exist.
   const std::uint64_t* next_of(const Source& source) const {
     const auto here = static_cast<std::int64_t>(count_);
     const std::int64_t next = source.there + source.direction * (here - source.here);
@@ -329,7 +341,8 @@ class RecalledValues {
     return &by_number_[static_cast<std::size_t>(next) % SortedValues::kMost];
   }
 
-  SortedValues list_;  // value of an entry: number of the last element with that magnitude
+  SortedValues
+      list_;  // maps each magnitude to the number of the most recent element with this magnitude
   std::vector<std::uint64_t> by_number_;  // recent magnitudes, by number modulo kMost
   std::vector<Source> sources_;           // sources of the classes, by class
   std::uint64_t count_ = 0;
@@ -345,51 +358,52 @@ class ColumnState {
   const ValueDomain& domain() const { return domain_; }
   const ValueTranslator& translator() const { return translator_; }
 
-  /// Declares that every tile has references. Call it before the first element.
+  /// Declares that every tile has reference values. Call it before the first element.
   void use_reference() { has_reference_ = true; }
   bool has_reference() const { return has_reference_; }
-  /// Sets whether predictions use matches and the values of other components.
+  /// Sets whether predictions may use matches and the values of other components.
   void use_matches(bool uses) { uses_matches_ = uses; }
 
-  /// Returns true if the column may change to `domain`. The total number of translated slots must
-  /// remain proportional to the number of elements, so that a file of many tiny groups cannot cause
-  /// unbounded work.
+  /// Returns true if the column may change to `domain`. The total number of converted slots must
+  /// remain proportional to the number of elements. Otherwise a file with many tiny groups could
+  /// cause unlimited work.
   bool may_change_to(const ValueDomain& domain, std::uint64_t most_moves_for_each) const {
     return domain.has_states_of(domain_) || moved_ <= elements_ * most_moves_for_each;
   }
   void change_domain(const ValueDomain& domain);
 
-  /// Decoding: sets the memory budget, which must outlive the column. Call it before the first
-  /// element.
+  /// Decoding: sets the memory budget. `memory` must outlive the column. Call this function before
+  /// the first element.
   void use_memory(ColumnMemory& memory) { memory_ = &memory; }
-  /// Allocates memory for a slot. Returns false if the memory budget refuses.
+  /// Allocates memory for a slot. Returns false if the memory budget does not allow this.
   bool make_room(std::uint32_t slot) {
     if (slot < slots_.states.size()) return true;
     if (memory_ != nullptr) return make_room_in_memory(slot);
     slots_.make_room(slot, has_reference_);
     return true;
   }
-  // These functions account for elements that a sparse reader leaves out because no covered element
-  // depends on them. The counts become the same as in a reader that visits these elements and skips
-  // them.
+  // The next two functions account for elements that a sparse reader leaves out, since no covered
+  // element depends on them. The counts are then equal to those in a reader that skips these
+  // elements one by one.
   void count_left_out(std::uint64_t elements) { elements_ += elements; }
   void count_room(std::uint32_t slot) { room_ = size_with_room(room_, slot); }
 
-  /// Skips an element that the array does not cover: its state becomes the state of the last
-  /// element.
+  /// Skips an element that the array does not cover. The element receives the state of the element
+  /// before it.
   void skip(const Neighbourhood& item) {
     ++elements_;
     stand_in(item);
   }
-  /// Does the same without counting the element, for trials that need the states of neighbours.
+  /// Does the same as skip(), but does not count the element. It is used in trials that need the
+  /// states of neighbours.
   void stand_in(const Neighbourhood& item);
-  /// Stores values that were coded in another codec.
+  /// Stores the states of values that were coded in another codec.
   void keep_values(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
 
-  /// Begins a tile. Returns false if the memory budget refuses the memory for the tile.
+  /// Begins a tile. Returns false if the tile needs more memory than the memory budget allows.
   bool begin_tile(const ColumnTile& tile);
-  /// Decoding: ends a tile, after its values have been stored. Returns false if the memory budget
-  /// refuses.
+  /// Decoding: ends a tile. Call it after the values of the tile have been stored. Returns false if
+  /// more memory is needed than the memory budget allows.
   bool end_tile(std::span<const Neighbourhood> items) {
     return !borrows_ || give_slots_back(items);
   }
@@ -397,32 +411,33 @@ class ColumnState {
 
   // --- inputs of the predictions
 
-  /// Finds the entries of the match tables for an element. Call it before feature() and features().
+  /// Looks up an element in the match tables. Call it before feature() and features().
   void find_matches(TileElement& element) const;
-  /// Returns true if elements whose references have these magnitudes may be partners: the bits of
-  /// the magnitudes, read as integers, differ by at most a fixed limit.
+  /// Returns true if two elements with reference values of these magnitudes may be partners. The
+  /// bits of the magnitudes, read as integers, must not differ by more than a fixed limit.
   static bool may_be_partners(ScalarType type, std::uint64_t one, std::uint64_t other);
-  /// Finds the partner of an element. Call it before feature() and features(). `reference`:
-  /// reference value of the element, as bits.
+  /// Finds the partner of an element. Call it before feature() and features(). `reference`: the
+  /// bits of the element's reference value.
   void find_partner(TileElement& element, std::uint64_t reference) const;
-  /// Returns the state of a feature, which must be known.
+  /// Returns the state of a feature. Precondition: the feature is known.
   double feature(const TileElement& element, std::uint32_t feature) const {
     return feature < kFThird ? slots_.states[element.item.at[feature]]
                              : farther_feature(element, feature);
   }
-  /// Stores the features of an element in `states`. Features of the neighbourhood are stored only
-  /// if they are in `known`; the remaining entries of `states` do not change.
+  /// Stores the features of an element in `states`. A feature of the neighbourhood is stored only
+  /// if its bit in `known` is set; the other entries of `states` do not change.
   void features(const TileElement& element, std::uint32_t known,
                 std::array<double, kFeatures>& states) const;
-  /// Returns the state of a reference value. `bits` may be any bit pattern; the result is the same
-  /// on all machines.
+  /// Returns the state of a reference value. `bits`: the bits of the value; any bits are allowed.
+  /// The result is the same on all machines.
   double reference_state(std::uint64_t bits) const {
     const double state = translator_.from_value(scalar_as_double(info_->type, bits));
     return is_finite(state) ? state : last_reference_;
   }
-  /// Returns the reference state that is subtracted from a feature to form a difference. Must hold:
-  /// `feature` is not the feature of the partner. `own`: reference_state() of the element, which is
-  /// used for features without a separate reference.
+  /// Returns the reference state that belongs to a feature. Differences are computed by subtracting
+  /// it from the feature. Precondition: `feature` is not the feature of the partner. `own`:
+  /// reference_state() of the element; it is returned for features without a reference of their
+  /// own.
   double reference_feature(const Neighbourhood& item, std::uint32_t feature, double own) const {
     if (feature < kFThird) return slots_.references[item.at[feature]].state;
     if (feature < kFLast) return slots_.references[item.at[feature - kFThird]].third;
@@ -432,10 +447,10 @@ class ColumnState {
 
   // --- sizes of residuals
 
-  // `scale`: scale of the prediction, see the scale() functions in value_domain.h.
+  // `scale`: scale of the prediction; see the scale() functions in value_domain.h.
   ResidualContext residual_context(const TileElement& element, std::int32_t scale) const;
   SizesAround sizes_around(const TileElement& element, std::int32_t scale) const;
-  /// Returns the number of near elements that their second mode predicted.
+  /// Returns the number of near elements that were predicted by a second mode.
   std::uint32_t seconds_near(const Neighbourhood& item) const {
     std::uint32_t count = 0;
     for (std::uint32_t a = 0; a < 3; ++a)
@@ -449,7 +464,8 @@ class ColumnState {
       if ((item.known >> a & 1) != 0 && (slots_.marks[item.at[a]] & kRecalled) != 0) ++count;
     return count;
   }
-  /// Returns the values coded so far; they are stored if the domain recalls values.
+  /// Returns the list of the values coded so far. Values are stored there only if the domain
+  /// recalls values.
   RecalledValues& values_so_far() { return so_far_; }
   void add_to_values_so_far(double state) {
     so_far_.add(SortedValues::magnitude_of(translator_.as_value(state)));
@@ -457,11 +473,11 @@ class ColumnState {
 
   // --- updates after an element
 
-  /// Stores the state of a coded element. `lattice`: lattice prediction of the element.
+  /// Stores the state of a coded element. `lattice`: the lattice prediction of the element.
   void keep(const TileElement& element, double state, double lattice);
   void keep_reference(const Neighbourhood& item, double state);
-  /// Stores the marks of a copied element. Its residual size becomes the size of the element coded
-  /// last.
+  /// Stores the marks of a copied element. The element receives the residual size of the element
+  /// coded last.
   void keep_copied(const TileElement& element) { keep_residual(element, last_size_, false, false); }
   void keep_residual(const TileElement& element, ResidualSize size, bool second, bool recalled) {
     slots_.marks[element.item.self] =
@@ -470,13 +486,13 @@ class ColumnState {
     coded_.sizes[element.i] = last_size_ = size;
   }
 
-  /// Returns the slots, for a caller that moves them to a copy of this state and back.
+  /// Returns the slots. The caller may move them to a copy of this state, and later move them back.
   ColumnSlots& slots() { return slots_; }
 
  private:
   using Reference = KeptElement::Reference;
-  // Bits of the marks: the second mode predicted the value (kSecond); the value was recalled
-  // (kRecalled).
+  // Bits of the marks of an element. kSecond: the second mode predicted the value. kRecalled: the
+  // value was recalled.
   static constexpr std::uint32_t kSecond = 1, kRecalled = 2;
 
   bool make_room_in_memory(std::uint32_t slot);
@@ -491,8 +507,8 @@ class ColumnState {
   double match(std::uint32_t kind, const TileElement& element) const {
     return uses_matches_ ? translator_.from_value(matches_.find(kind, element.places[kind])) : 0.0;
   }
-  /// Returns the value of the previous component at this element, as a state in this component's
-  /// domain.
+  /// Returns the value of the previous component at this element. The value is converted to a state
+  /// in the domain of this component.
   double other_value(const TileElement& element) const {
     const auto before = element.tile.before;
     return before.empty() || !uses_matches_
@@ -506,23 +522,25 @@ class ColumnState {
   ValueTranslator translator_;
   bool has_reference_ = false, uses_matches_ = true;
   std::uint64_t elements_ = 0;  // number of elements so far
-  std::size_t room_ = 0;        // number of slots of all elements, if some elements are left out
-  std::uint64_t moved_ = 0;     // total number of slots translated into other domains
+  std::size_t room_ = 0;        // number of slots of all elements, including elements that are left
+                                // out; 0 if none are left out
+  std::uint64_t moved_ = 0;     // total number of slots converted to other domains
 
   ColumnSlots slots_;
-  // Data for tight memory: the budget, whether only exceptions are stored, the contents of all
-  // other slots, the exceptions, and the number of slots.
+  // Data for scarce memory: the budget, a flag that only exceptions are stored, a flag that slots
+  // are borrowed, the contents of all slots except the exceptions, the exceptions, and the number
+  // of slots.
   ColumnMemory* memory_ = nullptr;
   bool is_folded_ = false, borrows_ = false;
   KeptElement common_;
   std::vector<std::pair<std::uint32_t, KeptElement>>
-      apart_;  // slots that differ from common_, by ascending slot
+      apart_;  // slots whose contents differ from common_, in ascending order
   std::size_t folded_slots_ = 0;
   CodedTile coded_;
   MatchTables matches_;
   RecalledValues so_far_;
-  // Keys: magnitudes of references; values: the value of the element, negated if the reference is
-  // negative
+  // Maps the magnitude of an element's reference value to the element's value; the value is negated
+  // if the reference value is negative
   SortedValues references_so_far_;
   // States of the two elements coded last
   double last_ = 0, before_last_ = 0;
@@ -532,20 +550,21 @@ class ColumnState {
 
 // --- states of values
 
-/// Returns the state that represents a value without an index or without a finite state: the
-/// lattice prediction, rounded to the domain.
+/// Returns the state for a value that has no index or no finite state: the state of the lattice
+/// prediction, rounded to the domain.
 double substitute(const auto& space, double lattice) {
   const double state = space.state(space.index(lattice));
   return is_finite(state) ? state : 0.0;
 }
 
-/// Returns the state of the value with an index.
+/// Returns the state of the value that has this index.
 double state_of(const auto& space, std::int64_t index, double lattice) {
   const double state = space.state(index);
   return is_finite(state) ? state : substitute(space, lattice);
 }
 
-/// Returns the state of a copied value, which is not coded in this domain and may be outside of it.
+/// Returns the state of a copied value. The domain need not contain the value, since copied values
+/// are not coded in the domain.
 double state_of_copy(const auto& space, const ColumnState& column, std::uint64_t bits,
                      double lattice) {
   const double state = column.translator().from_value(scalar_as_double(column.info().type, bits));

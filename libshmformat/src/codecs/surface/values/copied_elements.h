@@ -1,7 +1,8 @@
-// CopiedElements: codes which elements of a tile equal an earlier element (the source) in all
-// components, and how many elements before the copy the source is. In a mesh whose cells share no
-// vertices, most vertices are such copies: a corner of an earlier cell had the same coordinates.
-// The source of the next copy at the same corner is usually the element after the last source.
+// CopiedElements: codes which elements of a tile are copies. A copy equals an earlier element (its
+// source) in all components. The distance from the source to the copy, in elements, is coded, too.
+// If the cells of a mesh share no vertices, most vertices are copies: the same coordinates occurred
+// at a corner of an earlier cell. The source of the next copy at the same corner is usually the
+// element after the previous source.
 // spec: "Copied elements"
 #pragma once
 
@@ -21,8 +22,8 @@ class CopiedElements {
   /// Largest distance between a copy and its source, in elements. Frozen: part of the format.
   static constexpr std::uint32_t kFarthest = std::uint32_t{1} << 16;
 
-  /// Codes, for each element of a tile with the given classes, the distance to its source. The
-  /// distance is 0 if the element is not a copy. Returns false if the data is damaged.
+  /// Codes, for each element of a tile, the distance to its source; 0 means that the element is not
+  /// a copy. `classes`: the class of each element. Returns false if the data is damaged.
   bool code(Coder& coder, std::span<const std::uint16_t> classes, std::span<std::uint32_t> back) {
     for (std::size_t i = 0; i < classes.size(); ++i)
       if (!code_one(coder, classes[i], back[i])) return false;
@@ -30,11 +31,12 @@ class CopiedElements {
   }
 
  private:
-  /// Result for an element: not a copy (kOwn); a copy at the same distance as the last copy of the
-  /// class (kAgain); at the distance used before that (kBefore); at another distance (kOther).
+  /// Result for an element. kOwn: not a copy. kAgain: a copy at the same distance as the previous
+  /// copy in the class. kBefore: a copy at the different distance that the class used before that.
+  /// kOther: a copy at any other distance.
   enum Outcome : std::uint8_t { kOwn, kAgain, kBefore, kOther };
   struct Class {
-    std::uint32_t last = 0, before_last = 0;  // last two different distances; 0: none
+    std::uint32_t last = 0, before_last = 0;  // the two most recent distinct distances; 0: none
     Outcome outcome = kOwn;
   };
   struct Models {
@@ -70,8 +72,8 @@ class CopiedElements {
     ++here_;
     return true;
   }
-  /// Codes a distance, relative to the distance of the element after the last source. Returns 0 if
-  /// the data is damaged.
+  /// Codes a distance. It is coded relative to the distance to the element after the previous
+  /// source. Returns 0 if the data is damaged.
   std::uint32_t code_other(Coder& coder, std::uint32_t wanted) {
     const auto by =
         code_signed(coder, other_, static_cast<std::int64_t>(here_ - wanted - following_));
@@ -80,11 +82,12 @@ class CopiedElements {
   }
 
   std::vector<Class> classes_;
-  // Models by the last outcome in the class, and by the last outcome in any class
+  // Models whose indices are the previous outcome in the class and the previous outcome in any
+  // class
   std::array<std::array<Models, 4>, 4> models_;
   SignedModel<CompactNumberModel> other_;
   Outcome outcome_ = kOwn;
-  // here_: number of elements so far; following_: number of the element after the last source
+  // here_: number of elements so far; following_: number of the element after the previous source
   std::uint64_t here_ = 0, following_ = 0;
 };
 

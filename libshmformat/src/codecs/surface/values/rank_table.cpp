@@ -9,7 +9,8 @@
 namespace shm {
 namespace {
 
-// Encoder: entries of `known` that are more than this number ahead are coded by distance
+// Encoder: an entry of `known` is used only if at most this number of entries of `known` are
+// skipped; otherwise the distance is coded
 constexpr std::uint64_t kMostSkipped = 63;
 
 /// Returns the index of the negated value.
@@ -17,8 +18,8 @@ std::int64_t opposite(std::int64_t index, DomainKind kind) {
   return kind == DomainKind::floats || kind == DomainKind::narrow ? ~index : minus(0, index);
 }
 
-/// The last different distances between consecutive entries, the most recently used first. Evenly
-/// spaced values lead to two or three alternating distances because of rounding.
+/// The most recent distinct distances between consecutive entries; the most recently used distance
+/// comes first. Values in even steps have two or three alternating distances because of rounding.
 class Steps {
  public:
   template <class Coder>
@@ -60,7 +61,8 @@ bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
   if (count > most_entries) return false;
   std::sort(known.begin(), known.end());
   known.erase(std::unique(known.begin(), known.end()), known.end());
-  // If no other table is known, the negative entries of this table predict the positive entries.
+  // If there are no entries of other tables, the negative entries of this table predict its
+  // positive entries.
   bool mirrors = known.empty();
   table.clear();
   Steps steps;

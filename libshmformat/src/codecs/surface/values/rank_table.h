@@ -1,5 +1,5 @@
-// Rank table: the indices that a component uses in a group, in ascending order. Each entry is coded
-// either as an entry of an earlier table or as its distance from the previous entry.
+// Rank table: the indices that a component uses in a group, in ascending order. An entry is coded
+// either as an entry of an earlier table, or as its distance from the previous entry.
 // spec: "Value domains", tables
 #pragma once
 
@@ -16,18 +16,22 @@ namespace shm {
 struct RankTableModels {
   CompactNumberModel entries, step, skipped;
   SignedModel<CompactNumberModel> first_entry;
-  // Whether the step equals a recent step, by position in the list of recent steps
+  // Models of whether the distance equals a recent distance. The index is the position in the list
+  // of recent distances
   std::array<AdaptiveBit, 4> same_step;
-  // Whether an entry is in an earlier table, by the last three decisions
+  // Models of whether an entry occurs in an earlier table. The index combines the previous three
+  // decisions
   std::array<AdaptiveBit, 8> known_entry;
 };
 
-/// Appends the entries of a table, and the indices of the negated values, to `known`.
+/// Appends to `known` the entries of a table, and the indices of the negated values of these
+/// entries.
 void add_known_entries(std::span<const std::int64_t> table, DomainKind kind,
                        std::vector<std::int64_t>& known);
 
-/// Codes a table, which must not be empty. `known`: entries of other tables, in any order. Returns
-/// false if the data is damaged or the table has more than `most_entries` entries.
+/// Codes a table. Precondition: the table is not empty. `known`: entries of other tables, in any
+/// order. Returns false if the data is damaged, or if the table has more than `most_entries`
+/// entries.
 template <class Coder>
 bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
                      std::vector<std::int64_t> known, std::uint64_t most_entries,

@@ -1,10 +1,10 @@
 // Value predictor: computes predictions for the next value of a column.
-//   ClassNumbers  groups similar neighbourhoods into classes, which share one predictor
+//   ClassNumbers  groups similar neighbourhoods into classes. All elements of a class are predicted
+//                 by the same predictor
 //   Predictor     computes all predictions from the states of a neighbourhood. A *mode* is one of
-//                 these predictions; the encoder chooses a mode for each class, and the decoder
-//                 uses that mode
+//                 these predictions. The encoder chooses a mode for each class, and codes it
 //   MatchTables   finds earlier values that occurred next to the same neighbouring values
-// All computations use double arithmetic, with + - * / in the order written.
+// All computations use double arithmetic. The operations + - * / are computed in the written order.
 // spec: "Predictors", "Classes", "Matches"
 #pragma once
 
@@ -22,20 +22,21 @@ namespace shm {
 
 // --- classes
 
-/// Class numbers of the elements of a tile, and the family number of each class.
+/// The class of each element of a tile, and the family of each class, as numbers.
 struct TileClasses {
   std::span<const std::uint16_t> of_item, families;
 };
 
-/// Numbers the classes in order of first occurrence. Neighbourhoods with the same known neighbours,
-/// corner and kind form a class. Classes with the same known neighbours within their own hexahedron
-/// form a family; families are numbered in the same way.
+/// Assigns numbers to classes, in the order in which they first occur. A class consists of the
+/// neighbourhoods with the same kind, the same corner and the same known neighbours. A family
+/// consists of the classes with the same kind and corner and the same known neighbours within the
+/// vertex's own hexahedron. Families are numbered in the same way as classes.
 class ClassNumbers {
  public:
   static constexpr std::uint32_t kMost = 65535;
 
-  /// Returns the class of an element. `counts`: bits of Neighbourhood::known that distinguish
-  /// classes.
+  /// Returns the number of an element's class. `counts`: the bits of Neighbourhood::known that
+  /// distinguish classes.
   std::uint16_t of(const Neighbourhood& item, std::uint32_t counts) {
     const std::uint32_t key = key_of(item, counts);
     std::size_t index = place(key);
@@ -45,7 +46,7 @@ class ClassNumbers {
     }
     return entries_[index].number;
   }
-  /// Returns the number of the family, by class.
+  /// Returns the number of each class's family.
   std::span<const std::uint16_t> families() const { return families_; }
 
  private:
@@ -55,13 +56,15 @@ class ClassNumbers {
     std::uint16_t number = 0;
   };
 
-  /// Combines the corner, the kind and the known neighbours, except the farther neighbours.
+  /// Returns a number that combines the corner, the kind and the known neighbours. Farther
+  /// neighbours are not included.
   static std::uint32_t key_of(const Neighbourhood& item, std::uint32_t counts) {
     const std::uint32_t known = item.traits(counts);
     return (known & 0x3ffu) | (known >> 13 & 7u) << 10 | std::uint32_t{item.corner} << 13 |
            std::uint32_t{item.kind} << 16;
   }
-  /// Combines the corner, the kind and the known neighbours within the hexahedron: 13 bits.
+  /// Returns a number of 13 bits that combines the corner, the kind and the known neighbours within
+  /// the hexahedron.
   static std::uint16_t family_key(std::uint32_t key) {
     return static_cast<std::uint16_t>((key & Neighbourhood::kLattice) | (key >> 13 & 63u) << 7);
   }
@@ -99,9 +102,10 @@ class ClassNumbers {
 
 // --- predictors
 
-/// States around an element, in this order: near 0-2, diagonal 3-5, opposite 6, beyond 7-9, farther
-/// 10-12, thirds 13-15 (residuals of the lattice prediction at near 0-2), the two elements coded
-/// last in the column, matches, the previous component at this element, the partner.
+/// Features: states around an element from which it is predicted. They are, in this order: near
+/// elements (0-2), diagonal elements (3-5), opposite element (6), beyond (7-9), farther (10-12),
+/// thirds (13-15, the residuals of the lattice prediction at near elements 0-2), the two elements
+/// coded last in the column, matches, the previous component of this element, and the partner.
 enum Feature : std::uint32_t {
   kFNear = 0,
   kFDiagonal = 3,
@@ -111,45 +115,48 @@ enum Feature : std::uint32_t {
   kFThird = 13,
   kFLast = 16,
   kFBeforeLast = 17,
-  kFMatch = 18,    // 18-20: matches by near values, by the last values, by other components
-  kFOther = 21,    // value of the previous component at this element
+  kFMatch = 18,    // 18-20: matches (earlier values) found by looking up the near values, the two
+                   // most recent values, and the other components
+  kFOther = 21,    // value of the previous component of this element
   kFPartner = 22,  // value of this component at the partner
   kFeatures = 23
 };
 
 enum Mode : std::uint32_t {
-  kLattice = 0,         // prediction by the best rule that the known corners allow
+  kLattice = 0,         // prediction by the best rule for the known neighbours
   kNearMode = 1,        // 1..3: the near value along one axis
-  kLineMode = 4,        // 4..6: extrapolation by a straight line along one axis
-  kCurveMode = 7,       // 7..9: extrapolation by a parabola along one axis
+  kLineMode = 4,        // 4..6: linear extrapolation along one axis
+  kCurveMode = 7,       // 7..9: quadratic extrapolation along one axis
   kFaceMode = 10,       // 10..12: the parallelogram rule in one face
-  kThirdMode = 13,      // 13..15: the lattice prediction plus its residual at one neighbour
-  kMeanThirdMode = 16,  // lattice prediction plus the mean of these residuals
+  kThirdMode = 13,      // 13..15: the lattice prediction plus the residual of the lattice
+                        // prediction at one neighbour
+  kMeanThirdMode = 16,  // the lattice prediction plus the mean of the residuals used by kThirdMode
   kMeanNearMode = 17,
   kMeanLineMode = 18,
   kMeanFaceMode = 19,
   kLastMode = 20,
   kLastLineMode = 21,
-  kMatchMode = 22,   // 22..24: matches by near values, by the last values, by other components
-  kOtherMode = 25,   // 25, 26: the previous component at this element, or its negative
-  kFittedMode = 27,  // linear combination with weights fitted by the encoder
-  kStayMode = 28,    // prediction 0, which means the reference value; for differences only
+  kMatchMode = 22,  // 22..24: matches (earlier values) found by looking up the near values, the two
+                    // most recent values, and the other components
+  kOtherMode = 25,  // 25, 26: the previous component of this element, or its negative
+  kFittedMode = 27,  // linear combination; the encoder determines the weights
+  kStayMode = 28,    // prediction 0; with differences as input, this predicts the reference value
   kPartnerMode = 29,
   kModes = 30
 };
 
-/// Input of a mode. Only arrays with a reference may use differences.
+/// Input of a mode. The input kDifferences is only for arrays with reference values.
 enum PredictorInput : std::uint32_t {
   kStates = 0,
-  kDifferences = 1,  // the states minus the states of the reference
+  kDifferences = 1,  // the states minus the states of the reference values
 };
 
-/// Mode number that means that there is no second mode.
+/// Mode number for "no second mode".
 inline constexpr std::uint32_t kNoMode = 31;
 
 inline constexpr std::uint32_t kWeights = 13;
-/// The unit of the weights is 1 / 36864. Halves, thirds, quarters and ninths are exact: a vertex in
-/// the middle of an edge, face or cell is a combination of its neighbours with such weights.
+/// Denominator of the weights. With the unit 1 / 36864, halves, thirds, quarters and ninths are
+/// exact. These weights occur if a vertex is in the middle of an edge, face or cell.
 inline constexpr double kWeightParts = 36864.0;
 inline constexpr std::int32_t kMostWeight = 16 * 36864 - 1;
 using Weights = std::array<std::int32_t, kWeights>;
@@ -160,21 +167,22 @@ inline constexpr std::array<std::uint32_t, kWeights> kTermFeatures = {
 /// How a class of neighbourhoods is predicted.
 struct ClassModes {
   std::uint32_t mode = kLattice;
-  std::uint32_t second = kNoMode;  ///< used at elements for which the first mode predicts badly
+  std::uint32_t second = kNoMode;  ///< mode for elements that the first mode predicts badly
   std::uint32_t input = kStates;
   Weights weights{};
 };
 
-/// Axes of each parallelogram, as indices of near elements; face i contains diagonal i.
+/// Axes of each parallelogram (face), as indices of near elements. Face i contains the diagonal
+/// element i.
 inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1}, {0, 2}, {1, 2}}};
 
 /// Computes predictions. `known`: result of Neighbourhood::traits(). `at(feature)` returns the
-/// state of a feature; it is called for known features only.
+/// state of a feature; the predictor calls it only for known features.
 template <class At>
 class Predictor {
  public:
   Predictor(std::uint32_t known, const At& at) : known_(known), at_(at), lattice_(find_lattice()) {}
-  /// Constructs a predictor with a known result of lattice().
+  /// Constructs a predictor if the result of lattice() is already known.
   Predictor(std::uint32_t known, const At& at, double lattice)
       : known_(known), at_(at), lattice_(lattice) {}
 
@@ -217,8 +225,8 @@ class Predictor {
   }
 
   double lattice() const { return lattice_; }
-  /// Returns the features by which the weights are multiplied, relative to `base`; 0.0 for unknown
-  /// features.
+  /// Returns the terms of the weighted sum: the known features relative to `base`. The term of an
+  /// unknown feature is 0.0.
   std::array<double, kWeights> terms(double base) const {
     std::array<double, kWeights> x{};
     for (std::uint32_t i = 0; i < kWeights; ++i) x[i] = term(i, base);
@@ -237,7 +245,8 @@ class Predictor {
       if (has(a)) return at_(a);
     return at_(kFLast);
   }
-  /// Returns the kind of the neighbourhood. It is `lattice` also for kinds that use the same rule.
+  /// Returns the kind of the neighbourhood. It is `lattice` for all kinds that use the same rule as
+  /// `lattice`, because Neighbourhood::traits() replaces these kinds.
   std::uint32_t kind() const { return known_ >> Neighbourhood::kKindShift; }
   bool is_mid_node() const {
     return kind() == Neighbourhood::midpoint || kind() == Neighbourhood::centre;
@@ -246,8 +255,8 @@ class Predictor {
     return mean([&](std::uint32_t a) { return has(a); }, [&](std::uint32_t a) { return at_(a); },
                 none);
   }
-  /// Extrapolates across a face: starts at the middle of the face, and adds half of the difference
-  /// between this middle and the vertices on the other side.
+  /// Extrapolates across a face. The prediction is the middle of the face, plus half of the
+  /// difference between this middle and the vertex (or mean of the vertices) on the other side.
   double behind_face() const {
     const double middle = mean_near(at_(kFLast));
     if (has(kFOpposite)) return middle + (middle - at_(kFOpposite)) * 0.5;
@@ -256,8 +265,8 @@ class Predictor {
                                [&](std::uint32_t a) { return at_(kFBeyond + a); }, 0.0);
     return middle + (middle - behind) * 0.5;
   }
-  /// Returns the middle of an edge, computed from its ends, or the middle of a face, computed from
-  /// its edges (transfinite interpolation).
+  /// Returns the middle of an edge, computed from the ends of the edge, or the middle of a face,
+  /// computed from the edges of the face (transfinite interpolation).
   double middle() const {
     if (kind() == Neighbourhood::midpoint) return (at_(kFDiagonal) + at_(kFDiagonal + 1)) * 0.5;
     const std::uint32_t edge = kFDiagonal, corner = kFBeyond;
@@ -292,7 +301,8 @@ class Predictor {
     const std::uint32_t feature = kTermFeatures[i];
     if (!has(feature)) return 0.0;
     if (feature >= kFThird) return at_(feature);
-    // If the whole lattice is known, the terms of the other features determine the opposite vertex.
+    // If all near, diagonal and opposite elements are known, the other terms determine the opposite
+    // term, so it is left out.
     if (feature == kFOpposite && knows_lattice()) return 0.0;
     return at_(feature) - base;
   }
@@ -320,8 +330,9 @@ class Predictor {
   double lattice_;
 };
 
-/// Computes the predictions of a class for one element. `at`, `difference_at`: functions that
-/// return features for the two inputs. `reference`: state of the reference, if there is one.
+/// Computes predictions of an element by the modes of its class. `at`, `difference_at`: functions
+/// that return a feature of the inputs kStates and kDifferences. `reference`: state of the
+/// element's reference value, if there is one.
 template <class At, class DifferenceAt>
 class ClassPredictor {
  public:
@@ -350,22 +361,23 @@ class ClassPredictor {
 
 // --- matches
 
-/// Number of key types for lookups: the near values, the last two values, the other components.
+/// Number of kinds of keys by which values are looked up: the near values, the two most recent
+/// values, the other components.
 inline constexpr std::uint32_t kMatchKinds = 3;
 
-/// Finds values that were coded next to the same values, as in parts of a mesh that repeat or
-/// mirror each other. Keys compare magnitudes without their last bits. The sign of the result
-/// depends on the sign of the key.
+/// Finds earlier values that were coded next to the same neighbouring values. Such values occur in
+/// meshes with repeated or mirrored parts. Keys are compared by their magnitudes without the lowest
+/// 12 bits. The result is negated if the key is negative.
 class MatchTables {
  public:
-  /// Position of a key in a table, and the sign of the key.
+  /// Position of an entry in a table, and the sign of the key.
   struct Place {
     std::uint32_t at = 0;
     bool negative = false;
   };
   using Places = std::array<Place, kMatchKinds>;
 
-  /// Hash of a set of magnitudes, which does not depend on their order.
+  /// Hash of a set of magnitudes. It does not depend on the order of the magnitudes.
   class Key {
    public:
     void add(double value) {
@@ -386,7 +398,7 @@ class MatchTables {
     bool any_ = false, negative_ = false;
   };
 
-  /// Prepares the tables for `values` more values. If the tables grow, they are cleared.
+  /// Prepares the tables for `values` further values. Tables that have to grow are cleared.
   void expect(std::size_t values) {
     values_ += values;
     const int wanted = std::clamp<int>(static_cast<int>(std::bit_width(8 * values_)), 8, kMostBits);
@@ -394,7 +406,7 @@ class MatchTables {
     bits_ = wanted;
     for (auto& table : tables_) table.assign(std::size_t{1} << bits_, 0.0);
   }
-  // Must hold: expect() has been called.
+  // Precondition: expect() has been called.
   double find(std::uint32_t kind, const Place& place) const {
     const double value = tables_[kind][place.at >> (kMostBits - bits_)];
     return place.negative ? -value : value;
