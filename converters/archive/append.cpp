@@ -65,7 +65,8 @@ class Appending {
       refuse(ErrorCode::unsupported, "has time steps without times");
   }
 
-  // Compares the two meshes and their arrays. Stores the differences in `differences`.
+  // Compares the mesh and the arrays of the old file with those of the source. Stores the
+  // differences in `differences`.
   void compare() {
     MeshSource& source = *steps_;
     if (source.info().schema.source_format == old().schema.source_format) {
@@ -103,8 +104,8 @@ class Appending {
     for (const std::uint64_t step : outcome_.steps) outcome_.times.push_back(times[step]);
   }
 
-  // Return the numbers of the source's vertices and cells in coding order. Null means the source's
-  // own order.
+  // Return the source's vertex ids and cell ids in coding order. Null means that the coding order
+  // is the order in the source.
   NumberList* vertex_order() {
     return keeps_numbers() ? &mesh_->vertex_order() : numbering_.vertices.get();
   }
@@ -156,7 +157,7 @@ class Appending {
   Spool& spool_;
   std::unique_ptr<FileRandomSource> file_;
   Appender appender_;
-  std::unique_ptr<StagedMesh> mesh_;  // mesh of the old file, without its steps
+  std::unique_ptr<StagedMesh> mesh_;  // mesh of the old file, without its time steps
   std::unique_ptr<ForeignSteps> foreign_;
   MeshSource* steps_;  // source of the new steps
   Numbering numbering_;

@@ -17,30 +17,33 @@
 namespace shm::converters {
 
 struct AppendHow {
-  // True: append all steps of the source; false: only steps later than the last step of the file.
+  // Used only if `steps` is empty. If true, all steps of the source are appended. If false, only
+  // steps whose time is later than the time of the file's final step are appended.
   bool all = false;
-  // Numbers of the steps to append, counted from 0, in the order of appending. Empty if the user
-  // chose no step.
+  // Indices (from 0) of the source's steps to append, in the order in which they are appended.
+  // Empty if the user did not choose steps.
   std::vector<std::uint64_t> steps;
-  // Time of the only step of a source that has neither steps nor a time.
+  // Time of the appended step, for a source that has no time steps and does not state a time.
   std::optional<double> time;
   bool strict = false;  // true: write nothing if data of the source would be left out
   AppendOptions options;
   unsigned threads = 1;  // number of threads that decode the mesh; 0: one per core
-  const CellSequence* cell_order = nullptr;  // order of cells for compare_meshes(); may be null
+  const CellSequence* cell_order = nullptr;  // coding order of the source's cells, which is passed
+                                             // to compare_meshes(); may be null
   Progress progress;
 };
 
 struct AppendOutcome {
-  std::vector<std::string> differences;  // some of the reasons why the meshes differ
+  std::vector<std::string> differences;  // the first differences that were found between the meshes
   LossList losses;                       // data of the source that the new file does not contain
   std::vector<std::uint64_t> steps;      // steps of the source that were appended
   std::vector<double> times;             // times of all steps of the new file
-  std::optional<SizeReport> sizes;       // sizes of the new file; nothing if no file was written
+  std::optional<SizeReport> sizes;       // sizes of the new file; not set if no file was written
 };
 
 // Appends steps to the file at `path` and writes the new file to `sink`. Throws Failure if the old
-// file or the source is damaged, or if they do not match for a reason other than differing values.
+// file or the source is damaged, or if their meshes cannot be combined. If the meshes of the old
+// file and the source differ, writes nothing and returns the differences.
 AppendOutcome append_steps(const std::string& path, MeshSource& source, ByteSink& sink,
                            const AppendHow& how, Spool& spool);
 

@@ -17,7 +17,8 @@ bool same_times(std::span<const double> a, std::span<const double> b) {
          (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
 }
 
-// Returns true if the steps of `more` are exactly the old steps, followed by `steps`.
+// Returns true if the step times of `more` are exactly the step times of `old`, followed by the
+// times of `steps`.
 bool goes_on_from_the_start(const MeshInfo& old, const MeshInfo& more,
                             std::span<const std::uint64_t> steps) {
   std::vector<double> times = old.step_times;
@@ -25,7 +26,8 @@ bool goes_on_from_the_start(const MeshInfo& old, const MeshInfo& more,
   return same_times(times, more.step_times);
 }
 
-// Returns the old extras. Throws Failure unless the extras of the other file are the same.
+// Returns an empty result, which means that the extras of the old file stay unchanged. Throws
+// Failure unless each of `extras` equals the old extra with the same key.
 AppendedExtras same_extras(const MeshInfo& old, const std::vector<Extra>& extras) {
   std::map<std::string, const Extra*> by_key;
   for (const Extra& extra : old.extras) by_key.emplace(extra.key, &extra);

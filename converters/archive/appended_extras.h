@@ -1,4 +1,4 @@
-// The extras of a mesh after time steps of another file have been appended.
+// Computes the extras of a mesh after time steps of another file have been appended.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,14 @@
 
 namespace shm::converters {
 
-// Returns the extras of the result. `old` is the mesh before the steps were appended, and `more`
-// the other file, which has the same format. `extras` are the extras of `more` in the numbering of
-// `old`. `steps` are the steps of `more` that are appended.
+// Returns the extras of the combined mesh. `old` is the mesh before the steps were appended. `more`
+// is the mesh whose steps are appended; both meshes have the same source format. `extras` are the
+// extras of `more`, in which vertex and cell ids have been converted to ids of `old`. `steps` are
+// the steps of `more` that are appended.
 // - If `more` also contains the old steps, because its writer continued an existing file, its
 // extras replace the old ones.
-// - If extras of the format have a value for each step, and `more` begins after the end of the old
-// file, the new values are appended to the old ones.
+// - If extras have one value per step, and the steps of `more` begin after the last step of `old`,
+//   the new values are appended to the old values.
 //
 // Throws Failure (unsupported) if the extras cannot be combined.
 AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,

@@ -37,7 +37,8 @@ void copy_all(ByteSource& from, const std::string& name, ByteSink& to) {
     unwrap(to.write(std::span(piece).first(n)));
 }
 
-// Returns the names that the members will have. Throws Failure (misuse) if two names are equal.
+// Returns the member name of each input: its file name without the folder. Throws Failure (misuse)
+// if two inputs have the same name.
 std::map<std::string, std::string> member_names(const std::vector<std::string>& inputs) {
   std::map<std::string, std::string> names;  // maps each input to its name in the archive
   std::map<std::string, std::string> taken;  // maps each name in the archive to its input

@@ -1,6 +1,6 @@
 // Archives: several meshes joined into one .shm file, and extracted again. Each member has the name
-// of the file from which it was made. A .shm file keeps its name and its bytes in the archive. Any
-// other file is compressed, and is restored in its own format.
+// of its input file. A .shm file is stored unchanged. Any other file is compressed when it is
+// joined, and restored in its original format when it is extracted.
 #pragma once
 
 #include <cstdint>
@@ -21,17 +21,19 @@ namespace shm::converters {
 struct MemberReport {
   std::string name;
   std::uint64_t input_bytes = 0, bytes = 0;
-  bool is_decoded = true;  // false: its bytes were stored unchanged and not checked
+  bool is_decoded = true;  // false: the member was stored as unchanged bytes that were not checked
 };
 
-// Writes `inputs` as an archive to `sink`. Files that are not .shm files are compressed with the
-// options `how`. Spools use `spool_memory` bytes of memory and the folder `spool_directory`. Throws
-// Failure; its code is misuse if two inputs have the same name.
+// Writes the files `inputs` as an archive to `sink`. Inputs that are not .shm files are compressed
+// with the options `how`. Each spool uses at most `spool_memory` bytes of memory; its temporary
+// file is in `spool_directory`. Throws Failure; its code is misuse if two inputs have the same
+// name.
 std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, ByteSink& sink,
                                      const CompressOptions& how, const std::string& spool_directory,
                                      std::size_t spool_memory, const MeshLimits& limits = {});
 
-// Returns true if the file begins like an archive. Returns false if `path` is not a regular file.
+// Returns true if the first bytes of the file are those of an archive. Returns false if `path` is
+// not a regular file.
 bool is_archive(const std::string& path);
 
 class ArchiveFile {
@@ -40,15 +42,16 @@ class ArchiveFile {
   const std::vector<ArchiveMember>& members() const { return list_.members(); }
   const ArchiveMember& find(const std::string& name) const;  // throws Failure (misuse)
 
-  // Decodes a member. The spool must outlive the mesh. `threads` has the same meaning as in
+  // Decodes a member to a mesh. `spool` must outlive the mesh. `threads` has the same meaning as in
   // open_shm().
   std::unique_ptr<StagedMesh> open(const ArchiveMember& member, Spool& spool,
                                    const Progress& progress, unsigned threads);
   FileSummary summarize(const ArchiveMember& member);
-  // Writes the unchanged bytes of a member to a file, which appears complete or not at all.
+  // Writes the bytes of a member, unchanged, to a file. The file appears under its name only when
+  // it is complete.
   void copy(const ArchiveMember& member, const std::string& path);
-  // Restores a member in the format of the file from which it was made. If that format is unknown,
-  // uses the format of the member's name.
+  // Writes a member in the format of its input file. If that format is unknown, the extension of
+  // the member's name determines the format.
   void restore(const ArchiveMember& member, const std::string& path, Spool& spool,
                const Progress& progress, unsigned threads);
   std::string place(const ArchiveMember& member) const;  // returns "FILE: NAME", for messages
@@ -62,7 +65,7 @@ class ArchiveFile {
   ArchiveReader list_;
 };
 
-// Returns true for members that were .shm files before they were joined.
+// Returns true if the member was already a .shm file when it was joined.
 bool was_packed(const ArchiveMember& member);
 
 }  // namespace shm::converters

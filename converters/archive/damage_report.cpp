@@ -19,7 +19,8 @@ const char* kind_word(DamageKind kind) {
   return "";
 }
 
-// Damages of the same kind, in chunks of the same kind, that are reported in one line.
+// Damage entries that are reported in one line. They have the same kind of damage and the same kind
+// of chunk.
 struct DamageRun {
   DamageKind kind = DamageKind::damaged;
   std::string section;
@@ -30,7 +31,7 @@ struct DamageRun {
   std::vector<std::uint32_t> arrays{};
   std::set<std::uint64_t> steps{};
   std::uint64_t begin = 0, end = 0;  // byte range in the file
-  bool has_gaps = false;             // true: some parts within the range are undamaged
+  bool has_gaps = false;             // true: the byte range also contains undamaged bytes
 
   explicit DamageRun(const Damage& damage)
       : kind(damage.kind),
@@ -57,9 +58,10 @@ struct DamageRun {
 
 bool is_step_values(const Damage& damage) { return damage.step && damage.arrays.size() == 1; }
 
-// Combines damaged step values into runs. First, the damaged steps of one array in one segment form
-// a run. Then runs of arrays that lack the same steps are joined. Finally, runs of consecutive
-// segments with the same losses are joined.
+// Combines entries for damaged step values into runs, so that the report has one line per run.
+// First, the damaged steps of one array in one segment form a run. Then runs of the same segment
+// are joined if their arrays lost the same steps. Finally, runs of consecutive segments are joined
+// if the same arrays lost the same steps.
 class StepRuns {
  public:
   void add(const Damage& damage) {
@@ -119,7 +121,7 @@ class StepRuns {
   std::vector<DamageRun> runs_;
 };
 
-// Returns true if the group `next` directly follows `run`.
+// Returns true if the cell group `next` directly follows the last group of `run`.
 bool continues(const DamageRun& run, const DamageRun& next) {
   return next.section == "group" && run.section == "group" && run.kind == next.kind &&
          run.arrays == next.arrays && run.steps.empty() && run.first_cell && next.first_cell &&

@@ -1,4 +1,4 @@
-// The text and the JSON in which verify and repair report damage.
+// Formats damage as text and as JSON, for the reports of `shm verify` and `shm repair`.
 #pragma once
 
 #include <cstdint>
@@ -16,19 +16,20 @@ namespace shm::converters {
 // Returns text such as "1 block" or "2 blocks".
 std::string counted(std::uint64_t count, const std::string& one);
 
-// Returns text such as "point/u", or only the array's number if the schema is lost.
+// Returns the name of an array, such as "point/u", or its index if the schema is lost.
 std::string array_label(const std::optional<Schema>& schema, std::uint32_t array);
 
-// Returns text such as "point/u, point/v" for the first few arrays.
+// Returns the names of arrays, such as "point/u, point/v". Only the first few names are listed.
 std::string array_labels(const std::optional<Schema>& schema,
                          std::span<const std::uint32_t> arrays);
 
-// Returns text such as "step 3" or "steps 0 to 7, 9" for the first few ranges.
+// Returns text such as "step 3" or "steps 0 to 7, 9". Only the first few ranges of steps are
+// listed.
 std::string steps_text(const std::set<std::uint64_t>& steps);
 
-// Returns one line per damage, without a line end. Related damages, such as step values of a
-// segment or consecutive groups, share a line. There are at most `most` lines, and one more with
-// the number of remaining damages.
+// Returns the lines of the report, without newlines. Related damage, such as lost step values of
+// one segment or damage in consecutive groups, is combined in one line. Returns at most `most`
+// lines, followed by one line with the number of remaining entries if there are more.
 std::vector<std::string> damage_lines(const DamageReport& report, std::size_t most);
 nlohmann::json damage_json(const DamageReport& report);
 

@@ -14,7 +14,7 @@
 namespace shm::converters {
 namespace {
 
-// A mesh without its time steps and without some of its arrays.
+// A view of a mesh that omits its time steps and some of its arrays.
 class SomeArrays final : public ForwardingMesh {
  public:
   SomeArrays(MeshSource& source, const std::set<std::size_t>& left_out) : ForwardingMesh(source) {
@@ -118,7 +118,8 @@ void ForeignSteps::read_array(std::size_t array, std::uint64_t step, std::uint64
         throw Failure(Error{.code = ErrorCode::unsupported,
                             .detail = "SOURCE has no value of cell " + std::to_string(entities[i]),
                             .section = "array '" + info.name + "'"});
-      std::uint64_t run = 1;  // number of elements that are consecutive in the other file too
+      // number of elements, starting with element i, that are consecutive in both files
+      std::uint64_t run = 1;
       while (i + run < count && entities[i + run] == entities[i] + run &&
              from.element_of(entities[i + run]) == *element + run)
         ++run;
@@ -144,8 +145,9 @@ std::vector<std::string> ForeignSteps::differences(const Progress& progress) {
     if (theirs.arrays[a].per_step) their_values.insert(a);
   DiffOptions options;
   options.with_extras = false;
-  // Compare roles only if both meshes have the same format. No array is removed, because some roles
-  // depend on the positions of other arrays.
+  // Arrays with a role are compared only if both meshes have the same format. In that case, arrays
+  // that change with time are not removed from the meshes but listed in `ignored`, because some
+  // roles refer to other arrays by index.
   options.with_roles = info_.schema.source_format == theirs.source_format;
   if (options.with_roles) {
     constexpr std::size_t kPrefix = std::string_view("array:").size();

@@ -28,7 +28,7 @@ constexpr std::size_t kTrailerBytes = 16;
 constexpr std::size_t kChecksumsEach = kParityBlockBytes / 4;
 constexpr std::uint32_t kMostBlocks = 255;  // largest number of blocks per stripe
 constexpr std::string_view kMark = "SHMP";
-// Number of bytes that are read together.
+// Number of bytes per read.
 constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 20;
 
 enum PacketKind : std::uint8_t { kChecksums = 1, kParity = 2 };
@@ -55,7 +55,8 @@ std::uint64_t get(const std::byte* in, std::size_t bytes) {
 }
 #endif
 
-// Reads bytes of the file; bytes from `end` on are zeros.
+// Fills `into` with the bytes of the file from `offset` on. Bytes at and after the offset `end` are
+// set to zero.
 void read_padded(RandomSource& file, std::uint64_t end, std::uint64_t offset,
                  std::span<std::byte> into) {
   const auto there =
@@ -87,13 +88,14 @@ constexpr std::uint64_t kStripesAtOnce = 16;
 
 using Bytes = std::vector<unsigned char>;
 
-// Returns the factor of data block `position` in parity row `row`: an element of a Cauchy matrix.
+// Returns the element of the Cauchy matrix in row `row` (a parity block) and column `position` (a
+// data block of the stripe).
 unsigned char coefficient(const ParityShape& shape, std::uint32_t row, std::uint32_t position) {
   return ::gf_inv(static_cast<unsigned char>((shape.data + row) ^ position));
 }
 
-// Multiplies `matrix` by `sources` and stores the product in `coded`. The matrix has a row for each
-// coded block and a column for each source. All blocks have `bytes` bytes.
+// Multiplies `matrix` by the blocks `sources` and stores the product in the blocks `coded`. The
+// matrix has one row per coded block and one column per source block. Each block has `bytes` bytes.
 void multiply(Bytes& matrix, std::size_t bytes, std::vector<unsigned char*>& sources,
               std::vector<unsigned char*>& coded) {
   const int columns = static_cast<int>(sources.size()), rows = static_cast<int>(coded.size());
@@ -111,7 +113,8 @@ struct ParityPacket {
   std::uint32_t set = 0;
   PacketKind kind = kChecksums;
   std::uint64_t number = 0;
-  bool again = false;  // true: second copy of a checksum packet; not part of the header
+  bool again = false;  // true: this is the second copy of a checksum packet; not stored in the
+                       // header
 
   std::array<std::byte, kHeaderBytes> header(std::uint32_t payload_checksum) const {
     std::array<std::byte, kHeaderBytes> out{};
@@ -166,7 +169,8 @@ bool has_parity_codes() {
 #endif
 }
 
-// Returns the layout with the largest possible stripes, and distributes the blocks evenly.
+// Returns the layout of the parity. Stripes are as large as possible, and all have about the same
+// number of blocks.
 ParityShape parity_shape(std::uint64_t bytes, double share) {
   ParityShape shape;
   shape.protected_bytes = bytes;
@@ -210,7 +214,8 @@ std::uint64_t write_parity(RandomSource& file, const ParityShape& shape, ByteSin
   std::vector<std::byte> data, coded;
   for (std::uint64_t first = 0; first < stripes; first += kStripesAtOnce) {
     if (progress) progress("writing parity", first, stripes);
-    // Consecutive blocks of the file belong to consecutive stripes.
+    // Consecutive blocks of the file belong to consecutive stripes, so one read returns a block for
+    // each of `count` stripes.
     const std::uint64_t count = std::min(kStripesAtOnce, stripes - first);
     const auto bytes = static_cast<std::size_t>(count * kParityBlockBytes);
     data.resize(shape.data * bytes);
@@ -279,7 +284,8 @@ class ProtectedFile::Healed final : public RandomSource {
  private:
   RandomSource* file_;
   ParityShape shape_;
-  std::map<std::uint64_t, std::uint64_t> place_;  // offset of each healed block in the scratch file
+  // offset of each repaired block in the scratch file
+  std::map<std::uint64_t, std::uint64_t> place_;
   std::unique_ptr<FileRandomSource> scratch_;
 };
 
@@ -293,8 +299,8 @@ std::unique_ptr<ProtectedFile> ProtectedFile::open(RandomSource& file) {
 
 namespace {
 
-/// Returns the size of the chunk that begins with these bytes, including its header, which is short
-/// or long. Returns 0 if no chunk begins here.
+/// Returns the size of the chunk that begins with these bytes, including its short or long header.
+/// Returns 0 if no chunk begins here.
 std::uint64_t bytes_of_chunk(std::span<const std::byte, 32> beginning) {
   const bool is_long = std::memcmp(beginning.data(), "SHMC", 4) == 0;
   if (!is_long && std::memcmp(beginning.data(), "SHMc", 4) != 0) return 0;
@@ -329,8 +335,9 @@ double ProtectedFile::share() const {
              : static_cast<double>(shape_.parity) / shape_.data;
 }
 
-// Checks the trailer at the end of the file. If the parity belongs to this file, this trailer is a
-// copy of the protected trailer and points to a place within the protected bytes.
+// Returns true if the trailer at the end of the file contains an offset beyond the protected bytes.
+// The parity then does not belong to this file: otherwise the trailer would be a copy of the
+// protected trailer, whose offset is within the protected bytes.
 bool ProtectedFile::is_of_something_else() {
   if (file_->size() < kTrailerBytes) return false;
   std::array<std::byte, kTrailerBytes> trailer;
@@ -340,8 +347,8 @@ bool ProtectedFile::is_of_something_else() {
          get(trailer.data(), 8) >= shape_.protected_bytes;
 }
 
-// Finds the parity. Every packet contains the shape. Uses the last packet whose stated place is its
-// actual place.
+// Finds the parity in the file. Reads the layout from a packet, because every packet contains it.
+// Uses the final packet whose offset in the file equals the offset that its header implies.
 bool ProtectedFile::find() {
   const std::uint64_t size = file_->size();
   std::vector<std::byte> window;
@@ -355,7 +362,7 @@ bool ProtectedFile::find() {
       if (window.size() - mark < kHeaderBytes) continue;
       auto packet = ParityPacket::parse(
           std::span<const std::byte, kHeaderBytes>(&window[mark], kHeaderBytes));
-      // A packet is invalid if it protects more bytes than the file has.
+      // A packet is invalid if its header states more protected bytes than the file has.
       if (!packet || packet->shape.protected_bytes > size) continue;
       bool in_place = packet->place() == begin + mark;
       if (!in_place && packet->kind == kChecksums) {
@@ -368,7 +375,7 @@ bool ProtectedFile::find() {
       return true;
     }
     if (begin == 0) break;
-    end = begin + kHeaderBytes - 1;  // the ranges overlap, because a header may cross the boundary
+    end = begin + kHeaderBytes - 1;  // overlap: a header may cross the boundary
   }
   return false;
 }
@@ -456,8 +463,8 @@ std::vector<std::uint64_t> ProtectedFile::heal(FileSink& scratch, const Progress
   return lost;
 }
 
-// Appends the healed blocks to the scratch file, in order. Returns the blocks that could not be
-// healed.
+// Reconstructs the damaged blocks of one stripe and appends them to the scratch file, in the order
+// of `damaged`. Returns the blocks that could not be repaired.
 std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
                                                       std::span<const std::uint64_t> damaged,
                                                       FileSink& scratch) {
@@ -472,16 +479,16 @@ std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
       rows.push_back(row);
       parity.push_back(payload);
     }
-  // If there are not enough rows, blocks with an unknown checksum are not healed, because they may
-  // be undamaged.
+  // If there are fewer parity rows than damaged blocks, blocks whose checksum is unknown are not
+  // repaired, because they may be undamaged.
   if (rows.size() < wanted.size())
     std::erase_if(wanted, [&](std::uint64_t block) { return known_[block] == 0; });
   if (rows.size() < wanted.size()) return {damaged.begin(), damaged.end()};
   rows.resize(wanted.size());
 
-  // First subtracts the undamaged blocks of the stripe from the parity rows, which leaves the share
-  // of the damaged blocks. Then computes the damaged blocks by multiplying with the inverse of the
-  // part of the matrix that belongs to them.
+  // First subtract the contribution of the undamaged blocks from the parity rows; the contribution
+  // of the damaged blocks remains. Then multiply this remainder by the inverse of the submatrix
+  // with the columns of the damaged blocks.
   const std::uint64_t stripes = shape_.stripes();
   std::vector<std::vector<std::byte>> blocks;
   Bytes of_all, of_damaged;

@@ -1,5 +1,6 @@
-// Parity: data that can repair a file after sectors were lost. It consists of Reed-Solomon codes of
-// the whole file, in packets after its trailer, which other readers ignore.
+// Parity: redundant data that can repair a file after some of its sectors were lost. Parity
+// consists of Reed-Solomon codes of the whole file. The codes are stored in packets after the
+// trailer of the file. Readers without parity support ignore these packets.
 // spec: "Parity"
 #pragma once
 
@@ -18,14 +19,15 @@ namespace shm::converters {
 
 inline constexpr std::size_t kParityBlockBytes = 4096;
 
-// Layout of the parity. The file is divided into blocks, and the blocks are distributed to stripes:
-// block b belongs to stripe b % stripes(). A loss in one place is therefore spread over many
-// stripes. Each stripe can recover at most as many lost blocks as it has parity blocks.
+// Layout of the parity. The file is divided into blocks, and block b belongs to stripe b %
+// stripes(). The loss of consecutive blocks is therefore spread over many stripes. Each stripe can
+// recover at most as many lost blocks as it has parity blocks.
 struct ParityShape {
   std::uint64_t protected_bytes = 0;
   std::uint32_t data = 0, parity = 0;  // number of data and parity blocks per stripe: data + parity
                                        // <= 255, parity <= data
-  std::uint32_t millionths = 0;        // requested share in millionths of the file size; 0: unknown
+  std::uint32_t millionths = 0;        // requested size of the parity in millionths of the file
+                                       // size; 0: unknown
 
   std::uint64_t blocks() const { return (protected_bytes - 1) / kParityBlockBytes + 1; }
   std::uint64_t stripes() const { return (blocks() - 1) / data + 1; }
@@ -37,16 +39,17 @@ struct ParityShape {
 // parity bytes per byte of the file, above 0 and at most 1.
 ParityShape parity_shape(std::uint64_t bytes, double share);
 
-// Writes the parity of `file`, which ends with its trailer, to `out`. The parity must be stored
-// directly after this trailer. Needs 16 MB of memory. Throws Failure; its code is misuse if this
-// was built without ISA-L. Returns the number of bytes written.
+// Writes the parity of `file` to `out`. `file` must end with its trailer, and the caller must store
+// the parity directly after this trailer. Needs 16 MB of memory. Throws Failure; its code is misuse
+// if the converters were built without ISA-L. Returns the number of bytes written.
 std::uint64_t write_parity(RandomSource& file, const ParityShape& shape, ByteSink& out,
                            const Progress& progress = {});
 
-// Writes the parity of all data that has been written to `file` so far, and appends it to `file`.
+// Computes the parity of all data that has been written to `file` so far, and appends the parity to
+// `file`. Returns the size of the parity in bytes.
 std::uint64_t protect(OutputFile& file, double share, const Progress& progress = {});
 
-// Returns true if this was built with ISA-L, which creates and uses parity.
+// Returns true if the converters were built with ISA-L, which is needed to create and use parity.
 bool has_parity_codes();
 
 // State of the parity of a file, as reported by verify.
@@ -64,7 +67,7 @@ struct ParityPacket;
 // chunk. Such a file has no data after the trailer.
 bool is_whole_file(RandomSource& file);
 
-// A file that is followed by parity.
+// A .shm file with parity after its trailer.
 class ProtectedFile {
  public:
   // Opens a file with parity. Returns null if the file has no parity. `file` is borrowed. Parts of
@@ -73,25 +76,27 @@ class ProtectedFile {
   ~ProtectedFile();
 
   const ParityShape& shape() const { return shape_; }
-  // Returns true if the trailer at the end of the file points beyond the protected bytes. The
-  // packets then belong to an older state of a file that has become longer.
+  // Returns true if the trailer at the end of the file points beyond the protected bytes. In this
+  // case the file has grown since the parity was written, so the parity does not cover the whole
+  // file.
   bool is_of_something_else();
   // Returns the requested number of parity bytes per byte of the file.
   double share() const;
   // Reads and checks all blocks and packets.
   void check(const Progress& progress = {});
 
-  // Returns the damaged blocks, and the blocks whose checksum is unknown, in ascending order.
-  // Requires check().
+  // Returns the indices of all blocks that are damaged or whose checksum is unknown, in ascending
+  // order. Requires check().
   const std::vector<std::uint64_t>& damaged_blocks() const { return damaged_; }
   // Returns the number of damaged packets. The copy of the trailer after the packets counts as a
   // packet. Requires check().
   std::uint64_t damaged_packets() const { return damaged_packets_; }
 
   // Reconstructs damaged blocks if the parity suffices, and stores them in `scratch`. Returns the
-  // blocks that could not be healed. Requires check(). Throws Failure.
+  // blocks that could not be repaired. Requires check(). Throws Failure.
   std::vector<std::uint64_t> heal(FileSink& scratch, const Progress& progress = {});
-  // Returns the protected bytes, in which healed blocks replace damaged blocks. Requires heal().
+  // Returns a source of the protected bytes, in which repaired blocks replace damaged blocks.
+  // Requires heal().
   RandomSource& healed();
 
  private:

@@ -21,8 +21,8 @@
 namespace shm::converters {
 namespace {
 
-// Largest accepted number of steps without times, for each step that has values. If step times are
-// lost, step numbers replace them.
+// Limit on the number of steps if step times are lost and step numbers replace them: at most this
+// number of steps for each step of an array that still has values.
 constexpr std::uint64_t kMostStepsForEach = 1000;
 
 class Salvage {
@@ -59,8 +59,8 @@ void Salvage::report_missing(std::string sentence, nlohmann::json json) {
   report_.missing_json.push_back(std::move(json));
 }
 
-// Collects the known properties of the original file. If the index is lost, the references of
-// extras give a lower bound of the number of vertices and cells.
+// Collects the known properties of the original file. If the index is lost, the largest vertex and
+// cell ids in extras are used to compute lower bounds on the vertex and cell counts.
 void Salvage::read_whole() {
   whole_.schema = file_.schema();
   whole_.vertices = file_.vertices();
@@ -80,7 +80,7 @@ void Salvage::read_whole() {
   whole_.block_cells[0] = cells;
 }
 
-// Returns the step times. If they are lost although there are steps, returns the step numbers.
+// Returns the step times. If step times are lost, the step numbers replace them.
 std::vector<double> Salvage::step_times() {
   std::vector<double> times = unwrap(file_.step_times(), name_);
   std::uint64_t steps = 0, with_values = 0;
@@ -90,8 +90,9 @@ std::vector<double> Salvage::step_times() {
         steps = std::max(steps, of_array.back() + 1);
         with_values += of_array.size();
       }
-  // Steps need memory and time, so the number of steps in the index is used only if it is plausible
-  // compared with the number of steps with values.
+  // Each step needs memory and CPU time, and a damaged index may state far too many steps. The
+  // number of steps is therefore limited to a plausible multiple of the number of steps with
+  // values.
   const std::uint64_t most = kMostStepsForEach * (with_values + 1);
   steps = std::max(steps, std::min(damage_.steps.value_or(0), most));
   if (times.size() >= steps) return times;
@@ -194,8 +195,8 @@ void Salvage::tell_others() {
           {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
 }
 
-// Reports the data that only the source format can interpret. Such data describes the whole mesh,
-// so the new file does not contain it.
+// Reports the loss of data that only the source format can interpret. This data describes the whole
+// mesh, so the new file does not contain it.
 void Salvage::tell_words(const Translation& translation) {
   for (const std::string& loss : translation.losses())
     report_missing(loss, {{"what", "other"}, {"name", loss}});

@@ -14,7 +14,8 @@ namespace shm::converters {
 template <class T>
 class BigArray {
  public:
-  // Creates `size` elements, all zero. `spool` is borrowed; if it is null, the array is in memory.
+  // Creates an array of `size` zeros. `spool` is borrowed. If `spool` is null, the array is in
+  // memory.
   explicit BigArray(Spool* spool = nullptr, std::uint64_t size = 0) : size_(size) {
     if (spool != nullptr)
       paged_ = std::make_unique<PagedArray>(*spool, sizeof(T));

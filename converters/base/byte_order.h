@@ -1,4 +1,4 @@
-// Conversion of numbers in files whose byte order may differ from that of the machine.
+// Converts numbers between the byte order of a file and the byte order of the machine.
 #pragma once
 
 #include <bit>

@@ -1,5 +1,5 @@
-// DisjointSets: divides numbers, counted from 0, into sets that are united step by step
-// (union-find).
+// DisjointSets: union-find. Partitions the numbers from 0 to size - 1 into disjoint sets, which can
+// be merged.
 #pragma once
 
 #include <algorithm>

@@ -7,8 +7,8 @@
 namespace shm::converters {
 namespace {
 
-// Number of bytes of the temporary file that are in memory. The file is written and read front to
-// back, so a few pages suffice.
+// Size in bytes of the cache for the temporary file. Runs are written and read front to back, so a
+// few pages suffice.
 constexpr std::size_t kFileBytes = 8 * Spool::kPageBytes;
 constexpr std::size_t kMostHeld = std::numeric_limits<std::uint32_t>::max();
 
@@ -67,11 +67,11 @@ std::size_t ExternalSorter::most_runs() const {
   return std::max<std::size_t>(memory_ / std::max(Spool::kPageBytes, stored_bytes()), 2);
 }
 
-// Merges runs until the remaining runs can be merged together. Only adjacent runs are merged, in
-// order, so records with equal keys keep their order.
+// Merges runs until few enough remain to merge all of them in one final pass. Only adjacent runs
+// are merged, in order, so records with equal keys keep their order.
 void ExternalSorter::begin_merge() {
   if (!entries_.empty()) write_run();
-  entries_ = decltype(entries_)();  // frees the memory; assigning {} would keep it
+  entries_ = decltype(entries_)();  // a new vector frees the memory; assigning {} would keep it
   records_ = decltype(records_)();
   std::vector<std::byte> piece;
   while (extent_.size() > most_runs()) {

@@ -1,6 +1,6 @@
 // ExternalSorter: sorts any number of records by key in bounded memory. Records are collected in
 // memory. When the memory is full, they are sorted and appended to a temporary file as a run. At
-// the end the runs are merged. Each run is read front to back, so the disk sees no random access.
+// the end the runs are merged. Each run is read front to back, so the disk accesses are sequential.
 #pragma once
 
 #include <cstddef>
@@ -19,15 +19,17 @@ namespace shm::converters {
 class ExternalSorter {
  public:
   // `record_bytes` is the size of a record without its key; it may be 0. `memory` is a budget in
-  // bytes. The sorter always uses enough memory for one record, and for a page of each of two runs.
-  // `directory` is the folder of the temporary file, which is created when it is first needed.
+  // bytes. The sorter needs memory for one record and for one page of each of two runs, even if
+  // this exceeds the budget. The temporary file is created in the folder `directory` when it is
+  // first needed.
   ExternalSorter(std::string directory, std::size_t record_bytes, std::size_t memory);
 
   std::uint64_t size() const { return size_; }
-  // Adds a record. Must not be called after next(). Throws Failure on a disk error, as next() does.
+  // Adds a record. Must not be called after next(). Like next(), throws Failure on a disk error.
   void add(std::uint64_t key, const std::byte* record);
-  // Returns the records in ascending order of their keys; records with equal keys keep the order in
-  // which they were added. Returns false at the end. `record` is valid until the next call.
+  // Stores the next record and its key in `record` and `key`. Returns false if there are no more
+  // records. Records arrive in ascending order of their keys; records with equal keys arrive in the
+  // order in which they were added. `record` is valid until the next call.
   bool next(std::uint64_t& key, const std::byte*& record);
 
  private:
@@ -40,11 +42,13 @@ class ExternalSorter {
   };
   // A run: sorted records in the file, of which the next few are buffered in memory.
   struct Run {
-    std::uint64_t next = 0, end = 0;  // byte range in the file that has not been read yet
+    // byte range of the run in the file that has not been read yet
+    std::uint64_t next = 0, end = 0;
     std::vector<std::byte> held;
     std::size_t at = 0;  // position in `held`
   };
-  // Key and run of the next record. If keys are equal, the earlier run comes first.
+  // Key of a run's next record, and index of the run. If two keys are equal, the run with the lower
+  // index comes first.
   using Head = std::pair<std::uint64_t, std::size_t>;
 
   std::size_t stored_bytes() const { return sizeof(std::uint64_t) + record_bytes_; }
@@ -52,7 +56,7 @@ class ExternalSorter {
   void sort_held();
   void write_run();
   void begin_merge();
-  // Opens runs [first, last) of the file for merging.
+  // Opens the runs `first` to `last` - 1 of the file for merging.
   void open_runs(std::size_t first, std::size_t last);
   bool next_merged(std::uint64_t& key, const std::byte*& record);
   bool fill(Run& run);
@@ -62,7 +66,7 @@ class ExternalSorter {
   std::uint64_t size_ = 0;
   std::vector<Entry> entries_;
   std::vector<std::byte> records_;
-  std::size_t at_ = 0;  // position in entries_ if all records fit in memory
+  std::size_t at_ = 0;  // index of the next entry in entries_; used if all records fit in memory
   bool ended_ = false;
 
   std::unique_ptr<Spool> spool_;
@@ -71,7 +75,7 @@ class ExternalSorter {
   std::vector<Run> runs_;                                        // runs that are being merged
   std::size_t run_bytes_ = 0;                                    // buffer size of each run
   std::priority_queue<Head, std::vector<Head>, std::greater<>> heads_;
-  std::size_t last_ = 0;  // run of the record that next_merged() returned last
+  std::size_t last_ = 0;  // index of the run whose record next_merged() returned most recently
   bool any_ = false;      // true: next_merged() has returned a record
 };
 

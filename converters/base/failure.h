@@ -1,6 +1,6 @@
 // Failure: the exception that reports every error in the converters. The tool catches it in one
-// place. The library itself never throws. The converters do, because they parse deeply nested input
-// and an exception leaves the parser from any depth.
+// place. The library never throws. The converters throw because they parse deeply nested input, and
+// an exception can leave a parser from any depth.
 #pragma once
 
 #include <exception>
@@ -25,13 +25,13 @@ class Failure : public std::exception {
   std::string text_;
 };
 
-// Throws Failure (misuse), because the user asked for something that is not possible.
+// Throws Failure (misuse). Used if the user asked for something that is not possible.
 [[noreturn]] inline void wrong_use(const std::string& sentence) {
   throw Failure(ErrorCode::misuse, sentence);
 }
 
-// Returns the value of a library result, or throws its error as Failure. `file` is used if the
-// error names no file.
+// Returns the value in a library result. If the result contains an error instead, throws it as
+// Failure. `file` becomes the file of the error if the error does not name a file.
 template <class T>
 T unwrap(Result<T> result, const std::string& file = {}) {
   if (!result) {

@@ -1,7 +1,7 @@
-// OutputFile: a file that appears under its final name only when it is complete. It is a FileSink
-// (shm/io.h) that can also be written by name. If its temporary file has a name, SIGINT, SIGTERM
-// and SIGHUP remove that file after remove_outputs_on_signals() has been called. Devices and pipes
-// receive all bytes at the end.
+// OutputFile: a file that appears under its final name only when it is complete. It wraps a
+// FileSink (shm/io.h); libraries can also open its temporary file by path and write to it. After a
+// call to remove_outputs_on_signals(), the signals SIGINT, SIGTERM and SIGHUP remove a named
+// temporary file. A device or pipe receives all bytes at commit().
 #pragma once
 
 #include <csignal>
@@ -49,8 +49,8 @@ class RemovedOnSignals::Pause {
 class OutputFile {
  public:
   // Creates an empty temporary file. Throws Failure (output). Standard output ("-"), devices and
-  // pipes receive all bytes at commit(), from a temporary file in `folder`. `how`: libraries that
-  // cannot open a path in /proc need a named temporary file.
+  // pipes receive all bytes at commit(), from a temporary file in `folder`. `how` selects a named
+  // or an unnamed temporary file; libraries that cannot open a path in /proc need a named one.
   explicit OutputFile(std::string path, const std::string& folder = {},
                       FileSink::Temporary how = FileSink::Temporary::unnamed);
   ~OutputFile();
@@ -61,13 +61,15 @@ class OutputFile {
   const std::string& temporary() const { return sink_->temporary(); }  // path for writing by name
   void write(std::span<const std::byte> bytes);                        // writes front to back
 
-  // Returns a sink for writing front to back. The sink ignores commit() from the writer of a .shm
-  // file, because parity or an error may still follow; only commit() below has an effect.
+  // Returns a sink for writing front to back. The commit() of this sink, which the writer of a .shm
+  // file calls, has no effect, because parity or an error may still follow. Only commit() below
+  // makes the file appear.
   ByteSink& sink() { return uncommitted_; }
   // Flushes the file to disk and renames it to its final name. Throws Failure (output).
   void commit();
 
-  // Returns the folder of a file, even if `path` is a link in /proc to an open file without a name.
+  // Returns the folder of the file `path`. `path` may also be a link in /proc to an open file
+  // without a name.
   static std::string folder_of(const std::string& path);
 
  private:
@@ -94,9 +96,9 @@ class OutputFile {
 // temporary files of open OutputFiles, and all other files registered by RemovedOnSignals.
 void remove_outputs_on_signals();
 
-// NumberOutput: a file that is written front to back. It contains text, and numbers as text or as
-// big-endian bytes. Output is buffered; every error of the operating system is thrown as Failure
-// (output).
+// NumberOutput: a file of text and numbers that is written front to back. Numbers are written as
+// text or as big-endian bytes. Output is buffered; every error of the operating system is thrown as
+// Failure (output).
 class NumberOutput {
  public:
   NumberOutput(const std::string& path, bool binary);
@@ -110,20 +112,21 @@ class NumberOutput {
     text(words);
     text("\n");
   }
-  // Writes `count` values, given in host byte order. Text values are separated by blanks,
-  // `per_line` to a line.
+  // Writes `count` values, which are given in host byte order. If they are written as text, they
+  // are separated by blanks, and each line has `per_line` values.
   void numbers(ScalarType type, const std::byte* values, std::size_t count, std::size_t per_line);
-  // Ends the last line after numbers have been written.
+  // Ends the current line. A text file receives a newline only if the line contains numbers; a
+  // binary file receives a newline in any case.
   void end_column() {
     if (binary_ || in_line_ > 0) text("\n");
     in_line_ = 0;
   }
-  // position() returns the number of bytes written so far. patch() overwrites bytes from `offset`
-  // on; all of them must be before position().
+  // position() returns the number of bytes written so far. patch() replaces the bytes at `offset`
+  // with `text`; these bytes must have been written already.
   std::uint64_t position() const { return flushed_ + buffer_.size(); }
   void patch(std::uint64_t offset, std::string_view text);
   // Passes all buffered bytes to the operating system and closes the file. The file is complete
-  // only if this call returns.
+  // only if this call does not throw.
   void finish();
 
  private:

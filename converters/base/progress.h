@@ -1,5 +1,5 @@
-// Progress: a callback through which long-running jobs report their progress. It may be empty, and
-// is called every few thousand elements.
+// Progress: a callback through which long-running jobs report their progress. A job calls it every
+// few thousand elements. It may be empty.
 #pragma once
 
 #include <cstdint>

@@ -57,8 +57,8 @@ Spool::Frame* Spool::load(std::uint64_t number) {
   Frame& frame = frames_.bring(number, [this](const Frame& leaving) {
     if (leaving.dirty) write_out(leaving);
   });
-  // A page is all zeros if it is past the end of the file or in a hole of it, or if it was never in
-  // memory.
+  // A page is all zeros if it was never in memory, or if it is in a hole or past the end of the
+  // temporary file.
   std::size_t done = 0;
   while (written && done < kPageBytes) {
     const ssize_t n = ::pread(descriptor_, frame.bytes.get() + done, kPageBytes - done,
@@ -125,8 +125,8 @@ void PagedArray::write(std::uint64_t first, std::uint64_t count, const std::byte
   size_ = std::max(size_, first + count);
 }
 
-// Writes to an array that is not in pages. Returns false if the array is in pages, or must be moved
-// there.
+// Writes to an array that is held in one buffer instead of pages. Returns false if the array is
+// already in pages, or must be moved to pages because it grows too large.
 bool PagedArray::write_small(std::uint64_t byte, std::uint64_t bytes, const std::byte* in) {
   if (!is_small()) return false;
   if (bytes == 0) return true;
@@ -167,7 +167,7 @@ NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spoo
     if (position.get(number) != 0) fail("number " + std::to_string(number) + " occurs twice");
     position.set(number, index + 1);
   });
-  // So far each entry is position + 1, because 0 means that the number has not occurred.
+  // Entries are now position + 1, because 0 meant that the number had not occurred yet. Subtract 1.
   for (std::uint64_t n = 0; n < size; ++n) position.set(n, position.get(n) - 1);
   return position;
 }

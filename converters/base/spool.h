@@ -5,8 +5,8 @@
 // - NumberTable: a PagedArray of numbers, one per vertex or cell.
 // - PageCache: caches pages of data that can be fetched again at any time.
 //
-// Arrays of at most kSmallBytes are held outside the pages as long as their total stays within
-// another memory budget: a file may have very many small arrays.
+// A file may have very many small arrays. An array of at most kSmallBytes bytes is therefore held
+// in memory outside the pages, as long as the total of such arrays stays within a separate budget.
 #pragma once
 
 #include <algorithm>
@@ -25,20 +25,20 @@
 namespace shm::converters {
 
 // Manages the set of pages that are in memory. Recently used pages stay in memory (second-chance
-// replacement). The number of frames starts small. It grows by one, up to a budget, whenever a page
-// is needed again soon after its eviction. Sequential access therefore needs little memory, and
-// random access may use the whole budget.
+// replacement). The number of frames is small at first. Whenever a page is needed again soon after
+// its eviction, the number of frames grows by one, up to a budget. Sequential access therefore
+// needs little memory, and random access may use the whole budget.
 class PageFrames {
  public:
   struct Frame {
     std::unique_ptr<std::byte[]> bytes;
     std::uint64_t page = 0;
-    bool dirty = false;  // flag for use by the caller; false at first
-    bool used = false;   // true: used since the clock hand last passed the page
+    bool dirty = false;  // set by the caller if the page was changed; initially false
+    bool used = false;   // true: the page was used since the clock hand last passed it
   };
 
-  // Starts with frames for `start_bytes` and may grow to `budget_bytes`. There are at least four
-  // frames.
+  // Initially allows frames of `start_bytes` bytes in total. The total may grow to `budget_bytes`.
+  // At least four frames are always allowed.
   PageFrames(std::size_t page_bytes, std::size_t start_bytes, std::size_t budget_bytes)
       : page_bytes_(page_bytes),
         most_(std::max<std::size_t>(std::min(start_bytes, budget_bytes) / page_bytes, 4)),
@@ -59,13 +59,14 @@ class PageFrames {
   }
   // Returns true if the page was in memory earlier. The page must not be in memory now.
   bool was_here(std::uint64_t page) const { return entries_[page].left_at != 0; }
-  // Returns a frame for a page that is not in memory; the caller must then fill in the bytes of the
-  // page. If this evicts another page, leave(frame) is called first. If leave throws, nothing has
-  // changed.
+  // Assigns a frame to a page that is not in memory, and returns the frame. The caller must then
+  // fill the frame with the bytes of the page. If another page must be evicted, calls leave(frame)
+  // for its frame first. If leave() throws, the state is unchanged.
   template <class Leave>
   Frame& bring(std::uint64_t page, Leave&& leave) {
     Entry& entry = entries_[page];
-    // With a few more frames, the page would still be in memory, so allow one more frame.
+    // The page was evicted recently. A few more frames would have kept it in memory, so allow one
+    // more frame.
     if (was_here(page) && evictions_ - entry.left_at < 2 * most_ && most_ < most_ever_) ++most_;
     if (frames_.size() < most_) {
       entry.place = static_cast<std::uint32_t>(frames_.size());
@@ -92,7 +93,7 @@ class PageFrames {
   struct Entry {
     std::uint32_t place = kAbsent;  // index of the frame that contains the page
 
-    // Number of the eviction that removed the page, counted from 1; 0 if it was never evicted.
+    // Value of evictions_ when the page was last evicted; 0 if it was never evicted.
     std::uint32_t left_at = 0;
   };
 
@@ -103,11 +104,12 @@ class PageFrames {
   std::uint32_t evictions_ = 0;
 };
 
-// Limits for a mesh that is read through a spool. A mesh beyond a limit causes an over_limit error.
+// Limits for a mesh that is read through a spool. A mesh that exceeds a limit causes an over_limit
+// error.
 struct MeshLimits {
-  // Maximum number of cells, and maximum number of vertices.
+  // Maximum number of cells. The same maximum applies to the number of vertices.
   std::uint64_t most = ~std::uint64_t{0};
-  // Maximum size in bytes of coordinates, corners and arrays.
+  // Maximum total size in bytes of coordinates, corner lists and arrays.
   std::uint64_t bytes = ~std::uint64_t{0};
 };
 
@@ -116,14 +118,14 @@ struct MeshLimits {
 class Spool {
  public:
   static constexpr std::size_t kPageBytes = 64 * 1024;
-  // Size in bytes of the largest array that needs no page.
+  // Maximum size in bytes of an array that is held outside the pages.
   static constexpr std::size_t kSmallBytes = 4 * 1024;
   static constexpr std::size_t kStartBytes = std::size_t{8} << 20;
   static constexpr std::size_t kUsualBudget = std::size_t{256} << 20;
 
-  // `directory` is the folder of the temporary file, which is created when it is first needed.
-  // `memory_budget` is the number of bytes for the spool and its users together: half for pages, a
-  // quarter for caches, and a quarter for the topology that the library keeps.
+  // The temporary file is created in the folder `directory` when it is first needed.
+  // `memory_budget` is the memory limit in bytes for the spool and its users together: half for
+  // pages, a quarter for caches, and a quarter for the topology that the library keeps.
   explicit Spool(std::string directory, std::size_t memory_budget = kUsualBudget,
                  const MeshLimits& limits = {});
   ~Spool();
@@ -141,7 +143,7 @@ class Spool {
   friend class PagedArray;
   using Frame = PageFrames::Frame;
 
-  // Returns the bytes of a page. The pointer is valid until the next call.
+  // Returns the bytes of a page. The pointer is valid until the next call to page().
   std::byte* page(std::uint64_t number, bool for_writing) {
     Frame* frame = frames_.find(number);
     if (frame == nullptr) frame = load(number);
@@ -151,7 +153,7 @@ class Spool {
   std::uint64_t reserve_pages(std::uint64_t count);
   Frame* load(std::uint64_t number);
   void begin_writing(Frame& frame);
-  bool take_small(std::size_t bytes);  // returns false if small arrays have used up their budget
+  bool take_small(std::size_t bytes);  // returns false if the budget of small arrays is exhausted
   void write_out(const Frame& frame);
 
   std::string directory_;
@@ -159,13 +161,13 @@ class Spool {
   MeshLimits limits_;
   PageFrames frames_;
   int descriptor_ = -1;
-  std::size_t small_room_;          // number of bytes that small arrays may still use
+  std::size_t small_room_;          // remaining budget of small arrays, in bytes
   std::vector<bool> ever_written_;  // true for each page that has been written, by page number
   std::uint64_t pages_written_ = 0;
 };
 
-// Returns the number of bytes of topology that the library may keep in memory in addition to such a
-// spool.
+// Returns the memory limit in bytes for the topology that the library keeps while a mesh is
+// converted through `spool`.
 inline std::size_t kept_topology_bytes(const Spool& spool) {
   return std::min(spool.memory_budget() / 4, std::size_t{64} << 20);
 }
@@ -204,10 +206,10 @@ class PagedArray {
   }
 
  private:
-  // True if no element crosses the end of a page.
+  // True if no element of type T crosses a page boundary.
   template <class T>
   static constexpr bool kNeverSplit = Spool::kPageBytes % sizeof(T) == 0;
-  // Number of pages that are reserved together: 1 MiB of the file.
+  // Number of consecutive pages that are reserved together. Their total size is 1 MiB.
   static constexpr std::uint64_t kExtentPages = 16;
 
   std::byte* at(std::uint64_t byte, bool for_writing) {
@@ -224,12 +226,13 @@ class PagedArray {
   Spool* spool_;
   std::size_t element_bytes_;
   std::uint64_t size_ = 0;
-  std::vector<std::byte> small_;        // all elements, as long as there are no extents
+  std::vector<std::byte> small_;        // the bytes of all elements if the array is small (extents_
+                                        // is empty)
   std::vector<std::uint64_t> extents_;  // first page number of each extent
 };
 
-// A table in the spool with one number for each vertex or cell, initially zero, and random access.
-// Each number uses 4 bytes if the largest number fits into 4 bytes, and 8 bytes otherwise.
+// A random-access table in a spool with one number per vertex or cell. All numbers are initially
+// zero. Each number uses 4 bytes if the largest number fits into 4 bytes, and 8 bytes otherwise.
 class NumberTable {
  public:
   static constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
@@ -256,9 +259,9 @@ class NumberTable {
   PagedArray paged_;
 };
 
-// Random access to single elements of an array that can be read efficiently only in runs. A fetch
-// reads a whole page of neighbouring elements, so a coherent access order needs one fetch per page.
-// PageFrames bounds the memory.
+// A cache for random access to single elements of data that can be read efficiently only in runs.
+// Each fetch reads a page of consecutive elements. If accesses are mostly to nearby elements, about
+// one fetch per page is needed. The memory is limited by PageFrames.
 class PageCache {
  public:
   // Fills `out` with `count` elements, starting at element `first`.
@@ -305,8 +308,9 @@ class PageCache {
   Fetch fetch_;
 };
 
-// A long list of numbers, written front to back and read in runs. The initial numbers 0, 1, 2, ...
-// need no storage. Other numbers use 4 bytes as long as all of them fit into 4 bytes.
+// A long list of numbers, which is written front to back and read in runs. If the list begins with
+// 0, 1, 2, ..., these numbers need no storage. Each later number uses 4 bytes until the first
+// number that needs more; from then on, each number uses 8 bytes.
 class NumberList {
  public:
   explicit NumberList(Spool& spool)
@@ -321,7 +325,8 @@ class NumberList {
     if (tail_.size() == kTail) flush();
   }
   std::uint64_t size() const { return size_; }
-  // Reads `count` numbers, starting at position `first`. Requires first + count <= size().
+  // Reads `count` numbers into `out`, starting with the number at index `first`. Requires first +
+  // count <= size().
   void read(std::uint64_t first, std::uint64_t count, std::vector<std::uint64_t>& out) {
     flush();
     out.resize(count);
@@ -339,7 +344,7 @@ class NumberList {
       wide_.read(first + done - wide_from, count - done,
                  reinterpret_cast<std::byte*>(out.data() + done));
   }
-  // Calls visit(position, number) for each number in the list.
+  // Calls visit(index, number) for each number in the list.
   template <class Visit>
   void for_each(Visit&& visit) {
     std::vector<std::uint64_t> piece;
@@ -364,19 +369,19 @@ class NumberList {
     tail_.clear();
   }
 
-  // The list consists of three parts: the numbers 0, 1, 2, ...; then numbers of 4 bytes; then all
-  // numbers from the first larger number on.
+  // The list consists of three parts. The first `counted_` numbers are 0, 1, 2, ... and are not
+  // stored. The next numbers are in `narrow_`, with 4 bytes each. The rest, from the first number
+  // that needs more than 4 bytes on, are in `wide_`, with 8 bytes each.
   std::uint64_t counted_ = 0;
   PagedArray narrow_, wide_;
   std::uint64_t size_ = 0;
-  std::vector<std::uint64_t>
-      tail_;  // last numbers of the list, which are not yet in narrow_ or wide_
+  std::vector<std::uint64_t> tail_;   // most recently added numbers, not yet in narrow_ or wide_
   std::vector<std::uint32_t> piece_;  // buffer
 };
 
-// Returns the inverse of a permutation: a table that contains the position of each number. Throws
-// Failure (corrupt) unless `order` contains each number below `size` exactly once. `what`: meaning
-// of the numbers, for the error message.
+// Returns the inverse of the permutation `order`: a table that contains the position of each number
+// in `order`. Throws Failure (corrupt) unless `order` contains each number below `size` exactly
+// once. `what` is the kind of the numbers for the error message, e.g. "vertex".
 NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spool& spool);
 
 }  // namespace shm::converters

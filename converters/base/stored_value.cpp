@@ -6,7 +6,7 @@
 namespace shm::converters {
 namespace {
 
-// Calls visit(value) with the value in its own C++ type.
+// Calls visit(value), where `value` has the C++ type that corresponds to `type`.
 template <class Visit>
 auto with_value(const std::byte* value, ScalarType type, Visit&& visit) {
   return with_scalar(type, [&](auto zero) { return visit(load<decltype(zero)>(value)); });
@@ -19,7 +19,7 @@ std::string nan_text(const std::byte* from) {
          ")";
 }
 
-// An integer of any type as sign and magnitude.
+// An integer of any type, represented by its sign and its magnitude.
 struct Whole {
   bool negative;
   std::uint64_t magnitude;
@@ -52,7 +52,7 @@ bool same_number(const std::byte* a, ScalarType type_a, const std::byte* b, Scal
 double distance(const std::byte* a, ScalarType type_a, const std::byte* b, ScalarType type_b) {
   if (!is_float(type_a) && !is_float(type_b)) {
     const auto x = whole(a, type_a), y = whole(b, type_b);
-    if (x->negative == y->negative)  // exact even for large numbers
+    if (x->negative == y->negative)  // exact even for integers that a double cannot represent
       return static_cast<double>(x->magnitude > y->magnitude ? x->magnitude - y->magnitude
                                                              : y->magnitude - x->magnitude);
   }

@@ -1,4 +1,4 @@
-// Scalar values of any type as they are stored: their text, and the distance between two values.
+// Converts stored scalar values of any type to text, and computes the distance between two values.
 #pragma once
 
 #include <charconv>
@@ -26,10 +26,10 @@ std::string number_text(T value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// Returns the text of number_text(). For NaN, the text includes the bits, e.g. "nan (0x7fc00000)".
+// Returns the same text as number_text(), but adds the bits of a NaN, e.g. "nan (0x7fc00000)".
 std::string value_text(const std::byte* value, ScalarType type);
 
-// Calls `body(T{})` with the C++ type of `type`.
+// Calls `body(T{})`, where T is the C++ type that corresponds to `type`.
 template <class Body>
 decltype(auto) with_scalar(ScalarType type, Body&& body) {
   switch (type) {
@@ -58,8 +58,9 @@ struct Likeness {
   double bound = 0;
 };
 
-// Returns nothing if the rule considers the two numbers equal. Otherwise returns their distance: 0
-// for the same value with different bits, infinity if one of them is not finite.
+// Returns nothing if the two numbers are equal according to `likeness`. Otherwise returns their
+// distance. The distance is 0 if the values are equal but their bits differ, and infinity if at
+// least one number is not finite.
 std::optional<double> distance_of_unlike(const std::byte* a, ScalarType type_a, const std::byte* b,
                                          ScalarType type_b, const Likeness& likeness);
 

@@ -13,7 +13,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-// Largest length of a line in bytes. No text file has longer lines.
+// Maximum length of a line in bytes. No valid text file has longer lines.
 constexpr std::size_t kLongestLine = std::size_t{1} << 26;
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }

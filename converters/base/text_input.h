@@ -25,19 +25,20 @@ class TextInput {
   // Sets the section that later error messages name, e.g. "CELLS" or "$Nodes".
   void enter(std::string section) { section_ = std::move(section); }
 
-  bool at_end();  // returns true after the last byte; does not skip white space
+  bool at_end();  // returns true if all bytes have been read; does not skip white space
 
-  // Returns the next line without its line end (LF or CRLF). Throws Failure (truncated) at the end
+  // Returns the next line without its newline (LF or CRLF). Throws Failure (truncated) at the end
   // of the file.
   std::string line();
   // Returns the next word, delimited by white space. Throws Failure (truncated) at the end of the
   // file. The view is valid until the next call.
   std::string_view word();
-  // Returns the next word as word() does, but returns an empty view at the end of the file.
+  // Returns the next word like word(), but returns an empty view at the end of the file instead of
+  // throwing.
   std::string_view word_or_end();
   // Returns the next word without consuming it. Returns an empty view at the end of the file.
   std::string_view peek_word();
-  // Skips the rest of the current line, including its line end.
+  // Skips the rest of the current line, including its newline.
   void skip_line();
 
   // Reads the next word as a number of type T. A floating-point number may be "nan" or "inf", may

@@ -35,7 +35,7 @@ struct ArchiveFunctions {
 #undef SHM_FUNCTION
 };
 
-// Returns the functions. The first call loads the library.
+// Returns the functions of libarchive. The first call loads the library.
 const ArchiveFunctions& libarchive() {
   static const ArchiveFunctions functions;
   return functions;

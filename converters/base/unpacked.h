@@ -1,5 +1,5 @@
-// Reads the contents of a file compressed by gzip, xz or zstd from beginning to end, using
-// libarchive.
+// UnpackedSource: decompresses a file that was compressed with gzip, xz or zstd, from beginning to
+// end. Uses libarchive.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,8 @@ struct archive;
 
 namespace shm::converters {
 
-// Returns the name without the extension of the compression, e.g. "run.e" for "run.e.gz". Other
-// names are returned unchanged.
+// Returns `path` without the extension of a compressed file, e.g. "run.e" for "run.e.gz". Returns
+// other paths unchanged.
 std::string unpacked_name(const std::string& path);
 
 class UnpackedSource final : public ByteSource {
@@ -26,8 +26,8 @@ class UnpackedSource final : public ByteSource {
   UnpackedSource(const UnpackedSource&) = delete;
   UnpackedSource& operator=(const UnpackedSource&) = delete;
 
-  // Reads decompressed bytes. Returns the errors of the packed source, and corrupt if the data
-  // cannot be decompressed.
+  // Reads decompressed bytes. Returns the error of the packed source if reading it fails, or the
+  // error `corrupt` if the data cannot be decompressed.
   Result<std::size_t> read(std::span<std::byte> into) override;
 
  private:
@@ -42,7 +42,8 @@ class UnpackedSource final : public ByteSource {
   std::vector<std::byte> piece_;
   Result<void> refusal_;  // error of the packed source, if it reported one
   std::unique_ptr<archive, Closed> reader_;
-  // begun_: reading has begun. at_end_: the packed source is at its end.
+  // begun_ is true if reading has begun. at_end_ is true if all bytes of the packed source have
+  // been read.
   bool begun_ = false, at_end_ = false;
 };
 

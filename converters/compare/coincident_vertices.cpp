@@ -14,7 +14,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kNoSite = ~std::uint32_t{0};
-// Numbers that replace NaN and infinity, so that all points can be sorted.
+// Finite numbers that replace NaN and infinity in coordinates, so that all points can be sorted.
 constexpr double kNan = 1.7e308, kInfinite = 1.6e308;
 
 double orderly(double x) {
@@ -43,7 +43,8 @@ std::vector<PlainPoint> points_of(MeshSource& mesh) {
   return points;
 }
 
-// The vertices of one mesh, sorted by position: vertices at the same place are adjacent.
+// The vertices of one mesh, sorted by their coordinates. Vertices with equal coordinates are
+// adjacent and form a run.
 class Places {
  public:
   explicit Places(MeshSource& mesh) : points_(points_of(mesh)), order_(points_.size()) {
@@ -55,7 +56,8 @@ class Places {
   std::size_t size() const { return points_.size(); }
   const PlainPoint& point(std::size_t index) const { return points_[order_[index]]; }
   std::uint32_t vertex(std::size_t index) const { return order_[index]; }
-  // Returns the end of the run of vertices that are at the same place as vertex `index`.
+  // Returns the end of the run that begins at `index`, i.e. the first index after it at which the
+  // coordinates differ.
   std::size_t run_end(std::size_t index) const {
     std::size_t end = index + 1;
     while (end < size() && point(end) == point(index)) ++end;
@@ -67,8 +69,8 @@ class Places {
   std::vector<std::uint32_t> order_;
 };
 
-// Runs of vertices of one mesh that are at the same place, if the other mesh does not have the same
-// number of vertices there.
+// Runs of vertices of one mesh. The vertices of a run have equal coordinates, and the other mesh
+// has a different number of vertices (or none) at these coordinates.
 struct Runs {
   std::vector<PlainPoint> points;
   std::vector<std::uint32_t> begin, end, site;
@@ -123,7 +125,7 @@ class SiteFinder {
     const auto runs_a = static_cast<std::uint32_t>(left_a_.points.size());
     const std::size_t runs = runs_a + left_b_.points.size();
     DisjointSets groups(runs);
-    // True if a run has too many neighbours to examine them all.
+    // For each run, true if there are too many runs within the tolerance to examine all of them.
     std::vector<bool> crowded(runs, false);
     for (std::uint32_t i = 0; i < runs; ++i) {
       std::size_t found = 0;
@@ -156,7 +158,8 @@ class SiteFinder {
     return i < runs_a ? left_a_.site[i] : left_b_.site[i - runs_a];
   }
 
-  // Returns, for each group, true if all its members are within the tolerance of each other.
+  // Returns a flag for each group of runs: true if no two of its runs are further apart than the
+  // tolerance, and `crowded` is false for all of them.
   std::vector<bool> close_groups(DisjointSets& groups, const std::vector<bool>& crowded) const {
     std::vector<PlainPoint> low(crowded.size()), high(crowded.size());
     std::vector<bool> close(crowded.size(), true);
@@ -174,8 +177,9 @@ class SiteFinder {
     return close;
   }
 
-  // First joins pairs of runs if each run is the nearest one to the other. Then joins each
-  // remaining run to its nearest run.
+  // Assigns sites to the runs that do not have a site yet. First, a run of A and a run of B share a
+  // site if each is the nearest run to the other. Then each remaining run shares the site of the
+  // nearest run of the other mesh.
   void take_nearest(const PointTree& tree_a, const PointTree& tree_b) {
     std::vector<std::uint32_t> nearest_a(left_b_.points.size(), kNoSite);
     for (std::size_t k = 0; k < nearest_a.size(); ++k)

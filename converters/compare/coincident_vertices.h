@@ -1,5 +1,6 @@
-// Sites: points in space that vertices of two meshes share. Needs 36 bytes of memory per vertex,
-// and 40 more for a vertex that is not at exactly the same place as a vertex of the other mesh.
+// Finds sites: points in space at which two meshes have vertices. Needs 36 bytes of memory per
+// vertex, and 40 more bytes for each vertex whose coordinates do not exactly equal those of a
+// vertex of the other mesh.
 #pragma once
 
 #include <array>
@@ -15,10 +16,10 @@ struct CoincidentVertices {
   std::uint32_t count = 0;
 };
 
-// Finds the sites of two meshes. Vertices at exactly the same place share a site (NaN counts as a
-// place). With a tolerance, vertices whose coordinates differ by at most the tolerance also share a
-// site, if this is true for all pairs of vertices of the site. If vertices of a mesh are closer
-// together than the tolerance, each vertex shares a site with the nearest vertex of the other mesh.
+// Finds the sites of two meshes. Vertices with equal coordinates share a site; NaN equals NaN here.
+// If `tolerance` is not zero, a group of vertices also shares a site if the coordinates of any two
+// of them differ by at most `tolerance`. If the vertices of one mesh are too close together to form
+// such groups, each vertex shares a site with the nearest vertex of the other mesh.
 CoincidentVertices find_coincident(MeshSource& a, MeshSource& b, double tolerance);
 
 }  // namespace shm::converters

@@ -24,7 +24,7 @@ namespace {
 // A sequence of values that both meshes have: the coordinates, or an array at one step.
 struct Column {
   std::string name;     // "coordinates" or "array 'T'"
-  std::string what;     // name with the step: "array 'T', step 3"
+  std::string what;     // name and step, e.g. "array 'T', step 3"
   std::string element;  // "vertex", "cell" or "element"
   ScalarType type;
   std::uint32_t components;
@@ -35,7 +35,7 @@ struct Column {
 
 class Comparison {
  public:
-  // `spooled` holds the renumbered source. It is created when it is needed.
+  // `spooled` receives the renumbered copy of the source, which is created when it is first needed.
   Comparison(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
              const CellSequence* given_order, bool with_steps,
              std::unique_ptr<SpooledSource>& spooled)
@@ -45,7 +45,8 @@ class Comparison {
         with_steps_(with_steps),
         numbers_(source, restored, spool, progress, given_order, spooled) {}
 
-  // Compares the meshes, using the numbering of guess number `guess`.
+  // Compares the meshes. If their vertices and cells may be numbered differently, uses the
+  // candidate renumbering with index `guess`.
   CompareReport run(std::size_t guess) {
     compare_structure();
     if (!same_counts_) return std::move(report_);
@@ -60,7 +61,8 @@ class Comparison {
     if (with_steps_) compare_extras();
     return std::move(report_);
   }
-  // Returns the search for the numbering, with its current guess. Requires run().
+  // Returns the object that searches for the renumbering. It contains the candidate that run()
+  // used. Requires run().
   const NumberingSearch& numbers() const { return numbers_; }
 
  private:
@@ -263,8 +265,8 @@ MeasuredError* Comparison::measured_error(const Column& column) {
   return &report_.measured.back();
 }
 
-// Compares two columns. `order` contains the source's element for each restored element; null: the
-// same element.
+// Compares the source's values and the restored values of a column. `order[i]` is the index in the
+// source of the restored element i. If `order` is null, the indices are equal in both meshes.
 void Comparison::compare_column(const Column& column, NumberList* order) {
   const std::size_t stride = column.components * scalar_bytes(column.type);
   MeasuredError* measured = measured_error(column);

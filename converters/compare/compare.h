@@ -1,11 +1,12 @@
-// Comparison of two meshes, piece by piece, in bounded memory.
+// Compares a restored mesh with its source, piece by piece, in bounded memory.
 //
 // A restored mesh must equal its source bit for bit, including NaN payloads and the sign of zero.
-// Quantized values are the exception: their error is measured and must not exceed the promised
-// bound, and values that are not finite must still be equal. A mesh in Order::stream equals its
-// source if a renumbering of vertices and cells makes them equal (and, unless the mesh promises
-// corner order, a rotation of each hexahedron). The comparison finds this renumbering by encoding
-// the source again. It does not trust the renumbering but checks it.
+// Quantized values are an exception: their error is measured, and must not exceed the error bound
+// stated in the file. Quantized values that are not finite must still be equal. A mesh in
+// Order::stream or Order::free equals its source if a renumbering of vertices and cells makes the
+// two equal. Unless the mesh keeps the order of corners, each hexahedron may also be rotated. The
+// comparison encodes the source again to find this renumbering, and then checks that the
+// renumbering is correct.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +22,8 @@
 namespace shm::converters {
 
 struct MeasuredError {
-  std::string what;     // "coordinates" or "array 'T'"; "array 'point/T'" if several are called T
+  std::string what;     // "coordinates" or "array 'T'"; "array 'point/T'" if several arrays are
+                        // called T
   double largest = 0;   // largest |restored - source|
   double promised = 0;  // error bound stated in the file
 };
@@ -35,14 +37,16 @@ struct CompareReport {
 
 inline constexpr std::size_t kDifferencesInWords = 10;
 
-// Compares all data of two meshes. `cell_order` is the order in which the cells of `source` were
-// encoded in Order::free, for orders that the comparison does not try itself; may be null.
+// Compares all data of two meshes. If the cells of `source` were encoded in Order::free,
+// `cell_order` may contain their order. It is needed only for orders that the comparison does not
+// try itself; otherwise it may be null.
 CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
                              const Progress& progress = {},
                              const CellSequence* cell_order = nullptr);
 
 // Compares only data that does not change with time: everything except time steps, their values,
-// and extras. If the meshes are equal, stores the numbering of the restored mesh in `numbering`.
+// and extras. If the meshes are equal, sets `numbering` to the map from restored vertices and cells
+// to vertices and cells of the source.
 CompareReport compare_without_steps(MeshSource& source, MeshSource& restored, Spool& spool,
                                     const Progress& progress, const CellSequence* cell_order,
                                     Numbering& numbering);

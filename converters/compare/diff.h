@@ -12,25 +12,27 @@
 namespace shm::converters {
 
 struct DiffOptions {
-  // Tolerances for coordinates, for fields, and by name: lossless (exact), absolute or relative.
+  // Tolerances for coordinates, for fields, and for single items by name. A tolerance is lossless
+  // (exact comparison), absolute or relative.
   Lossy tolerance;
-  bool match = false;       // true: vertices and cells may be in any order
-  bool with_roles = true;   // true: also compare arrays that only one format has, such as number
-                            // maps and attributes
+  bool match = false;       // true: match vertices and cells, whatever their order
+  bool with_roles = true;   // true: also compare arrays with a role that only their format knows,
+                            // such as number maps and attributes
   bool with_extras = true;  // true: also compare sets, titles, field data, ...
   std::vector<std::string> only;  // names of the arrays to compare; empty: all arrays
 
-  // Names to ignore: arrays, "coordinates", extras (also all extras below a path).
+  // Names of items to ignore: arrays, "coordinates", keys of extras, or paths that stand for all
+  // extras below them.
   std::vector<std::string> ignored;
   std::uint64_t limit = 3;  // maximum number of places listed per difference
 };
 
-// A place at which the two meshes differ.
+// A vertex, cell, value or step at which the two meshes differ.
 struct DiffPlace {
   std::string element;                // kind of element: "vertex", "cell", "value", "step"
-  std::optional<std::uint64_t> a, b;  // number of the element in each mesh
+  std::optional<std::uint64_t> a, b;  // index of the element in each mesh
 
-  // Position of the point in A; for a cell, the mean of its corners.
+  // Coordinates of the vertex in A, or the mean of the corners of the cell in A.
   std::optional<std::array<double, 3>> where;
   std::optional<std::uint64_t> step_a, step_b;
   std::optional<double> time;
@@ -53,16 +55,16 @@ struct Finding {
   // extras.
   std::uint64_t compared = 0, different = 0;
   double largest = 0;              // largest distance
-  std::optional<double> relative;  // largest distance as a fraction of the range of A's values
+  std::optional<double> relative;  // `largest` divided by the range of A's values
 
-  // Places where the meshes differ: first the place of the largest difference, then the places
-  // found first.
+  // Some of the places where the meshes differ. The place of the largest difference is first. The
+  // others are the first places that were found.
   std::vector<DiffPlace> places;
 };
 
 struct MeshDiff {
   std::vector<Finding> differences, notes;
-  // Numbers of compared and of different values of coordinates and arrays.
+  // Count of compared values, and count of different values, in coordinates and arrays.
   std::uint64_t values_compared = 0, values_different = 0;
   struct Counts {
     std::uint64_t vertices = 0, cells = 0, blocks = 0, arrays = 0, steps = 0;

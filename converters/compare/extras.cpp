@@ -20,8 +20,8 @@ std::string_view characters(const Extra& extra) {
   return {reinterpret_cast<const char*>(extra.data.data()), extra.data.size()};
 }
 
-// Returns true if the bytes are text: characters of any encoding, line ends, and zeros that end the
-// text or fill it up.
+// Returns true if the bytes are text: printable characters of any encoding, tabs, line breaks, and
+// zero bytes for termination or padding.
 bool is_text(const Extra& extra) {
   if (extra.type != ScalarType::uint8 || extra.refers != Reference::nothing) return false;
   return std::all_of(extra.data.begin(), extra.data.end(), [](std::byte byte) {
@@ -30,7 +30,8 @@ bool is_text(const Extra& extra) {
   });
 }
 
-// Splits text into lines, or into words of fixed width that are padded with zeros.
+// Splits text at line breaks and at zero bytes. Fixed-width words that are padded with zero bytes
+// thus become separate items. Empty items are omitted.
 std::vector<std::string_view> lines_of(std::string_view text) {
   std::vector<std::string_view> lines;
   while (!text.empty()) {
@@ -102,7 +103,8 @@ class ExtrasDiff {
     found_.push_back(std::move(finding));
   }
 
-  // Compares lists of vertices or cells. Counts the members of each list that the other list lacks.
+  // Compares lists of vertices or cells. Counts the members of each list that are not in the other
+  // list.
   static void compare_members(const Extra& a, const Extra& b, Finding& finding) {
     const auto members = [](const Extra& extra) {
       std::vector<std::int64_t> list(extra.data.size() / scalar_bytes(extra.type));
@@ -130,7 +132,7 @@ class ExtrasDiff {
     const auto lines_a = lines_of(characters(a)), lines_b = lines_of(characters(b));
     std::size_t line = 0;
     while (line < lines_a.size() && line < lines_b.size() && lines_a[line] == lines_b[line]) ++line;
-    // The texts differ only in zeros or line ends.
+    // If all lines are equal, the texts differ only in zero bytes or line breaks.
     if (line == lines_a.size() && line == lines_b.size()) {
       finding.a = kind_text(a);
       finding.b = kind_text(b);
@@ -157,8 +159,8 @@ class ExtrasDiff {
     if (range.overall() > 0) finding.relative = finding.largest / range.overall();
   }
 
-  // Sorts the members of each set in ascending order. Other lists of the set with the same length
-  // are reordered in the same way.
+  // Sorts the members of each set in ascending order. Other lists of the set that have one row per
+  // member are reordered in the same way.
   static void sort_members(std::vector<Extra>& extras) {
     std::map<std::string, std::vector<Extra*>> by_parent;
     for (Extra& extra : extras)

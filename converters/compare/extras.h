@@ -1,4 +1,4 @@
-// Differences between the extras of two meshes of the same format.
+// Finds the differences between the extras of two meshes of the same format.
 #pragma once
 
 #include <functional>
@@ -11,19 +11,21 @@
 
 namespace shm::converters {
 
-// Returns the extras sorted by key. Extras with the same key stay in their order; any other order
-// of extras has no meaning. Borrows the extras.
+// Returns pointers to the extras, sorted by key. Extras with equal keys keep their order,
+// because the order of extras is significant only among equal keys.
 std::vector<const Extra*> sorted_by_key(const std::vector<Extra>& extras);
 
-// Returns a description of type, shape and references, such as "[3 x 2] int32 vertices".
+// Returns a description of the shape, type and references of an extra, such as "[3 x 2] int32
+// vertices".
 std::string kind_text(const Extra& extra);
 
 struct ExtrasComparison {
   std::function<bool(const std::string& key)> is_ignored;
-  Renumbering to_b;  // numbers that A's vertices and cells have in B; empty: the same numbers
-  bool in_any_order = false;  // true: members of sets, with their data, may be in any order
-  Accuracy accuracy;  // tolerance of floating-point values; if relative, relative to the range of
-                      // the extra in A
+  // maps from vertices and cells of A to those of B; empty if the numbers are equal
+  Renumbering to_b;
+  bool in_any_order = false;  // true: ignore the order of members of sets
+  Accuracy accuracy;  // tolerance of floating-point values; a relative tolerance is multiplied by
+                      // the range of A's values in the extra
   std::uint64_t limit = 3;
 };
 std::vector<Finding> diff_extras(const std::vector<Extra>& a, const std::vector<Extra>& b,

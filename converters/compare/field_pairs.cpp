@@ -13,7 +13,7 @@
 namespace shm::converters {
 namespace {
 
-// Name that writers choose for the array of block numbers.
+// Common name of an array that contains block ids.
 constexpr std::string_view kBlockIds = "BlockId";
 
 std::vector<std::string> paths_of(const Schema& schema) {
@@ -57,7 +57,8 @@ class Pairing {
   }
 
  private:
-  using Arrays = std::set<std::size_t>;  // a set is fast even if there are very many arrays
+  using Arrays = std::set<std::size_t>;  // a set, because removals must be fast even if there are
+                                         // very many arrays
   using Name = std::tuple<std::string, Location, std::string>;
   using ByName = std::map<std::pair<std::string, Location>, Arrays>;
 
@@ -73,7 +74,8 @@ class Pairing {
     return list;
   }
 
-  // Returns the arrays to pair. If the formats differ, arrays without values may be missing.
+  // Returns the arrays to pair. If the formats differ, arrays without values are left out, because
+  // the other file may lack them.
   Arrays candidates(const MeshInfo& info) const {
     Arrays list;
     for (std::size_t i = 0; i < info.schema.arrays.size(); ++i) {
@@ -93,7 +95,8 @@ class Pairing {
 
   static Name name_of(const ArrayInfo& array) { return {array.name, array.location, array.role}; }
 
-  // Pairs arrays of the same name in order: the k-th such array of A with the k-th of B.
+  // Pairs arrays by name. If several arrays have the same name, pairs the k-th of them in A with
+  // the k-th in B.
   void pair_by_name() {
     std::map<Name, Arrays> same;
     for (const std::size_t b : left_b_) same[name_of(b_.schema.arrays[b])].insert(b);
@@ -150,8 +153,8 @@ class Pairing {
     return true;
   }
 
-  // Pairs arrays if one format does not allow two arrays of the same name, so that the second "v"
-  // is called "v (2)".
+  // Pairs arrays whose names differ only because one format does not allow two arrays of the same
+  // name. In that format, the second array "v" is called "v (2)".
   void pair_numbered(const MeshInfo& repeated, Arrays& repeats, const MeshInfo& numbered,
                      Arrays& others, bool swapped) {
     if (!format_of(numbered).capabilities.unique_names) return;

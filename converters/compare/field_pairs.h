@@ -1,6 +1,7 @@
-// Pairs the arrays of two meshes, and reads both arrays of a pair in the same form even if their
-// formats store them differently. A vector of one mesh may be v_x, v_y and v_z in the other mesh,
-// or may be padded with zeros. Block ids of one mesh may be an array of the other mesh.
+// Pairs the arrays of two meshes, and reads the values of both arrays of a pair in the same form,
+// even if the two formats store them differently. For example, a vector v of one mesh may be stored
+// as three arrays v_x, v_y and v_z in the other mesh, or as a vector padded with zeros. Block ids
+// of one mesh may be an array in the other mesh.
 #pragma once
 
 #include <cstddef>
@@ -24,15 +25,16 @@ struct FieldSide {
     std::size_t array;  // index of the array, or kZeros
     std::uint32_t component;
   };
-  std::vector<Part> parts;  // part for each component of the field; empty: the field consists of
-                            // the ids of blocks
+  std::vector<Part> parts;  // one part per component of the field; empty if the values are the
+                            // block ids of the cells
   ScalarType type = ScalarType::float64;
   bool per_step = false;
-  std::vector<std::uint32_t> blocks;  // blocks that the field covers, as in ArrayInfo
+  std::vector<std::uint32_t> blocks;  // indices of the blocks that the field covers, as in
+                                      // ArrayInfo
 };
 
 struct FieldPair {
-  std::string path;  // "point/T" or "cell/T", with "#2", ... if the name occurs again
+  std::string path;  // "point/T" or "cell/T"; repeated names are followed by "#2", "#3", ...
   Location location = Location::point;
   std::uint32_t components = 1;
   FieldSide a, b;
@@ -50,33 +52,39 @@ struct FieldPairs {
   std::vector<FieldDifference> differences;
 };
 
-// Pairs the fields of two meshes. With `one_format`, arrays with a role are also compared (unless
-// `with_roles` is false), and paired arrays must agree in all properties. If the formats differ,
-// only fields are compared (also strings if both are VTK formats), and properties that one of the
-// formats cannot represent are ignored.
+// Pairs the fields of two meshes. If `one_format` is true, both meshes have the same format: arrays
+// with a role are also paired (unless `with_roles` is false), and differences in any property of
+// paired arrays are reported. If `one_format` is false, only fields are paired (and arrays of
+// strings, if both formats have them), and properties that one of the formats cannot represent are
+// ignored.
 FieldPairs pair_fields(const MeshInfo& a, const MeshInfo& b, bool one_format, bool with_roles);
 
 // Reads the values of one side of a field, and finds the vertices or cells to which they belong.
 class FieldReader {
  public:
-  // Borrows `mesh` and `spool`. Reads all cells if the blocks of cells are needed.
+  // Borrows `mesh` and `spool`. If the block of each cell is needed, the constructor reads all
+  // cells.
   FieldReader(MeshSource& mesh, const FieldPair& field, const FieldSide& side, Spool& spool);
 
   std::uint64_t elements() const { return elements_; }
   std::size_t stride() const { return stride_; }
   ScalarType type() const { return side_->type; }
-  // Returns true if the elements are all vertices or all cells, in the mesh's order.
+  // Returns true if the field covers all vertices (or cells) of the mesh, so that element i belongs
+  // to vertex (or cell) i.
   bool covers_all() const { return covers_all_; }
   void read(std::uint64_t step, std::uint64_t first, std::uint64_t count, std::byte* out);
-  // Declares that the values are indices into a list of strings. From now on, converts indices of A
-  // or B to indices into the common list, which is borrowed.
+  // Declares that the values are indices into a list of strings. Later reads convert them to
+  // indices into the common list `strings`, which is borrowed. `is_a` is true if this reader reads
+  // mesh A.
   void translate_by(const CommonStrings& strings, bool is_a) {
     strings_ = &strings;
     is_a_ = is_a;
   }
-  // Stores the number of the cell (or vertex) of each of `count` elements in `out`.
+  // For each of the elements `first` to `first` + `count` - 1, stores the number of its cell or
+  // vertex in `out`.
   void entities(std::uint64_t first, std::uint64_t count, std::vector<std::uint64_t>& out);
-  // Returns the element of a cell, or nothing if the field does not cover this cell.
+  // Returns the index of the element that belongs to a cell (or vertex). Returns nothing if the
+  // field does not cover this cell.
   std::optional<std::uint64_t> element_of(std::uint64_t entity);
 
  private:
@@ -93,7 +101,7 @@ class FieldReader {
   // Numbers of the covered cells if the field covers only some cells. Needs 16 bytes per cell in
   // the spool.
   std::optional<NumberList> covered_;
-  std::optional<NumberTable> rank_;     // element of each cell, from 1; 0: cell is not covered
+  std::optional<NumberTable> rank_;     // 1 + element index of each cell; 0: cell not covered
   std::optional<PagedArray> block_id_;  // block id of each cell, int64
 };
 

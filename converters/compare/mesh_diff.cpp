@@ -95,8 +95,8 @@ class Diff {
     differ({"not_compared", what, why});
   }
 
-  // Returns true if it is known which vertices or cells of A and B correspond, by a match or
-  // because their counts are equal.
+  // Returns true if the correspondence between the vertices (or cells) of A and B is known: either
+  // they have been matched, or A and B have the same number of them.
   bool is_paired(Location location) const {
     return match_ ||
            (location == Location::point ? a_.vertices == b_.vertices : a_.cells() == b_.cells());
@@ -154,8 +154,8 @@ void Diff::compare_blocks() {
   }
 }
 
-// Compares scalar types. Formats support different scalar types, so types are differences only in
-// an exact comparison of meshes of the same format; otherwise they are notes.
+// Reports that two scalar types differ. This is a difference only in an exact comparison of meshes
+// of the same format. Otherwise it is a note, because not all formats support the same types.
 void Diff::compare_types(const std::string& what, const std::string& a, const std::string& b,
                          bool tolerant) {
   Finding finding{"type", what, a, b};
@@ -211,7 +211,8 @@ void Diff::add_unmatched(const char* element, const std::vector<std::uint32_t>& 
   if (finding.different > 0) differ(std::move(finding));
 }
 
-// Adds a finding about values if any values differ. `range` returns the range of A's values.
+// Adds the counts of `finding` to the result. If any values differ, reports `finding` as a
+// difference. `range` returns the range of A's values.
 void Diff::add_values(Finding finding, const std::function<double()>& range) {
   result_.values_compared += finding.compared;
   result_.values_different += finding.different;
@@ -358,7 +359,8 @@ ValueRange Diff::range_of(FieldReader& reader, const FieldPair& field) {
   return range;
 }
 
-// Returns the common strings of two arrays whose values are indices into lists of strings.
+// Returns the common list of strings for the two arrays of a field, if the values of both are
+// indices into lists of strings. Otherwise returns nothing.
 std::optional<CommonStrings> Diff::common_strings(const FieldPair& field) const {
   if (field.a.parts.empty() || field.b.parts.empty()) return std::nullopt;
   const std::size_t a = field.a.parts.front().array, b = field.b.parts.front().array;
@@ -393,7 +395,7 @@ void Diff::compare_field(const FieldPair& field) {
   add_values(std::move(finding), [&] { return range_of(a, field).overall(); });
 }
 
-// Compares the elements of A that have values with the corresponding elements of B.
+// Compares the values of A with the values of the corresponding vertices or cells of B.
 void Diff::compare_step(const StepPair& step, const FieldPair& field, FieldReader& a,
                         FieldReader& b, ValueScan& scan) {
   const bool as_they_are = !match_ && a.covers_all() && b.covers_all();
@@ -442,7 +444,8 @@ void Diff::compare_step(const StepPair& step, const FieldPair& field, FieldReade
   if (!one_format_ && !a.covers_all()) compare_uncovered(step, field, a, b, scan);
 }
 
-// Compares elements of B for which A has no values, if the formats differ.
+// Checks the values that the field has in B on cells that it does not cover in A. Called if the
+// formats differ.
 void Diff::compare_uncovered(const StepPair& step, const FieldPair& field, FieldReader& a,
                              FieldReader& b, ValueScan& scan) {
   std::vector<std::byte> values;
@@ -465,7 +468,7 @@ void Diff::compare_uncovered(const StepPair& step, const FieldPair& field, Field
 void Diff::compare_extras() {
   ExtrasComparison how;
   how.is_ignored = [&](const std::string& key) {
-    // Lists of strings are not compared here, but together with the arrays that refer to them.
+    // Lists of strings are compared together with the arrays that refer to them, not as extras.
     return source_format(a_).is_list_of_strings(key) || names_.is_ignored_extra(key);
   };
   how.accuracy = options_.tolerance.fields;

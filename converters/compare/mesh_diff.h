@@ -1,15 +1,14 @@
-// Differences between any two meshes of any formats: the differing items, the size of each
-// difference, and its place. Numbers of vertices, cells, steps and components start at 0, as in the
-// files.
+// Finds the differences between two meshes of any formats: which items differ, by how much, and
+// where. Indices of vertices, cells, steps and components start at 0.
 //
-// Meshes of the same format are compared completely. Meshes of different formats are compared in
-// the data that both formats can hold: coordinates, cells, fields (a vector also with its
-// components in separate arrays), strings of legacy VTK and VTU, times, and block ids if VTK has
-// them as an array. Data that only one format knows (number maps, sets, titles, field data) is not
-// compared. Different scalar types are reported as a note, not as a difference. A mesh of a format
-// without steps is taken to hold the last step.
+// Meshes of the same format are compared completely. If the formats differ, only data that both
+// formats can store is compared: coordinates, cells, fields (a vector may be separate component
+// arrays in one mesh), strings of legacy VTK and VTU, times, and block ids (which are an array in
+// VTK). Data that only one format supports (number maps, sets, titles, field data) is not compared.
+// Different scalar types are reported as a note, not as a difference. If one format has no steps,
+// its mesh is compared with the last step of the other mesh.
 //
-// Memory is bounded; for `match` see mesh_match.h.
+// Memory is bounded, except with the option `match` (see mesh_match.h).
 #pragma once
 
 #include "base/progress.h"

@@ -49,8 +49,8 @@ struct Side {
   std::vector<std::uint32_t> left_at;  // for each site: number of vertices without a counterpart
   std::vector<std::uint32_t>* to = nullptr;  // counterpart of each vertex, or kNone
   std::vector<std::uint32_t>* cell_to = nullptr;
-  // Data of unmatched cells: the cells at each vertex, the vertices at each site, and the keys of
-  // cells.
+  // Data about unmatched cells: the cells that use each vertex, the vertices at each site, and the
+  // key of each cell.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> users;    // (vertex, cell), ascending
   std::vector<std::pair<std::uint32_t, std::uint32_t>> waiting;  // (site, vertex), ascending
   std::unordered_map<std::uint32_t, std::uint64_t> key_of;       // key of each cell
@@ -90,8 +90,9 @@ class Matcher {
   }
 
  private:
-  // Returns the name of a vertex in a key: its counterpart if that is known, otherwise its site.
-  // All vertices that have no counterpart in the other mesh share the name kNowhere.
+  // Returns the name of a vertex, a number from which keys of cells are computed. The name of a
+  // matched vertex is its number in A. The name of an unmatched vertex is derived from its site. If
+  // the other mesh has no unmatched vertex at that site, the name is kNowhere.
   static constexpr std::uint64_t kNowhere = ~std::uint64_t{0};
   std::uint64_t name_of(const Side& side, std::uint32_t vertex) const {
     const std::uint32_t other = (*side.to)[vertex];
@@ -125,7 +126,7 @@ class Matcher {
     ++result_.matched_vertices;
   }
   void match_lone_vertices() {
-    // For each site at which both meshes have one unmatched vertex: the vertex of A.
+    // For each site at which each mesh has exactly one unmatched vertex: the vertex of A.
     std::vector<std::uint32_t> lone(a_.left_at.size(), kNone);
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)
       if (a_.left_at[a_.site[v]] == 1 && b_.left_at[a_.site[v]] == 1) lone[a_.site[v]] = v;
@@ -142,7 +143,8 @@ class Matcher {
     return keys;
   }
 
-  // Calls visit(cells of A, cells of B) for each key that occurs in both meshes.
+  // Calls visit(cells of A, cells of B) for each key that unmatched cells of both meshes have.
+  // Passes the unmatched cells with this key.
   template <class KeyOf, class Visit>
   void join(KeyOf&& key, Visit&& visit) {
     const std::vector<Keyed> a = keys_of_unmatched(a_, key), b = keys_of_unmatched(b_, key);
@@ -179,14 +181,17 @@ class Matcher {
                        [&](std::uint32_t v) { return (*side.to)[v] != kNone; });
   }
 
-  // Returns true if at least half of the nodes have known names, which a match requires.
+  // `names` contains the names of the vertices of a cell. Returns true if at least half of them are
+  // known (not kNowhere). Cells with fewer known names cannot be matched.
   bool is_known(std::span<const std::uint64_t> names) const {
     const auto nowhere = std::count(names.begin(), names.end(), kNowhere);
     return 2 * static_cast<std::size_t>(nowhere) <= names.size();
   }
 
-  // Matches two cells with the same key, and their vertices. Returns false if the names of their
-  // nodes do not fit, or if they fit in several ways and `any` is false.
+  // Matches two cells that have the same key, and their vertices. For this, searches for a rotation
+  // of cell `a` that makes the names of its nodes equal to those of cell `b`. Returns false if
+  // there is no such rotation. If several rotations result in different matches of vertices, uses
+  // the first of them if `any` is true, and returns false if `any` is false.
   bool match_cells(std::uint32_t a, std::uint32_t b, bool any) {
     std::vector<std::uint64_t> names_a, names_b;
     name_nodes(a_, a, names_a);
@@ -237,9 +242,11 @@ class Matcher {
     ++result_.matched_cells;
   }
 
-  // Matches remaining vertices and cells one by one. If only one cell of each mesh fits, the cells
-  // are matched together with their vertices, and these vertices allow more cells to be matched. If
-  // several cells fit, the first ones are matched: either they are copies, or the meshes differ.
+  // Matches the remaining cells one by one, together with their vertices. If a key belongs to
+  // exactly one cell of each mesh, these two cells are matched. The matched vertices change the
+  // keys of neighbouring cells, so that more cells can be matched. If no such key is left, matches
+  // the first cell of A and the first cell of B that have the same key. Cells of a mesh have the
+  // same key if they are copies of each other, or if the meshes differ.
   void match_rest_by_cells() {
     for (std::uint32_t site = 0; site < one_sided_.size(); ++site)
       one_sided_[site] = is_one_sided(site);
@@ -303,7 +310,7 @@ class Matcher {
     drop(b_, b);
   }
 
-  // Makes all matches that are certain, until no further match is possible.
+  // Matches cells whose key is unique in each mesh, until there are no more such cells.
   void settle() {
     while (!due_.empty() || !fresh_.empty()) {
       while (!fresh_.empty()) {
@@ -311,8 +318,8 @@ class Matcher {
         fresh_.pop_back();
         rename(a_, a);
         rename(b_, b);
-        // From now on, the vertices that are left at a one-sided site have the name kNowhere. This
-        // is recorded once per site.
+        // If a site has become one-sided, the name of its unmatched vertices is now kNowhere.
+        // Recompute the keys of the cells that use these vertices, once per site.
         for (const std::uint32_t site : {a_.site[a], b_.site[b]}) {
           if (one_sided_[site] || !is_one_sided(site)) continue;
           one_sided_[site] = true;
@@ -329,7 +336,7 @@ class Matcher {
       if (match_cells(a, b, false)) forget(a, b);
     }
   }
-  // Computes new keys for the cells around `vertex`.
+  // Recomputes the keys of the unmatched cells that use `vertex`.
   void rename(Side& side, std::uint32_t vertex) {
     auto user = std::lower_bound(side.users.begin(), side.users.end(),
                                  std::pair<std::uint32_t, std::uint32_t>(vertex, 0));
@@ -346,15 +353,15 @@ class Matcher {
       if ((*side.to)[each->second] == kNone) rename(side, each->second);
   }
 
-  // Matches the vertices that are left at each site, in ascending order. Such vertices are alike,
-  // because they belong to the same cells.
+  // At each site, matches the remaining vertices of A and B in ascending order. Any order would do,
+  // because these vertices cannot be distinguished by their cells.
   void match_rest_in_order() {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> left;  // (site, vertex of A)
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)
       if (result_.vertex[v] == kNone && b_.left_at[a_.site[v]] > 0)
         left.emplace_back(a_.site[v], v);
     std::sort(left.begin(), left.end(), std::greater<>());
-    // Vertices at each site, the lowest vertex last.
+    // Unmatched vertices of A at each site, in descending order.
     std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> at_site;
     for (const auto& [site, vertex] : left) at_site[site].push_back(vertex);
     for (std::uint32_t v = 0; v < b_.site.size(); ++v) {
@@ -373,7 +380,8 @@ class Matcher {
         [this](const Side& side, std::uint32_t cell) {
           name_nodes(side, cell, names_);
           std::sort(names_.begin(), names_.end());
-          // A cell with an unknown vertex gets a unique key.
+          // If the name of any vertex is unknown, the cell gets a unique key, so that no other cell
+          // matches it.
           const bool known = std::find(names_.begin(), names_.end(), kNowhere) == names_.end();
           return hash_of(known ? 0 : 1 + 2 * std::uint64_t{cell} + (&side == &a_ ? 0 : 1), names_);
         },
@@ -386,10 +394,12 @@ class Matcher {
   const Progress& progress_;
   MeshMatch result_;
   Side a_, b_;
-  // For each site, true if only one mesh has unmatched vertices there. Keys of cells use this.
+  // For each site, true if at most one mesh has unmatched vertices at the site. Keys of cells
+  // depend on this.
   std::vector<bool> one_sided_;
   std::unordered_map<std::uint64_t, Bucket> buckets_;
-  std::vector<std::uint64_t> due_;  // keys that exactly one cell of each mesh has
+  // keys to examine, because each may now belong to exactly one cell of each mesh
+  std::vector<std::uint64_t> due_;
 
   // Pairs of vertices that were matched recently.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> fresh_;

@@ -1,12 +1,13 @@
 // Matches the vertices and cells of two meshes, regardless of their order.
 //
-// Vertices match if they are at the same place. If several vertices share a place (seams, cracks,
-// copies), they are matched by their cells: cells match if their corners match, possibly after a
-// rotation. A vertex that was moved is found through the cells around it if these leave only one
-// candidate.
+// Vertices match if they have the same coordinates. If several vertices of a mesh have the same
+// coordinates (seams, cracks, copies), they are matched by their cells. Cells match if their
+// corners match, possibly after a rotation. A vertex that was moved is matched if the cells around
+// it allow only one candidate.
 //
-// Memory for each mesh: 33 to 60 bytes per vertex (more if many vertices share a place), and 52
-// bytes per hexahedron (20 per cell and 4 per node; 4 more with several blocks).
+// Needs, for each mesh, 33 to 60 bytes of memory per vertex (more if many vertices have the same
+// coordinates), and 52 bytes per hexahedron (20 per cell and 4 per node). If a mesh has several
+// blocks, each cell needs 4 more bytes.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +20,10 @@ namespace shm::converters {
 
 struct MeshMatch {
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  std::vector<std::uint32_t> vertex, cell;            // number in B of each vertex and cell of A
-  std::vector<std::uint32_t> vertex_of_b, cell_of_b;  // number in A of each vertex and cell of B
+  // for each vertex and cell of A: its match in B, or kNone
+  std::vector<std::uint32_t> vertex, cell;
+  // for each vertex and cell of B: its match in A, or kNone
+  std::vector<std::uint32_t> vertex_of_b, cell_of_b;
   std::uint64_t matched_vertices = 0, matched_cells = 0;
 };
 

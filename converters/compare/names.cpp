@@ -10,14 +10,16 @@ namespace {
 
 constexpr std::string_view kCoordinates = "coordinates";
 
-// Returns true if `name` is the whole path or its last part: "T" fits "point/T" and "cell/T".
+// Returns true if `name` is the whole path or its last part. For example, "T" matches "point/T" and
+// "cell/T".
 bool fits(const std::string& name, const std::string& path) {
   if (name == path) return true;
   const std::size_t slash = path.find('/');
   return slash != path.npos && path.compare(slash + 1, path.npos, name) == 0;
 }
 
-// Returns true if `name` is the key or a path that contains it.
+// Returns true if `name` is the key of the extra, or a parent path of the key ("vtk" for the key
+// "vtk/skeleton").
 bool fits_extra(const std::string& name, const std::string& key) {
   return key.compare(0, name.size(), name) == 0 &&
          (key.size() == name.size() || key[name.size()] == '/');

@@ -1,4 +1,5 @@
-// Selects the arrays and extras to compare, and their tolerances, by the names that the user gave.
+// Decides which arrays and extras are compared, and with which tolerances, from the names in the
+// user's options.
 #pragma once
 
 #include <string>

@@ -26,11 +26,11 @@ NumberingSearch::NumberingSearch(MeshSource& source, MeshSource& restored, Spool
       wanted_(restored.info().schema.order != Order::keep &&
               source.info().schema.order == Order::keep) {}
 
-// Adopts a guess. The first guess is that the numbers are unchanged. For each further guess, the
-// source is encoded again in one of the known orders that match the restored cells; the guess
-// consists of the resulting numbers. A guess may match the cells but not their vertices and values,
-// because cells may coincide or look the same after a rotation. The caller then tries the next
-// guess.
+// Adopts the candidate renumbering with index `guess`. In the first candidate, all numbers are
+// unchanged. Each further candidate results from encoding the source again, in one of the known
+// cell orders that match the restored cells. A candidate may match the cells but not their vertices
+// and values, because cells may coincide or look the same after a rotation. The caller then tries
+// the next candidate.
 void NumberingSearch::take(std::size_t guess) {
   const bool as_they_are = same_as_they_are() || same_within_blocks();
   if (as_they_are) has_more_ = true;
@@ -38,8 +38,8 @@ void NumberingSearch::take(std::size_t guess) {
   replay(guess - (as_they_are ? 1 : 0));
 }
 
-// Returns true if the cells are the same without any renumbering. This is the case for a source
-// that was made from the restored mesh. Stops at the first difference.
+// Returns true if the cells are equal without any renumbering, e.g. because the source was created
+// from the restored mesh. Stops at the first difference.
 bool NumberingSearch::same_as_they_are() {
   CellCursor source(*source_), restored(*restored_);
   while (source.next() && restored.next())
@@ -49,14 +49,15 @@ bool NumberingSearch::same_as_they_are() {
   return true;
 }
 
-// Returns true if the cells are the same within each block. A format that stores the blocks one
-// after the other reorders cells, but not vertices.
+// Returns true if each block contains the same cells in the same order. If a format stores the
+// blocks one after the other, the order of the cells in the whole mesh may change, but the order of
+// the vertices does not. Adopts the resulting cell numbers.
 bool NumberingSearch::same_within_blocks() {
   const MeshInfo& info = source_->info();
   const Schema& schema = restored_->info().schema;
   const bool cells_move = schema.delay > 0 || schema.order == Order::free;
   if (!cells_move || info.block_cells.size() < 2) return false;
-  std::vector<std::uint64_t> next;  // for each block: position of its next cell in source_cell
+  std::vector<std::uint64_t> next;  // for each block: index in source_cell of its next cell
   for (std::uint64_t sum = 0; const std::uint64_t count : info.block_cells) {
     next.push_back(sum);
     sum += count;
@@ -94,7 +95,8 @@ void NumberingSearch::replay(std::size_t guess) {
          schema.delay > 0 ? std::shared_ptr<NumberList>(log, &log->cells()) : nullptr);
 }
 
-// Does the same as replay() for cells that were reordered before encoding.
+// Adopts a candidate for a mesh in Order::free, whose cells were reordered before they were
+// encoded. Returns false if no known order of the cells matches.
 bool NumberingSearch::replay_free_order(std::size_t guess) {
   std::optional<CellTable> table;
   if (given_order_ == nullptr && must_be_spooled(source_->info(), spool_->memory_budget()))
@@ -121,7 +123,7 @@ bool NumberingSearch::replay_free_order(std::size_t guess) {
   return true;
 }
 
-// Replaces the source by a renumbered copy in a spool.
+// Replaces the source with a renumbered copy in a spool.
 void NumberingSearch::take_up_spooled() {
   if (spooled_ == nullptr) spooled_ = std::make_unique<SpooledSource>(*source_, *spool_, progress_);
   in_spool_ = &spooled_->mesh;

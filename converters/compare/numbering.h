@@ -1,7 +1,7 @@
-// NumberingSearch: finds the relation between the numbers of vertices and cells in a restored mesh
-// and in its source. It makes guesses, which are then checked. The first guess is that the numbers
-// are the same. Each further guess consists of the numbers that result from encoding the source
-// again in one of the orders of cells that match the restored mesh.
+// NumberingSearch: finds the renumbering between the vertices and cells of a source and those of
+// the restored mesh. It proposes candidates, which the caller checks. In the first candidate, all
+// numbers are unchanged. Each further candidate results from encoding the source again, in one of
+// the known cell orders that match the restored mesh.
 #pragma once
 
 #include <cstddef>
@@ -21,13 +21,14 @@
 
 namespace shm::converters {
 
-// Number in the source for each restored vertex and cell. Null if the numbers are the same.
+// For each restored vertex and cell, its number in the source. A list is null if the numbers are
+// equal in both meshes.
 struct Numbering {
   std::shared_ptr<NumberList> vertices, cells;
 };
 
-// A renumbered copy of the source in a spool, with tables about it. Used if the source does not fit
-// in memory, and created once for all guesses.
+// A renumbered copy of the source in a spool, and a second spool for tables. Used if the source
+// does not fit in memory. Created once, and shared by all candidates.
 struct SpooledSource {
   SpooledSource(MeshSource& source, const Spool& spool, const Progress& progress)
       : memory(spool.memory_budget()),
@@ -42,45 +43,46 @@ struct SpooledSource {
 
 class NumberingSearch {
  public:
-  // Borrows all arguments. `given_order` is an order of cells that is tried in addition to the
-  // known orders; it may be null. `spooled` holds the renumbered source, which is created when it
-  // is needed.
+  // Borrows all arguments. If `given_order` is not null, it is the only order of cells in which the
+  // source is encoded again. Otherwise all known orders are tried. `spooled` receives the
+  // renumbered source, which is created when it is first needed.
   NumberingSearch(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
                   const CellSequence* given_order, std::unique_ptr<SpooledSource>& spooled);
 
-  // Returns true if numbers may differ, i.e. if only the restored mesh has another order than keep.
+  // Returns true if the numbers may differ. This is the case if the restored mesh was encoded in an
+  // order other than `keep`, and the source was not.
   bool is_wanted() const { return wanted_; }
-  // Adopts guess number `guess`. Throws Failure if the guess is not a bijection.
+  // Adopts the candidate with index `guess`. Throws Failure if the candidate is not a bijection.
   void take(std::size_t guess);
-  // Returns true if there is another guess. Requires take().
+  // Returns true if there may be another candidate. Requires take().
   bool has_more() const { return has_more_; }
 
-  // Returns the source. After take() this may be the renumbered copy. All source numbers below then
-  // are numbers of the copy.
+  // Returns the source. After take(), this may be the renumbered copy. In this case, the functions
+  // below use the vertex and cell numbers of the copy as numbers of the source.
   MeshSource& source() { return *source_; }
-  // Returns the spool for the comparison. The search uses the same spool, and leaves memory in it
-  // for a renumbered source.
+  // Returns the spool that the comparison should use; the search uses the same spool. If there is a
+  // renumbered copy of the source, this spool has a smaller budget.
   Spool& spool() { return *spool_; }
-  // Return the source's number of each restored vertex, cell, or element of an array. Null means
-  // that the numbers are the same.
+  // Return a list that contains, for each restored vertex, cell, or array element, its number in
+  // the source. Null means that the numbers are equal in both meshes.
   NumberList* vertices() { return numbering_.vertices.get(); }
   NumberList* cells() { return numbering_.cells.get(); }
   NumberList* elements(std::size_t array);
   // Returns the tables that convert the source's numbers to restored numbers.
   Renumbering to_restored();
-  // Returns true if a restored cell of `block` has the corners of the source's cell. If rotations
-  // are allowed, the corners may be rotated.
+  // Returns true if a restored cell of `block` has the same corners as a cell of the source. If the
+  // mesh allows rotations, the corners may be rotated.
   bool same_corners(std::span<const std::uint64_t> source, std::span<const std::uint64_t> restored,
                     std::uint32_t block);
-  // Returns the corners of the restored cell that was passed last to same_corners(), in the
-  // source's numbers.
+  // Returns the corners of the restored cell that was most recently passed to same_corners(), as
+  // vertex numbers of the source.
   const std::vector<std::uint64_t>& mapped_corners() const { return mapped_; }
-  // Formats corners with the original numbers of the source.
+  // Returns a list of corners as text, with the original vertex numbers of the source.
   std::string corners_text(std::span<const std::uint64_t> corners) const;
-  // Returns the size in bytes of a cache for the source's values.
+  // Returns the size in bytes that a cache for values of the source should have.
   std::size_t cache_bytes() const;
 
-  // Returns the current guess, in the original numbers of the source. The result is stored in
+  // Returns the current candidate, with the original numbers of the source. Its lists are stored in
   // `spool`.
   Numbering numbering(Spool& spool) const;
 
@@ -103,7 +105,8 @@ class NumberingSearch {
   Numbering numbering_;
   std::optional<NumberTable> source_vertex_;  // source's number of each restored vertex
 
-  // Position of each source vertex. If the table exists, the numbering is a bijection.
+  // Restored number of each vertex of the source. If the table exists, the renumbering has been
+  // checked to be a bijection.
   std::optional<NumberTable> position_of_vertex_;
   std::optional<NumberTable> position_of_cell_;
   std::unique_ptr<CoveredOrder> covered_;

@@ -12,9 +12,9 @@
 namespace shm::converters {
 namespace {
 
-// Computes fingerprints of cells that do not depend on vertex numbers and rotations. A fingerprint
-// is computed from the block of a cell and, for each of its vertices, the first cell that uses the
-// vertex. Cells that differ in these rarely have the same fingerprint.
+// Computes fingerprints of cells that are independent of vertex numbers and rotations. The
+// fingerprint of a cell depends on its block and, for each of its vertices, on the first cell that
+// uses the vertex. Cells that differ in this data rarely have equal fingerprints.
 class Fingerprints {
  public:
   Fingerprints(std::uint64_t vertices, Spool* spool) : birth_(spool, vertices) {}
@@ -37,7 +37,7 @@ class Fingerprints {
     x = (x ^ x >> 33) * 0xc4ceb9fe1a85ec53u;
     return x ^ x >> 33;
   }
-  BigArray<std::uint32_t> birth_;  // 1 + the first cell that uses the vertex
+  BigArray<std::uint32_t> birth_;  // for each vertex, 1 + the index of the first cell that uses it
   std::uint32_t cells_ = 0;
 };
 
@@ -51,7 +51,8 @@ BigArray<std::uint64_t> fingerprints_of(MeshSource& mesh, Spool* spool) {
   return list;
 }
 
-// Position of a cell: sum of the coordinates of its corners, and sum of their absolute values.
+// Position of a cell: for each axis, the sum of the coordinates of its corners, and the sum of
+// their absolute values.
 struct Centre {
   std::array<double, 3> sum{}, magnitude{};
 };
@@ -76,7 +77,7 @@ Centre centre_of(MeshSource& mesh, const Corners& corners) {
   return centre;
 }
 
-// Positions of some of the cells of a mesh.
+// Positions of a sample of the cells of a mesh.
 class Landmarks {
  public:
   explicit Landmarks(MeshSource& mesh)
@@ -90,8 +91,8 @@ class Landmarks {
         if (number % every == 0) centres_.emplace_back(number, centre_of(mesh, batch.cell(i)));
   }
 
-  // Returns true if the cells of `source`, in the order `order`, are at the stored positions. Sums
-  // over corners may differ because of rounding. Values that are not finite are ignored.
+  // Returns true if the cells of `source`, in the order `order`, have the stored positions. Sums
+  // over corners may differ by rounding errors. Sums that are not finite are not compared.
   bool found_in(MeshSource& source, const Cells& cells, const CellList& order) const {
     constexpr double kRounding = 1e-12;
     return std::all_of(centres_.begin(), centres_.end(), [&](const auto& landmark) {

@@ -1,7 +1,7 @@
-// Finds the order of the cells in a file in Order::free. Computes every known order of the source
-// again, and compares the reordered cells with the file: at which cell each vertex is used for the
-// first time, and where some of the cells are. Needs the memory for computing orders
-// (free_order.h), and 8 bytes per cell.
+// Finds the cell order of a file in Order::free. Computes each known order of the source again, and
+// compares the reordered cells with the cells of the file: the first cell that uses each vertex,
+// and the positions of a sample of the cells. Needs the memory for computing orders (free_order.h),
+// and 8 bytes per cell.
 #pragma once
 
 #include <cstddef>
@@ -15,9 +15,9 @@
 
 namespace shm::converters {
 
-// Returns a guess: the cells of `source` in the order of `restored`. Skips the first `skipped`
-// known orders that fit. Returns nothing if no other order fits. `cells` are the cells of `source`,
-// with the same vertex numbers.
+// Returns a known order of the cells of `source` that matches the cells of `restored`. Skips the
+// first `skipped` orders that match. Returns nothing if no further order matches. `cells` are the
+// cells of `source`, with the same vertex numbers.
 std::optional<CellList> matching_order(const Cells& cells, MeshSource& source, MeshSource& restored,
                                        std::size_t skipped = 0, const Progress& progress = {},
                                        const SearchRoom& room = {});

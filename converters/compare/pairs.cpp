@@ -44,7 +44,8 @@ class BlockPairing {
   }
 
  private:
-  // Pairs blocks that are not paired yet and have the same key, in order.
+  // Pairs unpaired blocks that have the same key. If several blocks of a mesh have the same key,
+  // they are paired in their order.
   template <class Key, class May>
   void pair_by(Key&& key, May&& may) {
     std::map<decltype(key(blocks_b_.front())), std::deque<std::size_t>> left;
@@ -192,8 +193,8 @@ std::string block_text(const BlockInfo& block) {
 
 std::vector<StepPair> pair_steps(const MeshInfo& a, const MeshInfo& b, bool one_format,
                                  const Likeness& likeness, std::uint64_t limit, MeshDiff& result) {
-  // The numbers of steps may differ by one, because in some formats a mesh without steps has one
-  // step.
+  // In some formats, a mesh without steps is stored with one step, so 0 steps and 1 step are not a
+  // difference.
   const std::size_t fewer = std::min(a.step_times.size(), b.step_times.size());
   const std::size_t more = std::max(a.step_times.size(), b.step_times.size());
   if (!one_format && fewer == 0 && more == 1) return {};

@@ -12,7 +12,8 @@
 namespace shm::converters {
 
 struct BlockPairs {
-  // Class of each block. Blocks of both meshes that may hold the same cells have the same class.
+  // Class of each block. A cell of A and a cell of B can be equal only if their blocks have the
+  // same class.
   std::vector<std::uint32_t> class_a, class_b;
   struct Difference {
     std::string what, a, b;
@@ -22,8 +23,8 @@ struct BlockPairs {
 };
 
 // Pairs blocks of meshes of the same format by id and name, then by id, then by name. If the
-// formats differ, blocks are compared only if both formats have them (VTK has none), and their
-// cells are compared by shape.
+// formats differ, blocks are compared only if both formats have blocks (VTK does not), and blocks
+// whose cells have the same shape get the same class.
 BlockPairs pair_blocks(const MeshInfo& a, const MeshInfo& b, bool one_format);
 
 // Returns text such as "block 3 'steel' of hexahedron cells with 8 nodes".
@@ -33,15 +34,16 @@ struct StepPair {
   std::uint64_t a, b;
 };
 
-// If both meshes have the same number of steps, pairs the steps in order. Otherwise pairs steps
-// with equal times, provided that times ascend. Adds differences to `result`: times that differ,
-// and steps that only one mesh has.
+// If both meshes have the same number of steps, pairs the i-th step of A with the i-th step of B.
+// Otherwise, if the times ascend, pairs steps with equal times. Adds the differences to `result`:
+// pairs with different times, and steps that only one mesh has.
 std::vector<StepPair> pair_steps(const MeshInfo& a, const MeshInfo& b, bool one_format,
                                  const Likeness& likeness, std::uint64_t limit, MeshDiff& result);
 
-// Returns the steps at which both sides of a field are compared. A side without steps is compared
-// with all steps of the other side. If the whole mesh of this side has no steps, the side is
-// compared only with the last step of the other side.
+// Returns the pairs of steps at which a field of A is compared with the same field of B (the two
+// sides). If one side does not change with time, it is compared with all steps of the other side.
+// However, if the mesh of that side has no steps at all, the side is compared only with the final
+// step of the other side.
 std::vector<StepPair> steps_of(const FieldPair& field, const std::vector<StepPair>& common,
                                std::uint64_t steps_a, std::uint64_t steps_b);
 

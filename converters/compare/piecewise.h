@@ -1,5 +1,5 @@
-// Constants and functions that both comparisons use: the number of elements that are compared
-// together, and the text for cells.
+// Shared by compare.h and mesh_diff.h: the number of elements per piece of a comparison, the size
+// of caches, and the text of a cell.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace shm::converters {
 inline constexpr std::uint64_t kPieceElements = 16384;
 inline constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
 
-/// Returns text such as "(3 4 8 7)", with at most 32 corners.
+/// Returns the text of a list of corners, such as "(3 4 8 7)". At most 32 corners are listed.
 inline std::string corners_text(std::span<const std::uint64_t> corners) {
   constexpr std::size_t kMost = 32;
   std::string text;

@@ -1,4 +1,4 @@
-// Places of the differences of two meshes, in space and in time.
+// Describes where two meshes differ, in space and in time.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,15 @@
 
 namespace shm::converters {
 
-// Returns the place of a value of a field. `a` and `b`: number of its vertex or cell in both
-// meshes.
+// Returns the place of a field value at a step. `a` and `b` are the numbers of its vertex or cell
+// in meshes A and B.
 DiffPlace place_of(const StepPair& step, const FieldPair& field, std::uint64_t a, std::uint64_t b,
                    const MeshInfo& info_a, const MeshInfo& info_b);
 
 ValueRange range_of_points(MeshSource& mesh);
 
-// Finds the coordinates of all listed places in A, or in B if A has no such vertex or cell.
+// Stores the coordinates of all listed places: the coordinates in A, or those in B if A has no such
+// vertex or cell.
 class PlaceFinder {
  public:
   PlaceFinder(MeshSource& a, MeshSource& b) : a_(a), b_(b) {}

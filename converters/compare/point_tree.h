@@ -1,5 +1,5 @@
-// PointTree: a spatial index that finds points near a place. Distances are in the maximum norm (the
-// largest difference of a coordinate). Needs 5 bytes of memory per point.
+// PointTree: a spatial index that finds the points near a given point. Distances are in the maximum
+// norm (the largest difference in any coordinate). Needs 5 bytes of memory per point.
 #pragma once
 
 #include <algorithm>
@@ -22,21 +22,22 @@ inline double distance_between(const PlainPoint& a, const PlainPoint& b) {
 
 class PointTree {
  public:
-  // Borrows `points`, which must be fewer than 2^32 finite points.
+  // Borrows `points`. There must be fewer than 2^32 points, and their coordinates must be finite.
   explicit PointTree(const std::vector<PlainPoint>& points)
       : points_(&points), order_(points.size()), axis_(points.size()) {
     std::iota(order_.begin(), order_.end(), 0);
     build(0, order_.size());
   }
 
-  // Calls visit(number) for each point at most `radius` away, until `visit` returns false.
+  // Calls visit(index) for each point whose distance from `place` is at most `radius`, until
+  // `visit` returns false.
   template <class Visit>
   void visit_near(const PlainPoint& place, double radius, Visit&& visit) const {
     visit_range(0, order_.size(), place, radius, visit);
   }
 
-  // Returns the nearest point at most `radius` away. Of equally near points, returns the point with
-  // the lowest number.
+  // Returns the index of the point nearest to `place`, or nothing if all distances exceed `radius`.
+  // If several points are equally near, returns the lowest index.
   std::optional<std::uint32_t> nearest(const PlainPoint& place, double radius) const {
     Nearest best{radius, std::nullopt};
     search(0, order_.size(), place, best);
@@ -50,7 +51,7 @@ class PointTree {
   };
   const PlainPoint& at(std::size_t place) const { return (*points_)[order_[place]]; }
 
-  // Splits each range at its middle, along the longest side of its bounding box.
+  // Splits each range of points at its median along the longest side of its bounding box.
   void build(std::size_t begin, std::size_t end) {
     if (end - begin < 2) return;
     PlainPoint low = at(begin), high = low;

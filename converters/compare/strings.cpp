@@ -24,7 +24,7 @@ CommonStrings::CommonStrings(const MeshInfo& a, std::size_t array_a, const MeshI
   add(source_format(b).strings(b, array_b), from_b_);
 }
 
-// An index beyond the end of a list becomes an index that no string has.
+// An index past the end of a list is converted to an index that does not belong to any string.
 void CommonStrings::translate(bool of_a, std::byte* places, std::uint64_t count) const {
   const auto& from = of_a ? from_a_ : from_b_;
   const auto known = static_cast<std::uint32_t>(strings_.size());

@@ -1,5 +1,5 @@
-// Converts the values of two arrays of strings, which are indices into two lists, to indices into
-// one common list.
+// Converts the values of two string arrays. These values are indices into two lists of strings, and
+// become indices into one common list.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,8 @@ namespace shm::converters {
 class CommonStrings {
  public:
   CommonStrings(const MeshInfo& a, std::size_t array_a, const MeshInfo& b, std::size_t array_b);
-  // Converts `count` indices (uint32) into the list of A or B to indices into the common list, in
-  // which equal strings have the same index.
+  // Converts `count` indices (uint32) into the list of mesh A or B to indices into the common list.
+  // Equal strings have the same common index.
   void translate(bool of_a, std::byte* places, std::uint64_t count) const;
   // Returns text such as "'steel'" for an index into the common list.
   std::string text(std::uint32_t place) const;

@@ -1,4 +1,4 @@
-// Finds the differences between two sequences of values: their number, size and places.
+// Finds the differences between two sequences of values: how many, how large and where.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ namespace shm::converters {
 // Reads `count` elements, starting with element `first`.
 using FetchValues = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
 
-// Collects the differences in the values of one item in a Finding.
+// Compares the values of one item and collects the differences in a Finding.
 class ValueScan {
  public:
-  // Each element has `components` values of these types.
+  // Each element has `components` values: of type `type_a` in mesh A, and `type_b` in mesh B.
   ValueScan(Finding& finding, std::uint32_t components, ScalarType type_a, ScalarType type_b,
             const Likeness& likeness, std::uint64_t limit)
       : finding_(&finding),
@@ -31,19 +31,20 @@ class ValueScan {
         likeness_(likeness),
         limit_(limit) {}
 
-  // Declares that the values are indices into a list of strings, which is borrowed. Reports then
-  // contain the strings.
+  // Declares that the values are indices into the list `strings`, which is borrowed. Findings then
+  // contain the strings instead of the indices.
   void show_strings(const CommonStrings& strings) { strings_ = &strings; }
 
   // Compares `count` elements. `place(i)` returns the place of element i; it is called only for
   // elements that differ.
   using PlaceOf = std::function<DiffPlace(std::uint64_t i)>;
   void compare(const std::byte* a, const std::byte* b, std::uint64_t count, const PlaceOf& place);
-  // Compares elements that have no counterpart in the other mesh. Values that are NaN or zero do
-  // not count as differences.
+  // Checks the values of elements that have no value in the other mesh. Each value other than NaN
+  // and zero counts as a difference.
   void compare_with_none(const std::byte* values, bool of_a, std::uint64_t count,
                          const PlaceOf& place);
-  // Moves the largest difference to the front.
+  // Moves the place of the largest difference to the front of the Finding's places. Call it after
+  // the last comparison.
   void finish();
 
  private:
@@ -57,7 +58,7 @@ class ValueScan {
   std::uint64_t limit_;
   const CommonStrings* strings_ = nullptr;
   std::optional<DiffPlace> largest_;
-  std::uint64_t largest_rank_ = 0;  // position of the largest difference among all differences
+  std::uint64_t largest_rank_ = 0;  // index of the largest difference among all differences found
 };
 
 // Range of the finite values of each component.

@@ -26,19 +26,20 @@
 namespace shm::converters {
 namespace {
 
-// Cache size, in bytes, for vertex records or the values of one step if the whole mesh is in memory
-// anyway.
+// Cache size in bytes (no limit) if the whole mesh is in memory anyway. The cache holds vertex
+// records, or the values of one step.
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 
-// Creates a Writer. If the user chose a codec, an error of the Writer about its options means that
-// the codec cannot encode this mesh: it is reported as misuse. Otherwise the mesh is the cause.
+// Creates a Writer. If the user chose a codec, the Writer returns the error `misuse` if this codec
+// cannot encode the mesh, and the error is passed on. If the user did not choose a codec, the cause
+// is the mesh, and `misuse` becomes `unsupported`.
 Writer writer_to(ByteSink& sink, Schema schema, const WriteOptions& options) {
   return options.connectivity == ConnectivityCodec::automatic
              ? checked(Writer::create(sink, std::move(schema), options))
              : unwrap(Writer::create(sink, std::move(schema), options));
 }
 
-// Passes the coding order on to two receivers; each receiver may be null.
+// Forwards the coding order to two receivers. Each receiver may be null.
 class BothOrders final : public CodingOrder {
  public:
   BothOrders(CodingOrder* first, CodingOrder* second) : first_(first), second_(second) {}
@@ -56,8 +57,8 @@ class BothOrders final : public CodingOrder {
   CodingOrder* second_;
 };
 
-// Writes all steps of one array. `order`: element numbers in coding order; null: the order of the
-// file.
+// Writes the values of one array at all steps. `order` contains the element numbers in coding
+// order. If `order` is null, the coding order is the order of the source file.
 void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList* order,
                  std::size_t cache_bytes, const Progress& progress) {
   const std::uint64_t steps = mesh.info().step_times.size();
@@ -69,8 +70,9 @@ void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList
   }
 }
 
-// Returns true if the coding order is needed after the cells have been written: for step values, or
-// for extras that refer to vertices or cells whose numbers change.
+// Returns true if the coding order is still needed after the cells have been written. It is needed
+// for step values whose order changes, and for extras that refer to vertices or cells whose numbers
+// change.
 bool needs_coding_order(const MeshInfo& info, const Schema& schema) {
   const bool cells_move = schema.delay > 0;
   const auto has_ordered_steps = [&](const ArrayInfo& array) {
@@ -98,8 +100,8 @@ void write_all_steps(MeshSource& mesh, Writer& writer, const Schema& schema, Cod
   }
 }
 
-// Writes the extras. `log`: the coding order; null if no extra refers to vertices or cells whose
-// numbers change.
+// Writes the extras. `log` contains the coding order. It may be null if no extra refers to vertices
+// or cells whose numbers change.
 void write_extras(const MeshInfo& info, Writer& writer, const Schema& schema, CodingOrderLog* log,
                   Spool& spool) {
   if (schema.order == Order::keep || log == nullptr) {
@@ -119,8 +121,8 @@ void write_extras(const MeshInfo& info, Writer& writer, const Schema& schema, Co
   for (const Extra& extra : info.extras) checked(writer.add_extra(renumbered(extra, to)));
 }
 
-// Encodes a mesh, with the cells in the order in which `mesh` supplies them. `cache_bytes`: memory
-// limit for vertex records, and for the values of one step.
+// Encodes a mesh, with the cells in the order in which `mesh` supplies them. `cache_bytes` is the
+// memory limit for the cache of vertex records, and later for the cache of the values of one step.
 SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
                      const WriteOptions& options, const Progress& progress, Spool& spool,
                      std::size_t cache_bytes) {
@@ -150,12 +152,12 @@ bool rounds_something(const Lossy& lossy) {
          !lossy.named.empty();
 }
 
-// Receives the coding order of a mesh that was reordered, and whose vertices may have been
-// renumbered. Converts the numbers back to those of the original mesh, and passes them on.
+// Receives the coding order of a reordered mesh, whose vertices may also have been renumbered.
+// Converts the numbers to numbers of the original mesh, and forwards them to another receiver.
 class FormerNumbers final : public CodingOrder {
  public:
-  // All arguments must outlive this object. `in_spool`: the mesh with renumbered vertices; null if
-  // vertices were not renumbered.
+  // All arguments must outlive this object. `in_spool` is the mesh with renumbered vertices. It is
+  // null if the vertices were not renumbered.
   FormerNumbers(const CellList& order, CodingOrder* out, const SpooledMesh* in_spool = nullptr)
       : order_(&order), out_(out), in_spool_(in_spool) {}
   void vertex(std::uint64_t number) override {
@@ -184,8 +186,8 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   return [&, codec](MeshSource& part) {
     NullSink nowhere;
     WriteOptions options;
-    // One codec suffices to compare orders; the mixed codec makes the same decisions as the rows
-    // codec.
+    // The rows codec suffices to compare cell orders and delays. The mixed codec would lead to the
+    // same decisions.
     const bool as_rows = codec == ConnectivityCodec::automatic || codec == ConnectivityCodec::mixed;
     options.connectivity = as_rows ? ConnectivityCodec::rows : codec;
     options.restart_budget = 0;
@@ -193,9 +195,9 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   };
 }
 
-// Returns true if the order of the cells is so regular that connectivity needs almost no bits, and
-// a delay buffer could hardly save any. Tests this on the first cells, with the codec that the
-// level selects.
+// Returns true if the order of the cells is so regular that the connectivity needs almost no bits,
+// so that a delay buffer could hardly save anything. Encodes the first cells to test this, with the
+// level and codec of `options`.
 bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   constexpr std::uint64_t kCells = 32768;
@@ -212,7 +214,8 @@ bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const Compress
   return 8 * bytes <= kBitsPerCell * static_cast<double>(sizes.cells);
 }
 
-// Returns the delay that find_delay() finds for a mesh.
+// Returns the best delay for a mesh: the result of find_delay(), or 0 if the connectivity needs
+// almost no bits. At Level::best, find_delay() is called in any case.
 std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   if (options.progress) options.progress("trying delays", 0, 1);
@@ -225,8 +228,9 @@ std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const Compress
   });
 }
 
-// Returns the largest distance between key steps. It is 1 for a mesh with one step: no step then
-// refers to another step, so neither encoder nor decoder needs to store its values.
+// Returns the largest distance between key steps. The default is 1 for a mesh with one step. The
+// step is then a key step, so neither the encoder nor the decoder needs to keep its values as a
+// reference for other steps.
 std::uint32_t key_steps_of(const MeshSource& mesh, const CompressOptions& options) {
   return options.key_steps.value_or(mesh.info().step_times.size() == 1 ? 1
                                                                        : WriteOptions().key_steps);
@@ -237,8 +241,8 @@ WriteOptions heard_by(CodingOrder* coding_order, WriteOptions options) {
   return options;
 }
 
-// Compresses a mesh in Order::free while the mesh is in the spool. The resulting file is the same
-// as when the mesh is in memory.
+// Compresses a mesh in Order::free if it does not fit in memory; the mesh is copied to a spool. The
+// resulting file is the same as when the mesh is in memory.
 SizeReport compress_free_in_spool(MeshSource& mesh, ByteSink& sink, const Schema& schema,
                                   const CompressOptions& options, Spool& spool) {
   const SpooledSearch search(spool.memory_budget());
@@ -304,7 +308,7 @@ bool needs_corner_order(const MeshInfo& info) {
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   Schema schema = mesh.info().schema;
   schema.order = options.order;
-  // The Writer selects a simpler reference by itself if that is sufficient.
+  // trend is the most general step reference. The Writer selects a simpler one if that suffices.
   schema.step_references = StepReference::trend;
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
@@ -357,7 +361,8 @@ std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const Compres
   const double share =
       share_in_free_order(mesh, *cells, trial_coder(free_schema, options.connectivity, spool),
                           trial_coder(schema, options.connectivity, spool));
-  const auto extras = sizes.streams.find("extras");  // extras have the same size in any order
+  const auto extras = sizes.streams.find("extras");  // the size of extras does not depend on the
+                                                     // order
   const std::uint64_t fixed = extras == sizes.streams.end() ? 0 : extras->second;
   return fixed + static_cast<std::uint64_t>(share * static_cast<double>(sizes.total_bytes - fixed));
 }
@@ -369,7 +374,8 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   WriteOptions options;
   options.coding_order = &out;
   options.segment_starts = of.segment_starts;
-  // The codec determines the order of the new vertices of a cell.
+  // Use the codec of the .shm file, because the codec determines the order in which the new
+  // vertices of a cell are encoded.
   options.segment_connectivity = of.segment_connectivity;
   if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = writer_to(nowhere, bare, options);

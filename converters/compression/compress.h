@@ -1,10 +1,10 @@
-// Compression: encodes a MeshSource with a shm::Writer, after vertex compaction.
+// Compresses a MeshSource to a .shm file with a shm::Writer, after vertex compaction.
 //
-// Makes two passes over the cells. A third pass is needed if there is a delay buffer and arrays
-// that cover only some blocks, and another one to try delay buffers on a sample. Memory grows with
-// the active surface, not with the mesh. Order::free needs the whole mesh: it is kept in memory
-// with its data if the spool's budget allows that, and otherwise in the spool. The resulting file
-// is the same in both cases. See free_order.h.
+// Needs two passes over the cells. A third pass is needed if there is a delay buffer and an array
+// that covers only some blocks. Another pass is needed to try delay buffers on a sample. Memory
+// grows with the active surface, not with the mesh. Order::free needs the whole mesh at once: the
+// mesh and its data are in memory if the spool's budget allows that, and otherwise in the spool.
+// The resulting file is the same in both cases. See free_order.h.
 #pragma once
 
 #include <algorithm>
@@ -29,59 +29,64 @@ namespace shm::converters {
 
 struct CompressOptions {
   Order order = Order::keep;
-  // Number of cells in the delay buffer; Order::free has no delay buffer. If not set, Order::stream
-  // uses the result of find_delay, except at Level::fast.
+  // Number of cells in the delay buffer. Order::free has no delay buffer. If this option is not
+  // set, Order::stream uses the result of find_delay(), and no delay buffer at Level::fast.
   std::optional<std::uint32_t> delay = 0;
   Level level = Level::standard;
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
-  Lossy lossy;                      // arrays and coordinates that may be rounded; by default none
+  Lossy lossy;                      // arrays and coordinates that may be rounded, and their error
+                                    // bounds; by default none
   std::uint64_t segment_cells = 0;  // number of cells per segment; 0: restart_budget decides
-  double restart_budget = .002;  // maximum share of vertices stored twice, as in shm::WriteOptions
+  double restart_budget = .002;     // maximum fraction of vertices that are stored twice, as in
+                                    // shm::WriteOptions
 
-  // Largest distance between key steps, as in shm::WriteOptions. If not set: 1 for a mesh with one
-  // step, otherwise the default of shm::WriteOptions.
+  // Largest distance between key steps, as in shm::WriteOptions. If it is not set, a mesh with one
+  // step uses 1, and any other mesh the default of shm::WriteOptions.
   std::optional<std::uint32_t> key_steps;
   unsigned threads = 1;                 // number of threads, as in shm::WriteOptions
-  CodingOrder* coding_order = nullptr;  // also receives the coding order; borrowed, may be null
+  CodingOrder* coding_order = nullptr;  // receives the coding order; borrowed, may be null
 
-  // For Order::free: the order of cells to use instead of searching for one. Lists each cell once.
-  // Borrowed; may be null.
+  // Order of cells for Order::free, which lists each cell once. If it is null, an order is searched
+  // for. Borrowed.
   const CellSequence* cell_order = nullptr;
   Progress progress;
 };
 
-// Returns the source's schema with the changes that the options require: order, delay, whether the
-// positions of corners must be kept, and the quantization of lossy values (which needs a pass over
-// these values). Does not try delay buffers: the delay is 0 unless the options set one.
+// Returns the source's schema with the changes that the options require: the order, the delay,
+// whether the order of corners must be kept, and the quantization of lossy values (which needs a
+// pass over these values). Does not search for a delay: the delay is 0 unless the options set it.
 Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 
-// Returns the same schema as schema_for(), but with the delay that compress_mesh() uses, which may
-// be the result of a trial.
+// Returns the same schema as schema_for(), but with the delay that compress_mesh() uses. If the
+// options do not set the delay, it may be searched for on a sample of the mesh.
 Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& spool);
 // Returns the options that compress_mesh() passes to a Writer.
 WriteOptions write_options_for(const MeshSource& mesh, const CompressOptions& options);
 
-// Returns true if any data of the mesh depends on the position of corners within a cell: side sets,
-// nodes on edges and faces, or values per corner.
+// Returns true if any data of the mesh depends on the order of the corners of a cell. Such data are
+// side sets, nodes on edges and faces, and values per corner.
 bool needs_corner_order(const MeshInfo& info);
 
-// Writes the whole mesh to `sink`, but does not commit the sink. In Order::free the cells are in
-// the order that the options contain, or in the order that gives the smallest known file
-// (find_free_order).
+// Writes the whole mesh to `sink`, but does not commit the sink. In Order::free, cells are in the
+// order `options.cell_order` if it is set, and otherwise in the order that find_free_order()
+// expects to result in the smallest file.
 SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
                          Spool& spool);
 
-// Estimates from a sample the size in bytes that the file would have in Order::free. `sizes` are
-// the sizes of the file with `options`. Returns nothing if there are too many cells for the memory.
+// Estimates the size in bytes that the file would have in Order::free, from a sample of the mesh.
+// `sizes` are the sizes of the file that was written with `options`. Returns nothing if the mesh
+// does not fit in memory.
 std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const CompressOptions& options,
                                                  const SizeReport& sizes, Spool& spool);
 
-// Repeats the encoding of vertices and cells, without other data, to determine the coding order.
-// `of` is the MeshInfo recorded in a .shm file; it contains the order, delay and segments.
+// Determines the coding order of a .shm file by encoding the vertices and cells of its source
+// again, without other data. `of` is the MeshInfo of the .shm file, which contains the order, the
+// delay and the segments.
 void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out, Spool& spool);
 
-// Returns the value of a library result, or throws its error. If the library refuses a call as
-// misuse, the cause is the mesh and not the user, so the error becomes unsupported.
+// Returns the value in a library result. If the result contains an error instead, throws it as
+// Failure. The error `misuse` is changed to `unsupported`, because its cause is the mesh and not
+// the user.
 template <class T>
 T checked(Result<T> result) {
   if (!result && result.error().code == ErrorCode::misuse) {
@@ -92,13 +97,14 @@ T checked(Result<T> result) {
   return unwrap(std::move(result));
 }
 
-// A static array, with the size of an element and the number of elements read so far.
+// A static array: its index in the schema, the size of one element in bytes (`stride`), and the
+// number of elements read so far (`next`).
 struct StaticArray {
   std::size_t index;
   std::size_t stride;
   std::vector<bool> covers;  // true for each block that the array covers; cell arrays only
   std::uint64_t next = 0;
-  std::vector<std::byte> batch;  // values of the covered cells of the current batch
+  std::vector<std::byte> batch;  // values of those cells of the current batch that the array covers
 };
 
 inline std::vector<StaticArray> static_arrays(const MeshInfo& info, const Schema& schema,
@@ -116,8 +122,8 @@ inline std::vector<StaticArray> static_arrays(const MeshInfo& info, const Schema
   return arrays;
 }
 
-// Passes the vertices and cells of a mesh, with their static data, to a Writer. Out is a Writer, or
-// a PartWriter for some cells of the mesh.
+// Passes the vertices and cells of a mesh, with their static data, to a Writer or PartWriter. `Out`
+// is the type of this writer. A PartWriter receives only some cells of the mesh.
 template <class Out>
 class MeshFeeder : public CompactedMesh {
  public:
@@ -152,12 +158,14 @@ class MeshFeeder : public CompactedMesh {
     checked(last_cell == kNeverUsed ? writer_->add_unused_vertex(number, record.xyz, record.data)
                                     : writer_->add_vertex(number, record.xyz, record.data));
   }
-  // Passes an imported vertex to a PartWriter. Other writers do not import vertices.
+  // Passes an imported vertex, i.e. a vertex that a cell of an earlier part uses, to the writer.
+  // The writer must be a PartWriter.
   void imported_vertex(std::uint64_t number) {
     const Record record = record_of(number);
     checked(writer_->add_imported_vertex(number, record.xyz, record.data));
   }
-  // Skips the given number of cells of each block. The first batch begins after them.
+  // Skips the data of the first `block_cells[b]` cells of each block b. The first batch begins
+  // after these cells.
   void skip_cells(const std::vector<std::uint64_t>& block_cells) {
     for (StaticArray& array : cell_arrays_)
       for (std::size_t b = 0; b < block_cells.size(); ++b)
@@ -179,7 +187,7 @@ class MeshFeeder : public CompactedMesh {
   }
 
  private:
-  // A view of a record, valid until the next call of record_of().
+  // A view of a record, valid until the next call to record_of().
   struct Record {
     std::span<const std::byte> xyz, data;
   };
@@ -193,8 +201,8 @@ class MeshFeeder : public CompactedMesh {
     return sum;
   }
 
-  // Fetches records. A record consists of the coordinates of a vertex, followed by its values of
-  // each static array, packed.
+  // Fetches the records of `count` vertices. A record consists of the coordinates of a vertex,
+  // followed by its values in each static array, without padding.
   void fetch_records(std::uint64_t first, std::uint64_t count, std::byte* out) {
     if (point_arrays_.empty()) return mesh_->read_points(first, count, out);
     column_.resize(count * record_bytes_);

@@ -15,9 +15,6 @@
 namespace shm::converters {
 namespace {
 
-// First bytes of every .shm file (spec "Signature"), before the bytes that detect damage by text
-// mode. A file with such damage is still recognized here, so that the library can report it.
-
 std::uint64_t file_bytes(const std::string& path) {
   struct stat status {};
   return ::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode)
@@ -25,7 +22,7 @@ std::uint64_t file_bytes(const std::string& path) {
              : 0;
 }
 
-// Forwards reads to another source, and reports the number of bytes read as progress.
+// Forwards reads to another source, and reports the number of bytes read so far as progress.
 class WatchedSource final : public ByteSource {
  public:
   WatchedSource(ByteSource& source, std::uint64_t total, Progress progress)
@@ -202,7 +199,8 @@ void StagedMesh::gather(PagedArray& values, std::uint64_t base, std::size_t stri
                         NumberTable* positions, std::uint64_t first, std::uint64_t count,
                         std::byte* out) {
   if (positions == nullptr) return values.read(base + first, count, out);
-  // Consecutive numbers are often consecutive in coding order too. Such runs are read together.
+  // Elements with consecutive numbers are often also consecutive in coding order. Read each such
+  // run in one call.
   for (std::uint64_t i = 0; i < count;) {
     const std::uint64_t begin = positions->get(first + i);
     std::uint64_t run = 1;
@@ -280,8 +278,8 @@ FileSummary summarize_stream(ByteSource& source, const std::string& name,
   WatchedSource watched(source, 0, progress);
   ReadOptions options;
   options.threads = 0;
-  // The neighbourhoods of small meshes fit into this limit, so they are derived only once. Those of
-  // larger meshes are derived again for each array and step.
+  // The neighbourhoods of cells in small meshes fit into this limit, so they are derived only once.
+  // In larger meshes they are derived again for each array and step.
   options.kept_topology_bytes = std::size_t{4} << 20;
   Reader reader = unwrap(Reader::open(watched, {}, options), name);
   Summary summary;

@@ -1,7 +1,8 @@
-// Decompression: a .shm file as a MeshSource, staged in the spool.
+// Decompresses a .shm file to a MeshSource whose data is staged in a spool.
 //
-// All data is staged in the order of its arrival. Tables convert the mesh's own numbers to
-// positions in that order. No number stated by a file determines how much memory is allocated.
+// All data is staged in coding order, the order in which it arrives. Tables convert the numbers of
+// vertices and cells to positions in coding order. Memory is never allocated according to a count
+// that a file merely states.
 #pragma once
 
 #include <cstddef>
@@ -45,20 +46,22 @@ class StagedMesh final : public MeshSource {
 
  private:
   struct Array {
-    PagedArray values;                             // values of all steps, one step after another
-    std::map<std::uint64_t, std::uint64_t> steps;  // maps each step to its position in `values`
+    PagedArray values;                             // values of all elements at the first staged
+                                                   // step, then at the next step, and so on
+    std::map<std::uint64_t, std::uint64_t> steps;  // maps a step to its index among the steps in
+                                                   // `values`
     std::uint64_t staged = 0;                      // number of elements staged
 
-    // Positions of the elements in order of arrival. Set only for cell arrays on some blocks, and
-    // only if cells are reordered.
+    // Position in coding order of each element. Set only if cells are reordered, and only for cell
+    // arrays that do not cover all blocks.
     std::unique_ptr<NumberTable> positions;
   };
   void stage_mesh(const MeshBlock& block);
   void stage_step(const StepPiece& piece);
   void finish();
   void map_partial_arrays();
-  // Reads elements of `values`, counted from `base`. `positions` contains the position of each
-  // element in coding order. If it is null, the elements are in order already.
+  // Reads the elements `first` to `first` + `count` - 1 from `values`. Element i is at index `base`
+  // + `positions`[i], or `base` + i if `positions` is null.
   void gather(PagedArray& values, std::uint64_t base, std::size_t stride, NumberTable* positions,
               std::uint64_t first, std::uint64_t count, std::byte* out);
   [[noreturn]] void fail(const std::string& section, const std::string& detail) const;
@@ -85,13 +88,14 @@ ReadLimits read_limits(const Spool& spool);
 std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& name,
                                       std::uint64_t total, Spool& spool, const Progress& progress,
                                       unsigned threads);
-// Stages the file at `path` in the same way; "-" is standard input.
+// Stages the .shm file at `path`. If `path` is "-", reads standard input. `threads` has the same
+// meaning as in stage_shm().
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress, unsigned threads);
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress = {});
 
-// Summary of the contents of a .shm file, read from the file.
+// Summary of the contents of a .shm file.
 struct FileSummary {
   MeshInfo info;
   Totals totals;
@@ -99,8 +103,8 @@ struct FileSummary {
 // Reads the summary from the index and the headers of the chunks. `name` is used in messages.
 FileSummary summarize_shm(RandomSource& source, const std::string& name);
 FileSummary summarize_shm(const std::string& path);
-// Reads the summary of a source that does not support seeking. Reads the source to its end and
-// checks all of it.
+// Computes the summary from a source that does not support seeking. Reads and checks the whole
+// source.
 FileSummary summarize_stream(ByteSource& source, const std::string& name, const Progress& progress);
 
 }  // namespace shm::converters

@@ -23,7 +23,8 @@ std::vector<std::byte> nans(std::size_t count) {
   return {bytes.begin(), bytes.end()};
 }
 
-// Returns the value that replaces a lost value of one element.
+// Returns the value of an element that replaces a lost value: NaN for floating-point types,
+// otherwise 0.
 std::vector<std::byte> lost_value_of(const ArrayInfo& array) {
   if (array.type == ScalarType::float32) return nans<float>(array.components);
   if (array.type == ScalarType::float64) return nans<double>(array.components);
@@ -136,7 +137,7 @@ void PieceMesh::add_part(const MeshBlock& part) {
   }
 }
 
-// Sorts all data that did not arrive in ascending order of numbers.
+// Sorts the data of vertices and cells by their numbers, unless the data arrived in this order.
 void PieceMesh::settle() {
   const Schema& schema = file_->schema();
   if (cells_moved_) {
@@ -181,7 +182,7 @@ PagedArray PieceMesh::settled(PagedArray& arrived, std::size_t stride, NumberLis
   return out;
 }
 
-// Returns the numbers that the elements of an array have in the file.
+// Returns the vertices or cells that the array covers, as numbers of the file, in ascending order.
 const std::vector<std::uint64_t>& PieceMesh::elements(std::uint32_t source) {
   const ArrayInfo& array = file_->schema().arrays[source];
   if (array.location == Location::point) return vertex_numbers();
@@ -250,8 +251,8 @@ void PieceMesh::add_number_array(Location location, const NumberMaps* maps) {
   }
   array.location = location;
   array.type = ScalarType::int64;
-  // If the source already has such an array, because it is a piece of another mesh, no second array
-  // is added.
+  // If the source already has this array, because the source is itself a piece of another mesh, no
+  // second array is added.
   for (const ArrayInfo& other : info_.schema.arrays)
     if (other.location == location && other.name == array.name && other.role == array.role) return;
   const auto& numbers = of_points ? vertex_numbers() : cell_numbers();
@@ -294,8 +295,8 @@ void PieceMesh::cut_sets(const std::vector<MeshSet>& sets, bool flat) {
     cut.id = set.id;
     cut.name = set.name;
     std::optional<std::size_t> each;
-    // Sets of decomposed meshes have no factors, because all parts must have the same structure.
-    // In one of the parts, all remaining factors could be 1, and factors of 1 are not stored.
+    // Sets of decomposed meshes have no distribution factors. A part whose factors are all 1 would
+    // not store them, but all parts must have the same structure.
     if (!set.factors.empty()) {
       if (!decomposed_) each = factors_of_each(set, flat);
       if (!each) without_factors_.push_back(label_of(set));
@@ -369,7 +370,8 @@ void PieceMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t 
   }
 }
 
-// Returns the values of one step. They are zero if the file has no values for this step.
+// Returns the values of an array at one step. The values are zero if the file has no values for
+// this step.
 PagedArray& PieceMesh::step_values(Array& array, std::uint64_t step) {
   const ArrayInfo& info = file_->schema().arrays[array.source];
   const std::size_t stride = scalar_bytes(info.type) * info.components;
@@ -390,8 +392,8 @@ PagedArray& PieceMesh::step_values(Array& array, std::uint64_t step) {
   if (!std::binary_search(steps.begin(), steps.end(), step)) return values;
   unwrap(file_->begin_values(array.source, step), name_);
   while (const StepValues* part = unwrap(file_->next_values(), name_)) {
-    // Elements that are consecutive in the file are often consecutive in the piece. Such runs are
-    // written together.
+    // Elements that are consecutive in the file are often also consecutive in the piece. Write each
+    // such run in one call.
     for (std::size_t i = 0; i < part->numbers.size();) {
       const auto begin = rank_of(numbers, part->numbers[i]);
       std::size_t run = 1;

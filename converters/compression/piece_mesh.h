@@ -1,7 +1,7 @@
-// PieceMesh: some cells of a .shm file as a separate mesh, staged in the spool. Its vertices and
-// cells are renumbered in ascending order of their numbers in the file. Values of a step are read
-// when they are first requested. In addition to the spool, it needs 8 to 16 bytes of memory per
-// vertex and cell of the piece.
+// PieceMesh: a mesh that consists of some cells of a .shm file. Its data is staged in a spool.
+// Vertices and cells are renumbered in ascending order of their numbers in the file. Values of a
+// step are read when they are first requested. In addition to the spool, needs 8 to 16 bytes of
+// memory per vertex and cell of the piece.
 #pragma once
 
 #include <cstddef>
@@ -22,55 +22,59 @@
 
 namespace shm::converters {
 
-// Names of the arrays that hold the numbers of vertices and cells in the file, counted from 0.
+// Names of the arrays that contain the file's number of each vertex and cell of a piece. Numbers
+// start at 0.
 inline constexpr const char* kVertexNumbers = "shm_vertex_number";
 inline constexpr const char* kCellNumbers = "shm_cell_number";
 
-// Returns the schema, counts, times and extras of a file, called `name` in messages.
+// Returns the schema, counts, times and extras of a file. `name` is the name of the file in
+// messages.
 MeshInfo info_of(MeshExtractor& file, const std::string& name);
 
-// Returns true if an array holds the numbers of vertices or cells in the source. Such arrays are
-// part of every piece.
+// Returns true if an array is a number map: it contains the numbers of vertices or cells in the
+// source mesh. Every piece contains the number maps.
 bool is_number_map(const ArrayInfo& array);
 
 struct PieceOptions {
-  // Cells to extract; its member `arrays` is replaced by the selection below.
+  // Cells to extract. The member `arrays` of the request is ignored; the option `arrays` below
+  // selects the arrays.
   ExtractRequest request;
   std::optional<std::uint64_t> step;  // if set, the piece has only this step
 
-  // Index of a static point array with the positions of the points at that step. The array has 3
-  // components, of the type of the coordinates. This array, and all other arrays of its role, do
-  // not become arrays of the piece.
+  // Index of a static point array that contains the coordinates of the points at the step `step`.
+  // The array has 3 components of the same type as the coordinates. This array and all other arrays
+  // with the same role are not extracted.
   std::optional<std::uint32_t> points;
-  // Indices of the arrays to extract, ascending; nothing: all arrays. Number maps are always
-  // extracted.
+  // Indices of the arrays to extract, ascending. If not set, all arrays are extracted. Number maps
+  // are always extracted.
   std::optional<std::vector<std::uint32_t>> arrays;
-  // Arrays in which the target format of the piece stores number maps, counted from 1. Used unless
-  // the source has such maps itself. Borrowed. If null, the arrays kVertexNumbers and kCellNumbers
-  // are used.
+  // Arrays in which the format of the piece stores number maps; these numbers start at 1. They are
+  // added unless the source already has such arrays. If this pointer is null, the arrays
+  // kVertexNumbers and kCellNumbers are used instead. Borrowed.
   const NumberMaps* maps = nullptr;
   // True if the piece is one of the parts into which the whole mesh is decomposed. All blocks,
-  // arrays and sets are then kept, even if they become empty. The maps always hold numbers of the
-  // whole mesh, with a type that is the same in all parts. Maps of the source get the role of
-  // original numbers. Requires `maps`.
+  // arrays and sets are then kept, even if they become empty. The number maps always contain
+  // numbers of the whole mesh, and have the same type in all parts. If the source already has
+  // number maps, they get the role of original numbers. Requires `maps`.
   bool decomposed = false;
-  // True if the source is a damaged file. Lost step values then become NaN, and lost integers 0.
+  // True if the source is a damaged file. Lost floating-point step values then become NaN, and lost
+  // integer step values 0.
   bool damaged = false;
-  // True if arrays of the numbers in the file are added. If false, the piece must contain all
-  // vertices and cells.
+  // True if number maps are added to the piece. If false, the piece must contain all vertices and
+  // cells.
   bool numbers = true;
-  // True if the mesh is two-dimensional: the sides of its triangles and quads are edges.
+  // True if the mesh is two-dimensional, so that the sides of its triangles and quads are edges.
   bool flat = false;
-  // Step times that replace those of the file, if set.
+  // If set, step times that replace the step times of the file.
   std::optional<std::vector<double>> step_times;
 };
 
 class PieceMesh final : public MeshSource {
  public:
-  // Extras of the file in `extras` that do not belong to sets stay unchanged. `sets` are reduced to
-  // the members in the piece. Empty sets are dropped, except from decomposed meshes. `file` and
-  // `spool` must outlive the mesh. Throws the library's error for a bad file, with `name` as the
-  // file's name.
+  // `extras` are extras of the file that do not belong to sets; the piece contains them unchanged.
+  // `sets` are reduced to the members that are in the piece. Empty sets are dropped, except in
+  // decomposed meshes. `file` and `spool` must outlive the mesh. Throws the library's error for a
+  // bad file, with `name` as the file's name.
   PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,
             const std::vector<MeshSet>& sets, const std::string& name, Spool& spool);
 
@@ -81,18 +85,16 @@ class PieceMesh final : public MeshSource {
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
-  // Returns the labels of sets whose distribution factors are left out because they cannot be
-  // assigned to the members, for example because sides of the cells have different numbers of
-  // nodes.
+  // Returns the labels of the sets whose distribution factors were left out. Factors are left out
+  // if they cannot be assigned to members, e.g. because the sides have different numbers of nodes.
   const std::vector<std::string>& without_factors() const { return without_factors_; }
 
-  // Return the numbers in the file, ascending: element i is the number of vertex or cell i of the
-  // piece.
+  // Return the number in the file of each vertex (or cell) of the piece, in ascending order.
   const std::vector<std::uint64_t>& vertex_numbers() const { return file_->vertex_numbers(); }
   const std::vector<std::uint64_t>& cell_numbers() const { return file_->cell_numbers(); }
 
-  // Returns, for each array and step of the file whose values were read, the number of elements
-  // without a value.
+  // Returns, for each array and step that has been read so far from a damaged file, the number of
+  // elements whose value is lost. The key consists of the array and the step.
   const std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint64_t>& lost_values() const {
     return lost_values_;
   }
@@ -128,20 +130,23 @@ class PieceMesh final : public MeshSource {
   std::optional<std::uint32_t> points_array_;
   std::optional<std::vector<std::uint32_t>> wanted_;
   MeshInfo info_;
-  // Blocks of the file that are kept, and the new index of each block of the file.
+  // kept_blocks_ lists the blocks of the file that are kept. new_blocks_ maps each block of the
+  // file to its index in the piece.
   std::vector<std::uint32_t> kept_blocks_, new_blocks_;
 
   PagedArray points_;
-  CellStore cells_;  // cells; their corners are vertex numbers of the file
+  CellStore cells_;  // cells in order of arrival; corners are vertex numbers of the file
   NumberList arrived_vertices_, arrived_cells_;
   bool vertices_moved_ = false, cells_moved_ = false;
   std::uint64_t last_vertex_ = 0, last_cell_ = 0;
-  std::optional<NumberTable> cell_positions_;  // position of each cell in order of arrival
+  std::optional<NumberTable> cell_positions_;  // for each cell of the piece, its index in order of
+                                               // arrival
   std::vector<std::uint64_t> block_cells_;     // number of cells of each block of the file
 
-  // Values of static arrays, by index of the array in the file.
+  // Values of the static arrays. The key is the index of the array in the file.
   std::map<std::uint32_t, PagedArray> staged_;
-  // Numbers of the cells that a list of blocks covers; the key is this list.
+  // The key is a list of blocks; the value contains the file's numbers of the cells in these
+  // blocks.
   std::map<std::vector<std::uint32_t>, std::vector<std::uint64_t>> covered_;
   std::vector<Array> arrays_;
   std::uint64_t next_cell_ = 0;
@@ -149,8 +154,8 @@ class PieceMesh final : public MeshSource {
   std::vector<std::string> without_factors_;
 };
 
-// Returns the position of `number` in `sorted`, which is the number in the piece for a number of
-// the file. Returns nothing if `sorted` does not contain it.
+// Returns the index of `number` in `sorted`, or nothing if `sorted` does not contain `number`.
+// Converts numbers of the file to numbers of the piece.
 std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
                                      std::uint64_t number);
 

@@ -13,7 +13,8 @@ namespace {
 
 constexpr const char* kSideNumbers = "shm_side";
 
-// Collects elements of `stride` bytes. `read` reads a run of consecutive elements.
+// Stores the elements with the indices `wanted` in `out`. Each element has `stride` bytes. Calls
+// read(first, count, out) for each run of consecutive indices.
 template <class Read>
 void gather(std::span<const std::uint64_t> wanted, std::size_t stride, std::byte* out,
             Read&& read) {

@@ -13,11 +13,11 @@ namespace shm::converters {
 
 class SetSides final : public ForwardingMesh {
  public:
-  // `set` is a side set of `source` whose members are cells of `source`. `cell_numbers` are the
-  // numbers of all cells in the file. The mesh has one block per shape of sides, and the point
-  // arrays of the source. Two cell arrays contain, for each side, the number of its cell
-  // (shm_cell_number) and the number of the side in this cell, from 1 (shm_side). Memory grows with
-  // the size of the set.
+  // `set` is a side set of `source` whose members are cells of `source`. `cell_numbers[c]` is the
+  // number in the file of cell c of `source`. The resulting mesh has one block per shape of sides,
+  // and the point arrays of the source. Two cell arrays contain, for each side, the number of its
+  // cell (shm_cell_number) and the number of the side in this cell, from 1 (shm_side). Memory grows
+  // with the size of the set.
   SetSides(MeshSource& source, const MeshSet& set, bool flat,
            const std::vector<std::uint64_t>& cell_numbers);
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
@@ -25,13 +25,15 @@ class SetSides final : public ForwardingMesh {
   void rewind_cells() override { next_side_ = 0; }
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
-  // Returns the number of sides that are left out because the sides of their cells are not known.
+  // Returns the number of sides that are left out. A side is left out if the sides of its cell are
+  // not known.
   std::uint64_t left_out() const { return left_out_; }
 
  private:
   struct Side {
     std::uint32_t block = 0;
-    std::int64_t cell = 0, side = 0;  // cell number in the file; side number in the cell
+    std::int64_t cell = 0, side = 0;  // `cell`: number of the cell in the file; `side`: number of
+                                      // the side in the cell
     std::vector<std::uint64_t> nodes;
   };
   void find_sides(const MeshSet& set, bool flat, const std::vector<std::uint64_t>& cell_numbers);
@@ -40,8 +42,8 @@ class SetSides final : public ForwardingMesh {
   std::vector<Side> sides_;
   std::vector<std::uint64_t> vertices_;  // vertex numbers of the source, ascending
 
-  // Indices of the source's point arrays, which are the first arrays of this mesh. The arrays after
-  // them contain values of sides.
+  // Indices of the source's point arrays. They are the first arrays of this mesh; two arrays with
+  // values of sides follow.
   std::vector<std::size_t> arrays_;
   std::size_t next_side_ = 0;
   std::uint64_t left_out_ = 0;

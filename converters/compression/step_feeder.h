@@ -1,4 +1,4 @@
-// Passes the values of one array at one step, in coding order and in pieces.
+// Passes the values of one array at one step to a callback, in coding order and in pieces.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,9 @@
 
 namespace shm::converters {
 
-// Calls put(values) until all elements of `array` at `step` are passed. `order` lists the element
-// numbers in coding order; null means the order of the file.
+// Calls put(values) until the values of all elements of `array` at `step` have been passed. `order`
+// lists the element numbers in coding order. If `order` is null, the coding order is the order of
+// the mesh.
 template <class Put>
 void feed_step(MeshSource& mesh, std::size_t array, std::uint64_t step, NumberList* order,
                std::size_t cache_bytes, Put&& put) {

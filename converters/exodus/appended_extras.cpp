@@ -25,8 +25,8 @@ ByKey by_key(const std::vector<Extra>& extras) {
   return map;
 }
 
-// Returns all rows of a variable, which one or several extras store. Returns nothing if such an
-// extra is missing.
+// Returns all rows of a variable, which are stored in one or several extras. Returns nothing if any
+// of these extras is missing.
 std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleton& skeleton,
                                               const Variable& variable) {
   const std::string key = extra_key(variable.name);
@@ -42,8 +42,8 @@ std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleto
   return rows;
 }
 
-// Appends the time steps of one Exodus file to the extras of another. Can also reduce the extras to
-// some of the steps.
+// Updates the extras of an Exodus mesh when its time steps change: appends the values of another
+// Exodus file at new steps, or selects the values at some of the steps.
 class StepJoiner {
  public:
   explicit StepJoiner(const MeshInfo& old) : old_(old), old_keys_(by_key(old.extras)) {
@@ -68,7 +68,8 @@ class StepJoiner {
     return out;
   }
 
-  // Returns the extras of the old file, reduced to some of its steps.
+  // Returns the extras of the old file with values only at the steps `steps`. Returns nothing if a
+  // variable with one value per step contains strings, or if some of its values are missing.
   std::optional<std::vector<Extra>> chosen(StepRange steps) {
     set_steps(steps.size());
     for (const Variable& variable : old_skeleton_.variables) {
@@ -103,7 +104,7 @@ class StepJoiner {
     grown_.dimensions[static_cast<std::size_t>(dimension)].length = steps;
   }
 
-  // Returns the old extras, in which longer extras replace those to which steps were added.
+  // Returns the old extras, except that new extras replace those whose steps have changed.
   AppendedExtras result() {
     AppendedExtras out;
     out.changed = true;
@@ -137,11 +138,11 @@ class StepJoiner {
     return !variable.dimensions.empty() && skeleton.dimension_name(variable, 0) == kStepDimension;
   }
 
-  // Appends the values of the new steps to a variable that is stored as an extra.
+  // Appends the values at the new steps to a variable that is stored as an extra.
   void grow(const Variable& variable, std::span<const std::uint64_t> steps) {
     const std::string key = extra_key(variable.name);
     if (!old_keys_.contains(key)) {
-      // The variable is not an extra of the old file: it is an array of the mesh, contains the step
+      // The variable is not an extra of the old file. It is an array of the mesh, contains the step
       // times, or has no rows yet.
       if (new_keys_.contains(key)) does_not_fit(key, "has values at the new steps only");
       return;
@@ -178,7 +179,8 @@ class StepJoiner {
       parts.push_back(std::move(part));
     }
     for (std::size_t p = 1; old_keys_.contains(part_key(key, p)); ++p)
-      // An empty list, because the list of the first part contains this part.
+      // Insert an empty list, which removes the old extra. Its values are among the new parts,
+      // which are all in the entry of the first part.
       grown_parts_[part_key(key, p)];
     for (std::size_t p = 0; new_keys_.contains(part_key(key, p)); ++p)
       joined_.insert(part_key(key, p));
@@ -201,9 +203,9 @@ class StepJoiner {
   const MeshInfo& old_;
   ByKey old_keys_, new_keys_;
   Skeleton old_skeleton_, new_skeleton_, grown_;
-  // Extras to which steps were added, by the key of the old extra that they replace.
+  // The key is the key of an old extra; the value contains the new extras that replace it.
   std::map<std::string, std::vector<Extra>> grown_parts_;
-  std::set<std::string> joined_;  // keys of the new extras that have been joined
+  std::set<std::string> joined_;  // keys of extras whose values have been appended
 };
 
 }  // namespace

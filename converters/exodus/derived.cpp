@@ -1,5 +1,6 @@
 // Derives the values of variables that are determined by the rest of a mesh, so that these
-// variables need not be stored. Also converts values of variables and extras.
+// variables need not be stored. Also contains conversions between the integer types of variables
+// and extras.
 #include <netcdf.h>
 
 #include <algorithm>
@@ -13,7 +14,7 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Appends `value` as a value of `type`. Returns false if the type cannot represent the value.
+// Appends `value` to `out`, converted to the type T. Returns false if T cannot represent the value.
 template <class T, class From>
 bool append_value(std::vector<std::byte>& out, From value) {
   if constexpr (std::is_integral_v<T> && std::is_integral_v<From>)
@@ -28,7 +29,7 @@ bool append_real(std::vector<std::byte>& out, int type, double value) {
   return type == NC_DOUBLE && append_value<double>(out, value);
 }
 
-// Derives the values of a variable, row by row.
+// Derives the values of one variable.
 class Deriver {
  public:
   Deriver(const Skeleton& skeleton, const Layout& layout, const Variable& variable,
@@ -94,8 +95,8 @@ class Deriver {
     }
     return true;
   }
-  // Derives the names of nodal or element variables (fields). This is possible only if the i-th
-  // field of the file is the i-th field of the mesh.
+  // Derives the names of nodal or element variables (fields). This is possible only if the fields
+  // of the mesh are in the same order as in the file.
   bool field_names(Location location) {
     std::vector<std::string> fields;
     for (std::size_t a = 0; a < layout_.arrays.size() && a < info_.schema.arrays.size(); ++a) {
@@ -134,10 +135,10 @@ class Deriver {
     }
     return false;
   }
-  // Derives distribution factors, all of which are 1. The extras contain the number of members of
-  // the set, which limits the number of factors.
+  // Derives distribution factors that are all 1. Returns false if the number of factors does not
+  // match the number of members of the set.
   bool ones(const SetFactors& factors) {
-    // Largest number of nodes of a side, which a hexahedron with 27 nodes has.
+    // Maximum number of nodes of a side. A side of a hexahedron with 27 nodes has 9 nodes.
     constexpr std::uint64_t kMostNodesOfSide = 9;
     const std::uint64_t members = set_members(*factors.kind, factors.index);
     if (shape_.size() != 1 || shape_[0] == 0) return false;
@@ -155,8 +156,8 @@ class Deriver {
       members += extra->data.size() / std::max<std::size_t>(scalar_bytes(extra->type), 1);
     return members;
   }
-  // Returns 1 if the set has members, and 0 if it has none. Returns nothing if the mesh has no
-  // extras for the set.
+  // Returns the status of a set: 1 if the set has members, 0 if it does not. Returns nothing if the
+  // mesh has no extras for the set.
   std::optional<std::int64_t> set_status(const SetKind& kind, std::size_t index) const {
     if (set_members(kind, index) > 0) return 1;
     if (extras_.find(set_key(kind, index, "id")) == nullptr) return std::nullopt;
@@ -164,7 +165,7 @@ class Deriver {
   }
   std::optional<std::int64_t> set_id(const SetKind& kind, std::size_t index) const {
     const Extra* extra = extras_.find(set_key(kind, index, "id"));
-    // A set without a stored id has the default id of shm/sets.h, which is its number plus one.
+    // A set without a stored id has the default id (shm/sets.h), which is its index plus one.
     if (extra == nullptr && kind.neutral && set_members(kind, index) > 0)
       return static_cast<std::int64_t>(index) + 1;
     if (extra == nullptr || extra->data.size() != scalar_bytes(extra->type)) return std::nullopt;

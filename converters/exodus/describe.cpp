@@ -13,11 +13,11 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Largest number of sets of one kind. The number is limited because each set needs several extras.
+// Maximum number of sets of one kind. This is limited because each set needs several extras.
 constexpr std::uint64_t kMostSets = 1 << 16;
 
-// Converts the numbers of an extra, which start at 1 in the file, to references, which start at 0.
-// Returns false if a number is neither 0 nor in 1..count.
+// Converts vertex or cell numbers, which start at 1 in an Exodus file, to references, which start
+// at 0. Returns false if a number is not in the range 0..count.
 bool refer_from_zero(Extra& extra, Reference refers, std::uint64_t count) {
   const auto numbers = integers_of(extra.type, extra.data);
   if (!numbers) return false;
@@ -99,7 +99,8 @@ std::vector<std::int64_t> Description::ids(int index) const {
   return numbers;
 }
 
-// Returns the first `count` rows of a table of names, or all rows if the table has fewer.
+// Returns the first `count` names in a table of names, or all names if the table has fewer than
+// `count`.
 std::vector<std::string> Description::names(std::string_view table, std::uint64_t count) const {
   const int index = skeleton_.find_variable(table);
   if (index < 0 || variable(index).type != NC_CHAR) return {};
@@ -158,8 +159,8 @@ void Description::describe_times() {
     info_.step_times[step] = as_double(values.data() + step * scalar_bytes(type), type);
 }
 
-// Reads the ids and names of sets. Does not store an id if it is the default id of shm/sets.h,
-// which is derived from the number of the set.
+// Reads the ids and names of sets. Does not store an id that is the default id (shm/sets.h), i.e.
+// the index of the set plus one.
 void Description::read_set_labels(std::vector<Extra>& extras, const ExtraIndex& members) const {
   for (const SetKind& kind : kSetKinds) {
     const int table = skeleton_.find_variable(std::string(kind.prefix) + "_prop1");
@@ -201,7 +202,7 @@ void Description::read_extras() {
                     {text.size()},
                     {bytes, bytes + text.size()}});
   // The members of sets are read first, because other variables may be derived from them. The
-  // result is in the order of the variables.
+  // resulting extras are in the order of the variables.
   std::vector<std::vector<Extra>> values(skeleton_.variables.size());
   ExtraIndex known;
   const auto read_all = [&](bool members) {
@@ -220,8 +221,9 @@ void Description::read_extras() {
                         std::make_move_iterator(list.end()));
 }
 
-// Reads a variable and returns it as extras. A large variable becomes several extras, each with
-// some of the rows. Returns an empty list if the variable can be derived from the rest of the mesh.
+// Reads a variable and returns it as one extra, or as several extras with some of the rows each if
+// the variable is large. Returns an empty list if the variable can be derived from the rest of the
+// mesh.
 std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& known) const {
   const Variable& one = skeleton_.variables[v];
   const Reference refers = reference_of(one.name);
@@ -236,8 +238,8 @@ std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& k
       return {};
     parts.push_back(std::move(part));
     if (referring && !refer_from_zero(parts.back(), refers, count)) {
-      // If one part contains invalid references, the parts are read again, and none of them is
-      // converted to references.
+      // One part contains invalid references, so no part of the variable may be stored as
+      // references. Read all parts again without conversion.
       referring = false;
       parts.clear();
       i = std::size_t(-1);
@@ -249,8 +251,8 @@ std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& k
   return parts;
 }
 
-// Reads `count` rows of a variable, starting at row `first`. Rows are counted along the first
-// dimension.
+// Reads the rows `first` to `first` + `count` - 1 of a variable. A row contains the values at one
+// index of the first dimension.
 Extra Description::read_rows(int index, std::uint64_t first, std::uint64_t count) const {
   const Variable& one = variable(index);
   Extra extra{{}, scalar_of(one.type), Reference::nothing, skeleton_.shape(one), {}};

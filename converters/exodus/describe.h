@@ -1,5 +1,5 @@
-// Description: derives the blocks, arrays, times and extras of an Exodus mesh from its netCDF
-// structure and the values of its smaller variables. The values come from one file, or from the
+// Derives the blocks, arrays, times and extras of an Exodus mesh from the netCDF structure of the
+// file and from the values of its smaller variables. The values come from one file, or from the
 // parts of a decomposed mesh.
 #pragma once
 
@@ -18,9 +18,10 @@ namespace shm::converters::exodus {
 class VariableValues {
  public:
   virtual ~VariableValues() = default;
-  // Returns `count` rows along the first dimension, starting at row `first`, in row-major order and
-  // in the variable's own type. If the variable has no dimensions, returns its single value. If it
-  // contains strings, always returns all strings, each terminated by a zero byte. Throws Failure.
+  // Returns the values at the indices `first` to `first` + `count` - 1 of the first dimension, in
+  // row-major order and in the variable's own type. If the variable has no dimensions, returns its
+  // single value. If the variable contains strings, always returns all of them, each terminated by
+  // a zero byte. Throws Failure.
   virtual std::vector<std::byte> rows(int variable, std::uint64_t first,
                                       std::uint64_t count) const = 0;
 };
@@ -29,8 +30,8 @@ class VariableValues {
 std::vector<std::byte> whole_variable(const Skeleton& skeleton, const VariableValues& values,
                                       int variable);
 
-// Derives the description of the mesh. Does not read large variables, except variables that become
-// extras. Throws Failure.
+// Derives the MeshInfo of the mesh. Does not read large variables, unless they become extras.
+// Throws Failure.
 MeshInfo describe(const Skeleton& skeleton, const Layout& layout, const VariableValues& values,
                   const Place& place);
 

@@ -1,12 +1,12 @@
-// Exodus II files (versions 2.02 to 9; netCDF classic, 64-bit offset, CDF-5 and netCDF-4) as
-// meshes.
+// Reads and writes Exodus II files as meshes. Supports versions 2.02 to 9, in netCDF classic,
+// 64-bit offset, CDF-5 and netCDF-4 files.
 //
-// Each element block becomes one block of the mesh, in file order. Cells of known element types
-// (hexahedra, wedges and so on) have VTK's node order. HEX9, HEX16 ... are hexahedra, too; other
-// elements (BEX_HEX, TETRA14 ...) have shape `other`. Both keep the node order of the file. NSIDED
-// blocks become polygons. NFACED blocks have the shape `faces` if all faces are used and no two
-// faces are equal; otherwise their cells are polyhedra, and their faces are extras. Missing
-// coordinates become 0.
+// Each element block becomes one block of the mesh, in file order. The nodes of common element
+// types (hexahedra, wedges and so on) are converted to VTK's order. Hexahedra with unusual node
+// counts (HEX9, HEX16 ...) keep the node order of the file. Other elements (BEX_HEX, TETRA14 ...)
+// also keep the node order of the file, and have the shape `other`. NSIDED blocks become polygons.
+// NFACED blocks have the shape `faces` if all faces are used and no two faces are equal; otherwise
+// they have the shape `polyhedron`, and their faces are extras. Missing coordinates become 0.
 //
 // A variable of numbers or characters becomes an array of its stored type if one of its dimensions
 // counts all nodes, all elements, or all elements of a block. If other dimensions precede this
@@ -46,40 +46,39 @@
 //
 // A variable is not stored as an extra if its values can be derived from the rest of the mesh. This
 // is possible for ids and names of blocks and sets, flags that state whether blocks and sets have
-// members (eb_status ...), distribution factors of 1, names of nodal and element variables, their
-// truth table, times, node counts of polygons, and faces of polyhedra. .shm files before 0.10 have
-// sets under keys of Exodus, and store more of these variables (old_extras.cpp). If the members of
-// a set are not numbers of existing vertices or cells, their variable becomes a plain
-// exodus/variable. README.md lists the features of a file that are kept.
+// members (eb_status ...), distribution factors that are all 1, names of nodal and element
+// variables, the truth table, times, node counts of polygons, and faces of polyhedra. .shm files
+// from versions before 0.10 store sets under keys that begin with exodus/, and store some of the
+// derivable variables (old_extras.cpp). If the members of a set are not numbers of existing
+// vertices or cells, they are stored as exodus/variable/<name>. README.md lists the features that
+// are kept.
 //
 // The skeleton (exodus/skeleton) has a line for each item. Fields are separated by tabs; names and
 // text are %-encoded:
 //   K  kind                      classic, 64-bit-offset, cdf5, netcdf4 or netcdf4-classic
 //   D  name  length  [unlimited]
-//   A  name  type  value...      attribute of the variable in the preceding V line; before the
-//   first
-//                                V line: attribute of the file. Text is one value; floats are
-//                                shortest decimals, or x followed by their bits
+//   A  name  type  value...      attribute of the variable in the preceding V line. An A line
+//                                before the first V line is an attribute of the file. Text is one
+//                                value; floats are shortest decimals, or x followed by their bits
 //   V  name  type  dimension...  variable; its dimensions are names of D lines
 // In netCDF-4 files, a V line is followed by lines for the storage of the variable:
 //   S  level  shuffle  checksum  chunk...   only if the variable is chunked
 //   F  filter  parameter...      another filter of HDF5
 //   O  word...                   compact, big-endian, filled (before values are written)
 //
-// A '#' replaces a number in a name, so that files with different numbers of items have the same
-// lines. A number is a maximal run of digits of the %-encoded name; a '#' in the name itself is
-// encoded as %23. A '#' means:
-//   in a name of a D or V line   one more than the number at the same place of the previous name
-//                                that differs only in numbers; 1 in the first such name
+// In names, a '#' replaces a number if the number can be predicted. Files with different numbers of
+// items then have the same lines, which compress well with the dictionary. A number is a maximal
+// run of digits of the %-encoded name; a '#' in the name itself is encoded as %23. A '#' means:
+//   in a name of a D or V line   the corresponding number in the previous name that differs only in
+//                                numbers, plus 1; or 1 if there is no such name
 //   in a dimension of a V line   the last number of the variable's name
-// The writer uses '#' wherever it is possible, except for a last number of more than 20 digits. For
-// example:
+// The writer uses '#' whenever possible, except for a last number of more than 20 digits. Example:
 //   D  num_side_ss#  9        means num_side_ss1
 //   D  num_side_ss#  6        means num_side_ss2
 //   V  elem_ss#  int  num_side_ss#
-// Skeletons of .shm files before 0.10 (and of drafts of 0.10) begin with N instead of K. Their
-// names contain the numbers themselves, and V lines refer to D lines by number, from 0. Such
-// skeletons can still be read.
+// Skeletons in .shm files from versions before 0.10 (and from drafts of 0.10) begin with N instead
+// of K. Their names contain no '#' for numbers, and V lines refer to D lines by index, from 0.
+// These skeletons can still be read.
 #pragma once
 
 #include <cstddef>
@@ -93,17 +92,18 @@
 
 namespace shm::converters {
 
-// Returns true if a file is a netCDF or HDF5 file. `head` is the beginning of the file, up to 4096
-// bytes. open_exodus() checks whether it is an Exodus file.
+// Returns true if a file is a netCDF or HDF5 file, which may be an Exodus file. `head` contains the
+// first bytes of the file, up to 4096. open_exodus() checks whether the file really is an Exodus
+// file.
 bool looks_like_exodus(std::span<const std::byte> head);
 
 // Opens an Exodus file. Reads extras immediately; arrays and cells stay in the file, which must not
 // change. `spool` must outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool& spool);
 
-// The number maps of Exodus, which count from 1. If the mesh is a part of a decomposed mesh, the
-// numbers in the whole mesh are written as a map called original_global_id_map, as nem_spread does.
-// Such a map has one integer per vertex or cell.
+// The number maps of Exodus, whose numbers start at 1. Arrays with the role `original_role` are
+// written as maps called original_global_id_map, the name that nem_spread uses in parts of a
+// decomposed mesh. Each map has one integer per vertex or cell.
 inline constexpr NumberMaps kExodusMaps = {.vertices = "node_num_map",
                                            .cells = "elem_num_map",
                                            .vertices_role = "exodus:node_num_map",
@@ -113,14 +113,15 @@ inline constexpr NumberMaps kExodusMaps = {.vertices = "node_num_map",
 // Writes a mesh.
 // - If the mesh came from Exodus, the file has the netCDF structure of its source.
 // - Any other mesh becomes a 64-bit offset file, or netCDF-4 if a variable is too large for that.
-// Each block becomes an element block; if the cells of a block have different numbers of nodes,
-// each number becomes an element block. Polygons become NSIDED blocks. Floats have 32 bits if
-// 32-bit floats can represent all values, otherwise 64.
+//   Each block becomes an element block; if the cells of a block have different node counts, there
+//   is one element block per node count. Polygons become NSIDED blocks. Real numbers have 32 bits
+//   if this is sufficient for all values, otherwise 64.
 // - Arrays without a role become variables, one per component (name_x, name_y, name_z or name_1,
 // ...). Static arrays have the same values at every step. Arrays with the roles of kExodusMaps
 // become maps.
 //
-// Throws Failure: output on a disk error, unsupported for polyhedra of other formats.
+// Throws Failure with the code output on a disk error, and with the code unsupported for polyhedra
+// of other formats.
 void write_exodus(MeshSource& mesh, const std::string& path);
 
 extern const Format kExodusFormat;

@@ -1,10 +1,11 @@
-// Checks a netCDF file before netCDF opens it, and finds the gaps between its values. Reads the
-// positions of the values from the header, and checks that the values are inside the file.
+// Checks a netCDF file before netCDF opens it. Reads the positions of the values from the header,
+// and checks that all values are inside the file. Also overwrites the gaps between the values with
+// zeros.
 //
 // Classic files (CDF-1, CDF-2, CDF-5) have big-endian numbers; names and attributes are padded to 4
-// bytes. netCDF-4 files are HDF5 files, which are little-endian. netCDF does not check lengths of
-// names and numbers of dimensions, and overruns buffers if they are wrong. They are therefore
-// checked here before netCDF opens the file.
+// bytes. netCDF-4 files are HDF5 files, which are little-endian. netCDF overruns its buffers if the
+// length of a name or the number of dimensions in the header is wrong. These are therefore checked
+// here.
 #include <netcdf.h>
 
 #include <algorithm>
@@ -36,8 +37,8 @@ std::uint64_t padded(std::uint64_t bytes) {
   return bytes > kHuge - 3 ? kHuge : (bytes + 3) & ~3ULL;
 }
 
-// Returns the size in bytes of a value of a netCDF type: 1..6 are the classic types, 7..11 the
-// types of CDF-5. Returns 0 if the type is invalid.
+// Returns the size in bytes of one value of a netCDF type. Types 1 to 6 exist in all classic files,
+// types 7 to 11 only in CDF-5. Returns 0 if the type is invalid.
 std::uint64_t type_bytes(std::uint64_t type) {
   constexpr std::array<std::uint8_t, 12> kBytes{0, 1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8};
   return type < kBytes.size() ? kBytes[type] : 0;
@@ -53,7 +54,7 @@ class Header {
     std::rewind(file_.get());
   }
 
-  // Reads the header. Returns false if the file is not a classic file.
+  // Reads the header of a classic file. Returns false if the file is not a classic file.
   bool read() {
     std::array<unsigned char, 4> magic{};
     if (size_ < magic.size()) return false;
@@ -63,8 +64,8 @@ class Header {
     version_ = magic[3];
     if (version_ != 1 && version_ != 2 && version_ != 5) return false;
     const std::uint64_t records = count();
-    // If all bits of the number of records are 1, the program that wrote the file was streaming and
-    // did not know the number.
+    // A record count whose bits are all 1 means that the count is unknown, because the file was
+    // written as a stream.
     if (records != (version_ == 5 ? kHuge : 0xffffffffU)) records_ = records;
 
     const std::uint64_t dimensions = list(10, "dimensions");
@@ -78,8 +79,8 @@ class Header {
     return true;
   }
 
-  // Checks that the values of each variable are inside the file. The values of a record variable
-  // may begin after the end of the file if the file has no records.
+  // Checks that the values of each variable are inside the file. Record variables are not checked
+  // if the file has no records; their stated position may then be past the end of the file.
   void check_variables() {
     for (const Extent& extent : extents_) {
       if (extent.record && records_ == 0) continue;
@@ -116,8 +117,8 @@ class Header {
   struct Extent {
     std::string name;
     std::uint64_t begin;
-    std::uint64_t bytes;  // size in bytes of a record of the variable, or of the whole variable if
-                          // it has no records
+    std::uint64_t bytes;  // size in bytes of one record of a record variable, or of all values of
+                          // another variable
     bool record;
   };
 
@@ -149,8 +150,8 @@ class Header {
     return value;
   }
   std::uint64_t count() { return number(version_ == 5 ? 8 : 4); }
-  // Reads the number of entries of a list and returns it. Checks that the file is long enough: each
-  // entry needs at least 8 bytes.
+  // Reads the beginning of a list and returns its number of entries. Checks that the file is long
+  // enough for these entries, which need at least 8 bytes each.
   std::uint64_t list(std::uint64_t expected_tag, const char* what) {
     const std::uint64_t tag = number(4);
     const std::uint64_t entries = count();
@@ -175,8 +176,8 @@ class Header {
     skip(padded(length) - length);
     return text;
   }
-  // Checks the size of an HDF5 file. The HDF5 superblock states the end of the file at these
-  // offsets if addresses have 8 bytes.
+  // Checks that an HDF5 file is not truncated. The superblock states where the file ends. The
+  // offsets below are valid if addresses have 8 bytes.
   void check_hdf5() {
     constexpr std::uint64_t kVersion = 8, kOldEnd = 40, kNewEnd = 28;
     skip(kVersion - at_);
@@ -226,13 +227,16 @@ class Header {
     if (bytes == 0)
       fail(ErrorCode::corrupt, "netCDF header", "variable '" + extent.name + "' has no known type");
     extent.bytes = product(extent.bytes, bytes);
-    count();  // Skips the stated size, which is redundant, and wrong for variables beyond 4 GiB.
+    // Skips the size of the values in the header. This size is redundant, and is wrong if the
+    // values need more than 4 GiB.
+    count();
     extent.begin = number(version_ == 1 ? 4 : 8);
     extents_.push_back(std::move(extent));
   }
 
-  // Returns the size of a record in bytes. A record contains one row of each record variable. The
-  // rows are padded unless there is only one record variable.
+  // Returns the size of a record in bytes. A record contains the values of each record variable at
+  // one index of the unlimited dimension. If there are several record variables, the values of each
+  // are padded.
   std::uint64_t record_bytes() const {
     std::uint64_t all = 0, last = 0;
     std::size_t variables = 0;

@@ -22,8 +22,8 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Returns the largest numbers that blocks and sets can keep in the file. Half of the block numbers
-// are reserved for new blocks. `is_wide`: true if the file has 64-bit integers.
+// Returns the largest ids of blocks and sets that are written unchanged. Half of the range of block
+// ids is reserved for new ids. `is_wide` is true if the file has 64-bit integers.
 Capabilities::MostNumbers most_numbers_of(bool is_wide) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;
   constexpr std::int64_t kNarrow = std::numeric_limits<std::int32_t>::max();
@@ -31,20 +31,20 @@ Capabilities::MostNumbers most_numbers_of(bool is_wide) {
                  : Capabilities::MostNumbers{kNarrow / 2, kNarrow};
 }
 
-// Largest size in bytes of a variable in a 64-bit offset file: less than 4 GiB. If the variable has
-// records, the limit applies to each record.
+// Maximum size in bytes of a variable in a 64-bit offset file, slightly less than 4 GiB. For record
+// variables, the limit applies to each record.
 constexpr std::uint64_t kMostVariableBytes = (std::uint64_t{1} << 32) - 4;
 constexpr std::size_t kShortNames = 32;  // longest name that every reader supports
 
-// One component of an array of the mesh. It becomes a nodal or element variable.
+// One component of an array of the mesh, which becomes a nodal or element variable of the file.
 struct Column {
   std::size_t array;
   std::uint32_t component;
   std::string name;
 };
 
-// Returns true if a float can hold all values of the type: float32, and integers of at most 2
-// bytes.
+// Returns true if a 32-bit float can represent all values of the type. This is true for float32 and
+// for integers of at most 2 bytes.
 bool fits_float(ScalarType type) { return type == ScalarType::float32 || scalar_bytes(type) <= 2; }
 
 bool is_float_value(double value) {
@@ -109,12 +109,13 @@ class FreeNumbers {
   }
 
  private:
-  // For each used number, the number at which the search continues.
+  // Maps each used number to the number at which the search for an unused number continues.
   std::map<std::int64_t, std::int64_t> next_;
 };
 
-// Returns the sets of the mesh. Drops distribution factors unless there is one per member or one
-// per node of each side, because the Exodus library refuses any other number.
+// Returns the sets of the mesh. The Exodus library accepts either one distribution factor per
+// member, or one per node of each side. If a set has any other number of factors, the factors are
+// dropped.
 std::vector<MeshSet> sets_to_write(const MeshInfo& info) {
   std::vector<MeshSet> sets = sets_of_extras(info);
   for (MeshSet& set : sets)
@@ -124,7 +125,7 @@ std::vector<MeshSet> sets_to_write(const MeshInfo& info) {
 
 class ForeignWriter {
  public:
-  // Returns true if number maps of the mesh need a file with 64-bit integers.
+  // Returns true if a number map of the mesh has 64-bit integers, so that the file needs them too.
   static bool has_wide_maps(const MeshInfo& info) {
     return std::any_of(
         info.schema.arrays.begin(), info.schema.arrays.end(), [](const ArrayInfo& array) {
@@ -174,8 +175,8 @@ class ForeignWriter {
     if (status < 0) place_.fail(ErrorCode::output, section, "the Exodus library fails to write it");
   }
 
-  // Throws Failure if there are too many blocks and sets. The Exodus library rewrites the header
-  // for each block and set, which takes some minutes for kMost of them.
+  // Throws Failure if there are too many blocks and sets. The Exodus library rewrites the header of
+  // the file for each block and set. With kMost blocks and sets, this takes a few minutes.
   void check_counts() const {
     constexpr std::size_t kMost = 1 << 14;
     const std::size_t count = grouping_.groups().size() + sets_.size();
@@ -282,8 +283,8 @@ class ForeignWriter {
     check(ex_put_coord_names(exoid_, pointers(axes).data()), "coordinate names");
   }
 
-  // Chooses the ids of the element blocks: the ids of the source if they are positive and unique,
-  // otherwise new ids.
+  // Chooses the ids of the element blocks. A block keeps its id if it is positive, not too large,
+  // and not used by an earlier block; otherwise it gets a new id.
   void choose_ids() {
     const std::int64_t most = most_numbers_of(wide_).block;
     std::int64_t highest = 0;
@@ -437,8 +438,8 @@ class ForeignWriter {
               static_cast<std::int64_t>(corners[begin + i]) + 1;
       if (corners.empty()) return;
       if (is_polygons(group)) {
-        // The Exodus library writes node counts only for a whole block at once, so netCDF writes
-        // them piece by piece.
+        // The Exodus library can write the node counts of a block only in a single call. netCDF
+        // functions are used instead, to write the node counts in pieces.
         put_integers("ebepecnt", g, first, {sizes.begin(), sizes.end()});
         put_integers("connect", g, next_node[g], {nodes.begin(), nodes.end()});
         next_node[g] += nodes.size();
@@ -450,7 +451,7 @@ class ForeignWriter {
     });
   }
 
-  // Writes `count` values of a number map, starting at the element `first`.
+  // Writes the values of the elements `first` to `first` + `count` - 1 of a number map.
   void put_map(std::size_t array, std::uint64_t first, std::uint64_t count,
                const std::byte* values) const {
     const ArrayInfo& info = info_.schema.arrays[array];
@@ -471,9 +472,9 @@ class ForeignWriter {
           info.name);
   }
 
-  // Defines one map for nodes and one map for elements, if the mesh has them. The maps contain the
-  // numbers that a part's nodes and elements have in the whole mesh, under the name that nem_spread
-  // uses.
+  // Defines the maps with original numbers, for nodes and for elements, if the mesh has them. The
+  // mesh is then a part of a decomposed mesh, and the maps contain the numbers of its nodes and
+  // elements in the whole mesh. The name of the maps is the name that nem_spread uses.
   void define_original_maps() {
     int counts[2] = {0, 0};
     for (const std::size_t map : maps_) {
@@ -502,7 +503,7 @@ class ForeignWriter {
       }
       return;
     }
-    // For each group, the number of its first element; at the end, the number of all elements.
+    // Number of the first element of each group, followed by the number of all elements.
     std::vector<std::uint64_t> begin(1);
     for (const CellGroup& group : grouping_.groups()) begin.push_back(begin.back() + group.cells);
     grouping_.deal_values(
@@ -521,8 +522,8 @@ class ForeignWriter {
                  "variable '" + name + "'");
   }
 
-  // Copies one component of an array to `out` and returns `out`. `values` contains `count` elements
-  // with all components.
+  // Copies one component of `count` elements to `out` and returns `out`. `values` contains these
+  // elements with all components.
   template <class Real>
   const std::vector<Real>& component(const Column& column, std::uint64_t count,
                                      const std::byte* values, std::vector<Real>& out) const {
@@ -537,7 +538,8 @@ class ForeignWriter {
   std::uint64_t source_step(const Column& column, std::size_t step) const {
     return info_.schema.arrays[column.array].per_step ? step : 0;
   }
-  // Returns true if the column has values. A stepped array has no values if the mesh has no steps.
+  // Returns true if the column has values. An array that changes with time has no values if the
+  // mesh has no steps.
   bool has_values(const Column& column) const {
     return !info_.schema.arrays[column.array].per_step || !info_.step_times.empty();
   }

@@ -1,4 +1,4 @@
-// Writes meshes of other formats as Exodus files, by means of the Exodus library.
+// Writes meshes that came from other formats as Exodus files. Uses the Exodus library.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@ namespace shm::converters::exodus {
 
 inline constexpr std::size_t kLongestName = 255;
 
-// Returns the largest numbers that blocks and sets of a mesh of another format can keep in an
-// Exodus file. Larger numbers are replaced by new numbers.
+// Returns the largest ids of blocks and sets that write_foreign() keeps. Larger ids are replaced by
+// new ids.
 Capabilities::MostNumbers most_numbers(const MeshInfo& info);
 
 // Writes a mesh that has no Exodus structure. Called by write_exodus().

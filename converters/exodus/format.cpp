@@ -1,5 +1,5 @@
-// The Format of Exodus files, and functions that interpret the extras of meshes that came from
-// them.
+// Defines the Format of Exodus files, and functions that interpret the extras of meshes that came
+// from Exodus files.
 #include <algorithm>
 #include <string_view>
 
@@ -21,8 +21,9 @@ namespace {
 constexpr std::string_view kVariable = "exodus/variable/";
 constexpr const char* kSkeleton = "exodus/skeleton";
 
-// Describes the set to which a key such as "exodus/edge_set/0/edges" belongs by its kind, id and
-// name. Returns an empty string if the key does not belong to a set.
+// Returns a description of the set to which a key such as "exodus/edge_set/0/edges" belongs. The
+// description contains the kind, id and name of the set. Returns an empty string if the key does
+// not belong to a set.
 std::string set_of_key(const ExtraIndex& extras, const std::string& key) {
   const auto set = set_folder_of(key);
   if (!set) return {};
@@ -38,8 +39,9 @@ std::string set_of_key(const ExtraIndex& extras, const std::string& key) {
   return kind;
 }
 
-// Returns true if a variable has the values that it has in every usual file: empty names, the
-// coordinate names x y z, or the status of existing entities.
+// Returns true if a variable has the same values in almost every file, so that its loss need not be
+// reported. Such variables are tables of empty names, the coordinate names x, y, z, and status
+// flags.
 bool is_usual(const Extra& variable) {
   const std::string name = variable.key.substr(kVariable.size());
   if (name.ends_with("_status")) return true;
@@ -91,7 +93,7 @@ class ExodusSource final : public SourceFormat {
 
   LossList losses(const MeshInfo& info, const Keys& used) const override {
     LossList losses;
-    LossCollector of_variables(&losses);  // merges losses, since a set has several extras
+    LossCollector of_variables(&losses);  // reports a set only once, although it has several extras
     const ExtraIndex extras(info.extras);
     for (const Extra& extra : info.extras) {
       if (used.contains(extra.key) || extra.key == kSkeleton) continue;
@@ -130,7 +132,7 @@ constexpr ExodusSource kSource;
 constexpr Role kRoles[] = {
     {.name = kExodusMaps.vertices_role, .is_number_map = true},
     {.name = kExodusMaps.cells_role, .is_number_map = true},
-    // Roles of the arrays with the edges and the faces of the elements of a block.
+    // Roles of arrays that contain the numbers of the edges and faces of elements.
     {.name = "exodus:edgconn", .is_numbered = true, .is_by_place = true},
     {.name = "exodus:facconn", .is_numbered = true, .is_by_place = true}};
 
@@ -160,8 +162,8 @@ constinit const Format kExodusFormat = {
     .roles = exodus::kRoles,
     .source = &exodus::kSource,
     .translate_old_extras = exodus::translate_old_extras,
-    // Temporary files of this format need a name: HDF5 follows the link in /proc to the file
-    // itself, so a file without a name cannot be used.
+    // Temporary files of this format need a name. HDF5 resolves the link in /proc through which an
+    // unnamed file would have to be opened, and cannot open the file that the link names.
     .temporary = FileSink::Temporary::named,
     .load = [] { exodus::netcdf(); }};
 

@@ -1,6 +1,6 @@
-// Grouping: groups the cells of a mesh by element block, as Exodus requires, even if the blocks of
-// the mesh alternate. One pass over the cells determines the groups. Later passes distribute cells
-// and values to the groups in pieces.
+// CellGrouping: groups the cells of a mesh by element block, as Exodus requires. In the mesh, cells
+// of different blocks may alternate. One pass over the cells determines the groups. Later passes
+// distribute cells and values to the groups in pieces.
 #pragma once
 
 #include <algorithm>
@@ -21,35 +21,37 @@ struct CellGroup {
   std::uint32_t block;           // index of the mesh's block
   std::uint32_t nodes_per_cell;  // 0: varies
   std::uint64_t cells = 0, nodes = 0;
-  // Number of the group's first cell when cells are numbered group by group.
+  // Number of the group's first cell if cells are numbered group by group.
   std::uint64_t first_cell = 0;
 };
 
 class CellGrouping {
  public:
-  // Each block becomes one group. However, if the cells of a block have different numbers of nodes,
-  // each number of nodes becomes a separate group, unless `keep_whole` is true or the cells are
+  // Each block becomes one group, with one exception: if the cells of a block have different node
+  // counts, there is one group per node count, unless `keep_whole` is true or the cells are
   // polygons. Groups of whole blocks come first, in the order of the blocks.
   CellGrouping(MeshSource& mesh, Spool& spool, bool keep_whole);
 
   const std::vector<CellGroup>& groups() const { return groups_; }
-  // Returns the number of a cell of the mesh when cells are numbered group by group.
+  // Converts the number of a cell in the mesh to its number if cells are numbered group by group.
   std::uint64_t position(std::uint64_t cell);
 
   // Reads the cells of the mesh and distributes them to the groups. Calls put(group, first, cells,
-  // nodes, sizes) for pieces of consecutive cells of a group. `nodes` contains the nodes of these
-  // cells, numbered from 0, and `sizes` the number of nodes of each cell.
+  // nodes, sizes) for pieces of consecutive cells of a group. `first` is the index of the first
+  // cell in the group, and `cells` the number of cells. `nodes` contains the node numbers of these
+  // cells, which start at 0. `sizes` contains the number of nodes of each cell.
   template <class Put>
   void deal_cells(MeshSource& mesh, Put&& put);
   // Reads the values of a cell array and distributes them to the groups. Calls put(group, first,
-  // count, values) for pieces of consecutive cells of a group.
+  // count, values) for pieces of consecutive cells of a group. `first` is the index of the first
+  // cell in the group, and `count` the number of cells.
   template <class Put>
   void deal_values(MeshSource& mesh, std::size_t array, std::uint64_t step, Put&& put);
 
  private:
   // Consecutive cells that belong to the same group.
   struct Run {
-    std::uint64_t first_cell;  // number that the run's first cell has in the mesh
+    std::uint64_t first_cell;  // number of the run's first cell in the mesh
     std::uint64_t in_group;
     std::uint64_t group;
   };
@@ -63,7 +65,7 @@ class CellGrouping {
 
   static constexpr std::uint32_t kSplit = ~std::uint32_t{0};
   std::vector<CellGroup> groups_;
-  std::vector<std::uint32_t> whole_blocks_;  // for each block that is a single group, its group
+  std::vector<std::uint32_t> whole_blocks_;  // index of the group of each block, or kSplit
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> split_;
   PagedArray runs_;
   std::uint64_t cells_ = 0;
@@ -95,8 +97,8 @@ void CellGrouping::deal_cells(MeshSource& mesh, Put&& put) {
       hand.done += hand.sizes.size();
       hand.nodes.clear();
       hand.sizes.clear();
-      // The memory for a full batch is freed if there are many groups. With thousands of groups,
-      // keeping the memory for each group would need too much.
+      // Each group may need the memory of a full batch. If there are many groups, free this memory
+      // after each batch, because thousands of groups would need too much.
       if (groups_.size() > 16) hand.nodes.shrink_to_fit();
     }
     touched.clear();
@@ -117,8 +119,8 @@ void CellGrouping::deal_values(MeshSource& mesh, std::size_t array, std::uint64_
   const std::uint64_t elements = mesh.info().array_elements(array);
   std::vector<std::byte> values(std::min(kPieceElements, elements) * stride);
   std::map<std::uint64_t, Hand> hands;
-  // `held` is the number of elements in `values`; `used` is the number of these elements that have
-  // been distributed.
+  // `read` is the number of elements that have been read so far. The `held` elements that were read
+  // most recently are in `values`; the first `used` elements of `values` have been distributed.
   std::uint64_t read = 0, held = 0, used = 0;
   for (std::uint64_t r = 0; r < runs_.size(); ++r) {
     const Run run = runs_.get<Run>(r);

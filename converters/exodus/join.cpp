@@ -48,9 +48,9 @@ std::uint64_t number_at_end(std::string_view name) {
   return number;
 }
 
-// Returns the position in the list at which a new name of a part is inserted. `next` is the
-// position after the names that precede it in the part, and `end` the position of the first known
-// name that follows it in the part. Between the two, names are sorted by the number at their end.
+// Returns the position in the list of all names at which `name`, a new name of a part, must be
+// inserted. To keep the order of names in the part, this position must be at or after `next`, and
+// at or before `end`. Within this range, names are sorted by the numbers at their ends.
 template <class Item, class Name>
 typename std::list<Item>::iterator place_for(std::string_view name,
                                              typename std::list<Item>::iterator next,
@@ -60,8 +60,8 @@ typename std::list<Item>::iterator place_for(std::string_view name,
   return next;
 }
 
-// For each name of a part, finds the first name that is already in the list, among this name and
-// the later names of the part.
+// Returns one position in the list of all names for each name of a part: the position of the first
+// name, at or after this name in the part, that is already in the list.
 template <class Items, class Iterator, class Name>
 std::vector<Iterator> next_known(const Items& items, const std::map<std::string, Iterator>& known,
                                  Iterator end, Name&& name_of) {
@@ -78,8 +78,8 @@ bool is_number_map(std::string_view name) {
   return name == "node_num_map" || name == "elem_num_map" || name == "elem_map";
 }
 
-// Returns true for dimensions that count edges or faces. Edges and faces have no numbers common to
-// all parts.
+// Returns true for dimensions that count edges or faces. These cannot be joined, because edges and
+// faces do not have numbers that are common to all parts.
 bool is_of_edges_or_faces(std::string_view dimension) {
   for (const std::string_view prefix :
        {"num_edge", "num_face", "num_ed_", "num_fa_", "num_df_es", "num_df_fs"})
@@ -87,8 +87,8 @@ bool is_of_edges_or_faces(std::string_view dimension) {
   return false;
 }
 
-// Returns true if the variable contains the nodes of all polygons of a block. The length of its
-// only dimension is then the sum of the lengths in the parts.
+// Returns true if the variable contains the nodes of all polygons of a block. The variable then has
+// a single dimension, whose length is the sum of its lengths in the parts.
 bool is_of_polygons(const Skeleton& skeleton, const Variable& variable) {
   const std::string_view number = number_behind(variable.name, "connect");
   return !number.empty() && variable.dimensions.size() == 1 &&
@@ -105,13 +105,14 @@ bool is_factors(std::string_view dimension) {
   });
 }
 
-// Returns true for dimensions of sets. Their length is at most the sum of the lengths in all parts.
+// Returns true for dimensions that count members or distribution factors of a set. In the whole
+// mesh, their length is at most the sum of their lengths in the parts.
 bool is_of_set(std::string_view dimension) {
   std::string number;
   return set_dimension(dimension, number) != nullptr || is_factors(dimension);
 }
 
-// Returns true for dimensions whose length is that in the first part.
+// Returns true for dimensions whose length is taken from the first part that has them.
 bool is_of_first(std::string_view dimension) {
   return dimension == "num_info" || dimension == "num_qa_rec";
 }
@@ -122,8 +123,8 @@ bool uses(const Skeleton& skeleton, const Variable& variable, bool (*is_it)(std:
   return false;
 }
 
-// Returns the kind of netCDF file that can store the variables: the kind of the parts, or a kind
-// for larger files if that is needed.
+// Returns the kind of netCDF file for the whole mesh: the kind of the parts, or a kind for larger
+// variables if the variables need it.
 Kind kind_for(const Skeleton& skeleton) {
   constexpr std::uint64_t kClassic = (std::uint64_t{1} << 31) - 4,
                           kOffset64 = (std::uint64_t{1} << 32) - 4;
@@ -226,8 +227,8 @@ void SkeletonJoin::add(const Skeleton& part, const std::string& file) {
   }
 }
 
-// Adds a dimension of a part. A new dimension is inserted at `next`. Afterwards `next` is the
-// position after the dimension.
+// Adds a dimension of a part. If the dimension is new, inserts it before `next`. If the list
+// already contains the dimension, updates its length, and sets `next` to the position after it.
 void SkeletonJoin::add_dimension(const Dimension& dimension, bool is_sum, const std::string& file,
                                  std::list<Dimension>::iterator& next) {
   if (is_nemesis(dimension.name)) return;
@@ -269,7 +270,8 @@ void SkeletonJoin::add_variable(const Skeleton& part, const Variable& variable,
   }
   next = std::next(found->second);
   const Named& known = *found->second;
-  // The element types are compared because the type defines the meaning of the nodes of a block.
+  // The attributes of a connectivity contain the element type, which defines the meaning of the
+  // nodes. They must therefore be equal.
   const bool typed = variable.name.starts_with("connect");
   if (known.variable.type != variable.type || known.dimensions != named.dimensions ||
       (typed && known.variable.attributes != variable.attributes))

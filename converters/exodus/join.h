@@ -1,7 +1,7 @@
 // SkeletonJoin: builds the netCDF structure of a whole mesh from the structures of the parts of a
-// decomposed Exodus mesh. The whole mesh has every variable that a part has, in the order of the
-// parts. However, variables that describe the decomposition (Nemesis data, number maps, the order
-// map) are dropped.
+// decomposed Exodus mesh. The result has every variable that occurs in any part, in the same order
+// as in the parts. Variables that describe the decomposition (Nemesis data, number maps, the order
+// map) are omitted.
 #pragma once
 
 #include <cstddef>
@@ -17,33 +17,36 @@
 
 namespace shm::converters::exodus {
 
-// How the values of a variable of the whole mesh are formed from the values in the parts.
+// Specifies how the values of a variable of the whole mesh are formed from its values in the parts.
 enum class Joining : std::uint8_t {
-  dropped,   // no values: the variable is dropped
-  elements,  // values of nodes or elements, arranged by the numbers of the nodes or elements
-  members,   // members of a set: the rows of all parts are combined
-  any,       // 1 if the value is 1 in any part: status of blocks and sets, truth tables
-  first,     // values of the first part that has the variable: QA and info records
-  same,      // values that are equal in all parts that have the variable
+  dropped,   // the variable is omitted from the whole mesh
+  elements,  // values of nodes or elements: sorted by the node or element numbers in the whole mesh
+  members,   // data of members of a set: the rows of all parts are combined
+  any,       // status of blocks and sets, truth tables: 1 if the value is 1 in any part
+  first,     // QA and info records: the values in the first part that has the variable
+  same,      // all other variables: the values must be equal in all parts that have the variable
 };
 
-// A kind of set whose members are nodes or elements. The kind is recognized by the dimension that
-// counts the members of a set.
+// A kind of set whose members are nodes or elements. Each set has a dimension that counts its
+// members; the name of this dimension identifies the kind.
 struct SetDimension {
-  // Prefix of the dimension's name. The number of the set, from 1, follows the prefix.
+  // Prefix of the name of the dimension that counts members. The number of the set, which starts at
+  // 1, follows the prefix.
   std::string_view prefix;
-  // Name of the variable that contains the members, without the number of the set.
+  // Prefix of the name of the variable that contains the members. The number of the set follows.
   std::string_view members;
-  // Name of the dimension that counts distribution factors; empty if none exists.
+  // Prefix of the name of the dimension that counts distribution factors; empty if the kind has no
+  // such dimension.
   std::string_view factors;
   bool of_nodes = false, has_sides = false;
 };
-// Returns the kind of set whose members `dimension` counts, and stores the number of the set in
-// `number`. Returns null if `dimension` does not count members of a set.
+// If `dimension` counts the members of a set, returns the kind of the set and stores the digits of
+// its number in `number`. Otherwise returns null.
 const SetDimension* set_dimension(std::string_view dimension, std::string& number);
 
-// The dimension of a variable that belongs to a set. Members: its index among the variable's
-// dimensions, and whether it counts distribution factors.
+// A dimension of a variable that counts the members or the distribution factors of a set. `at` is
+// the index of the dimension among the variable's dimensions. `factors` is true if the dimension
+// counts distribution factors.
 struct SetPlace {
   const SetDimension* set = nullptr;
   std::string number;
@@ -59,8 +62,8 @@ class SkeletonJoin {
   // Adds the next part. Throws Failure if the structure of the part contradicts an earlier part, or
   // if the part contains data that cannot be joined. The error names `file`.
   void add(const Skeleton& part, const std::string& file);
-  // Returns the structure of the whole mesh. `lengths` contains the lengths of the dimensions that
-  // are not sums over the parts: num_nodes, and the dimensions of sets.
+  // Returns the structure of the whole mesh. `lengths` contains the lengths of dimensions that
+  // cannot be derived from the parts' lengths: num_nodes, and the dimensions of sets.
   Skeleton joined(const std::map<std::string, std::uint64_t>& lengths) const;
 
  private:

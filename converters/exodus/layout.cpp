@@ -13,7 +13,8 @@ namespace {
 constexpr std::uint64_t kMaxComponents = 65535;
 constexpr std::uint64_t kMaxBlocks = 1 << 20;
 
-// Returns the number N (at least 1) if `name` has the form "prefixN"; otherwise returns 0.
+// If `name` consists of `prefix` and a number N without leading zeros, returns N. Otherwise returns
+// 0.
 std::uint32_t number_after(std::string_view name, std::string_view prefix) {
   if (name.substr(0, prefix.size()) != prefix) return 0;
   name.remove_prefix(prefix.size());
@@ -23,7 +24,8 @@ std::uint32_t number_after(std::string_view name, std::string_view prefix) {
   return whole && !name.empty() && name.front() != '0' ? number : 0;
 }
 
-// Returns the numbers k and b if `name` has the form "vals_elem_var<k>eb<b>".
+// If `name` has the form "vals_elem_var<k>eb<b>", returns the field number k and the block number
+// b. Otherwise returns nothing.
 std::optional<std::pair<std::uint32_t, std::uint32_t>> element_variable(std::string_view name) {
   const std::size_t split = name.rfind("eb");
   if (split == std::string_view::npos) return std::nullopt;
@@ -229,7 +231,7 @@ class Surveyor {
       array.info.per_step = true;
       array.field = static_cast<int>(field);
       for (const auto& [block, v] : by_block) {
-        if (variable(v).type != type) continue;  // a variable of a different type remains an extra
+        if (variable(v).type != type) continue;  // a variable of another type stays an extra
         array.parts.push_back({block, v});
         array.info.blocks.push_back(block);
         use(v, Use::array);
@@ -239,8 +241,9 @@ class Surveyor {
     }
   }
 
-  // Finds other variables with a value for each node or element. They become arrays so that their
-  // values are reordered together with the nodes or elements.
+  // Finds the remaining variables that have a value for each node or element, such as maps and
+  // attributes. They become arrays, so that their values are reordered together with the nodes or
+  // elements.
   void find_other_arrays() {
     for (std::size_t i = 0; i < skeleton_.variables.size(); ++i) {
       const Variable& v = skeleton_.variables[i];
@@ -251,8 +254,8 @@ class Surveyor {
           break;
         }
     }
-    // The faces of all polyhedra of a block are one list in file order. An array therefore stores
-    // the order that the polyhedra had in the file.
+    // The file stores the faces of all polyhedra of a block as one list, in the order of the
+    // polyhedra. An array therefore records this order.
     for (std::uint32_t b = 0; b < out_.blocks.size(); ++b) {
       if (out_.blocks[b].faces < 0) continue;
       ArrayLayout array;
@@ -280,8 +283,8 @@ class Surveyor {
     return std::nullopt;
   }
 
-  // Adds the arrays of a variable: one array for each index into the dimensions that precede the
-  // dimension of elements.
+  // Adds the arrays of a variable. The dimension `elements_at` counts nodes or elements. There is
+  // one array for each combination of indices of the preceding dimensions (except time).
   void add_planes(int index, std::size_t elements_at, const Elements& elements) {
     constexpr std::uint64_t kMostPlanes = 1024;
     const Variable& v = variable(index);
@@ -305,8 +308,8 @@ class Surveyor {
     }
   }
 
-  // Returns the product of the lengths of the dimensions from `first` on, or 0 if the product is
-  // too large.
+  // Returns the number of components: the product of the lengths of the dimensions from index
+  // `first` on. Returns 0 if the product exceeds kMaxComponents.
   std::uint32_t components_of(const Variable& v, std::size_t first) const {
     std::uint64_t product = 1;
     for (std::size_t d = first; d < v.dimensions.size(); ++d) {
@@ -409,8 +412,8 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
     CellShape shape;
     std::array<std::uint32_t, 3> nodes;
   };
-  // The first matching entry is used. Shells and triangles are distinguished by the number of
-  // nodes, since an element of type SHELL may have three nodes.
+  // The first entry that matches both the type and the number of nodes is used. An element of type
+  // SHELL is a triangle or a quad, depending on its number of nodes.
   static constexpr std::array<Family, 16> kFamilies{{
       {"HEX", CellShape::hexahedron, {8, 20, 27}},
       {"TET", CellShape::tetrahedron, {4, 10, 10}},
@@ -434,8 +437,8 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
     if (type.rfind(family.prefix, 0) == 0 &&
         std::find(family.nodes.begin(), family.nodes.end(), nodes) != family.nodes.end())
       return family.shape;
-  // HEX9, HEX16 and similar elements are hexahedra whose corners come first. Elements of 24 nodes
-  // are excluded, because they would be mistaken for VTK's hexahedron of 24 nodes.
+  // HEX9, HEX16 and similar elements are hexahedra whose corners come first. Elements with 24 nodes
+  // are excluded, because other formats would mistake them for VTK's hexahedron with 24 nodes.
   if (type.rfind("HEX", 0) == 0 && nodes > 8 && nodes != 24) return CellShape::hexahedron;
   return CellShape::other;
 }
@@ -532,8 +535,7 @@ std::string extra_key(std::string_view name) {
 Reference reference_of(std::string_view name) {
   std::uint32_t number = 0;
   if (const Member* member = member_of(name, number)) return member->refers;
-  // Edge blocks, face blocks, and Nemesis lists of local nodes and elements also store node
-  // numbers.
+  // Edge blocks, face blocks and Nemesis lists also contain node or element numbers of the file.
   if (number_after(name, "ebconn") > 0 || number_after(name, "fbconn") > 0 || name == "node_mapi" ||
       name == "node_mapb" || name == "node_mape" || name == "n_comm_nids")
     return Reference::vertex;

@@ -1,5 +1,4 @@
-// ExodusMesh: an Exodus file, accessed as a mesh (exodus.h describes the conversion) and as netCDF
-// variables.
+// ExodusMesh: reads an Exodus file as a mesh, as described in exodus.h, and as netCDF variables.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +14,8 @@
 
 namespace shm::converters::exodus {
 
-// Owner of an open netCDF file; it may also own no file.
+// Owner of an open netCDF file. The destructor closes the file. If `id` is negative, there is no
+// file.
 struct NetcdfFile {
   NetcdfFile() = default;
   NetcdfFile(const NetcdfFile&) = delete;
@@ -28,7 +28,7 @@ struct NetcdfFile {
 
 class ExodusMesh final : public MeshSource, public VariableValues {
  public:
-  // Opens a file. Throws Failure.
+  // Opens the Exodus file at `path`. Throws Failure.
   explicit ExodusMesh(const std::string& path);
 
   const MeshInfo& info() const override { return info_; }
@@ -45,8 +45,7 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   const Skeleton& skeleton() const { return skeleton_; }
   const Layout& layout() const { return layout_; }
   std::vector<std::byte> rows(int index, std::uint64_t first, std::uint64_t count) const override;
-  // Returns `count` integers of a variable with one dimension, starting with the value number
-  // `first`.
+  // Returns the values `first` to `first` + `count` - 1 of an integer variable with one dimension.
   std::vector<std::int64_t> integers(int index, std::uint64_t first, std::uint64_t count) const;
 
  private:
@@ -64,8 +63,8 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   void check_sizes();
   void find_nodes();
   void read_faces();
-  // Numbers of the faces in the order of their first use by a polyhedron, and the number of uses of
-  // each face.
+  // Faces in the order in which the polyhedra first use them: the number of each face in the file,
+  // and how often it is used.
   struct FaceUses {
     std::vector<std::int64_t> numbers;
     std::vector<std::uint32_t> uses;
@@ -97,17 +96,17 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   Skeleton skeleton_;
   Layout layout_;
   MeshInfo info_;
-  // Maximum size in bytes of a variable's values in a file of this size.
+  // Maximum size in bytes of a variable's values, derived from the size of the file.
   std::uint64_t most_bytes_ = 0;
-  // For each block, the positions of the nodes of a cell (node_places()).
+  // Result of node_places() for each block.
   std::vector<std::vector<std::uint8_t>> places_;
 
   // Index of the first node of each face in face_nodes_; empty if the mesh has no polyhedra.
   std::vector<std::uint64_t> face_begin_;
   std::vector<std::int64_t> face_nodes_;
   Position at_;
-  // Number of nodes of all polyhedra before at_. A node is counted once for each face that contains
-  // it.
+  // Total number of nodes of the polyhedra before the reading position `at_`. A node of a
+  // polyhedron is counted once per face that contains it.
   std::uint64_t polyhedron_nodes_ = 0;
   std::vector<std::int64_t> nodes_;
 };

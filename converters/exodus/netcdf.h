@@ -1,7 +1,7 @@
-// The functions of netCDF and of the Exodus library under their own names. Calls look as in the
-// manuals, but use the libraries that open_netcdf() and open_exodus_library() load at run time (see
-// base/loaded_library.h). If the program were linked to them, every start would also load sixty
-// other libraries (HDF5, MPI, libraries that fetch files from servers).
+// Defines the functions of netCDF and of the Exodus library under their usual names. Calls look as
+// in the manuals, but use the libraries that open_netcdf() and open_exodus_library() load at run
+// time (see base/loaded_library.h). If the program were linked to these two libraries, every start
+// would also load sixty other libraries (HDF5, MPI, libraries that fetch files from servers).
 #pragma once
 
 #include <exodusII.h>
@@ -52,7 +52,7 @@ struct ExodusFunctions {
 #undef SHM_POINTER
 
 // netcdf() and exodus_library() return the functions of a library. The first call loads the
-// library. They throw Failure, without a file name, as LoadedLibrary does.
+// library. If this fails, the call throws Failure without a file name.
 const NetcdfFunctions& netcdf();
 const ExodusFunctions& exodus_library();
 

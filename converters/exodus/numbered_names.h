@@ -1,5 +1,5 @@
 // Abbreviates names that contain consecutive numbers. Files with different numbers of blocks, sets
-// and so on then have the same text.
+// and so on then have the same lines, which compress well with the dictionary.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,9 @@
 namespace shm::converters::exodus {
 
 // Abbreviates names that differ only in their numbers (elem_ss1, elem_ss2 ...). Replaces a number
-// by '#' if it is one more than the number at the same place in the previous such name, or if it is
-// 1 in the first such name. Requires escaped names, which contain no other '#'.
+// with '#' if it is one more than the corresponding number in the previous name of this kind. In
+// the first name of a kind, replaces the number 1 with '#'. Names must be escaped, so that they
+// contain no other '#'.
 class NumberedNames {
  public:
   std::string shortened(std::string_view name) { return next(name, false); }
@@ -21,16 +22,17 @@ class NumberedNames {
  private:
   std::string next(std::string_view text, bool expand);
 
-  // Numbers of the last name of each kind. The key is the name with '#' for each number.
+  // The key is a kind: a name with '#' in place of each number. The value contains the numbers in
+  // the most recent name of this kind.
   std::map<std::string, std::vector<std::uint64_t>> last_;
 };
 
-// Returns the last number of a name. Returns an empty string if the name has no number. Also
-// returns an empty string if the number is very long: replacing many '#' by such a number would
-// produce far more text than the file has.
+// Returns the last number in a name. Returns an empty string if the name has no number, or if the
+// number is very long. Very long numbers are excluded because a small file with many '#' could
+// otherwise expand to far more text than it contains.
 std::string last_number(std::string_view name);
-// Abbreviates a name that is mentioned next to another name. Replaces each number that equals `own`
-// by '#'; `own` is the last number of the other name.
+// Abbreviates the name of a dimension that is listed after the name of its variable. `own` is the
+// last number in the name of the variable. Replaces each number that equals `own` with '#'.
 std::string shortened_beside(const std::string& own, std::string_view name);
 std::string expanded_beside(const std::string& own, std::string_view text);
 

@@ -23,7 +23,7 @@ constexpr OldKind kOldKinds[] = {{"node_set", "vertices", &kSetKinds[0]},
                                  {"side_set", "cells", &kSetKinds[1]},
                                  {"elem_set", "cells", &kSetKinds[4]}};
 
-// Returns the key that now replaces an old key. Returns an empty string if the key has not changed.
+// Returns the current key for an old key. Returns an empty string if the key has not changed.
 std::string new_key(std::string_view key) {
   if (!key.starts_with("exodus/")) return {};
   const auto set = set_folder_of(key);
@@ -34,7 +34,7 @@ std::string new_key(std::string_view key) {
         key.substr(set->format.size() + set->kind.size() + set->number.size() + 3);
     std::string now(old.now->folder);
     now.append(set->number).append("/");
-    if (field.starts_with(old.members)) {  // true also for keys of further parts, such as "cells/1"
+    if (field.starts_with(old.members)) {  // also true for keys of further parts, e.g. "cells/1"
       now.append(kMembersField);
       field.remove_prefix(old.members.size());
     }
@@ -43,8 +43,8 @@ std::string new_key(std::string_view key) {
   return {};
 }
 
-// Converts a skeleton from before 0.10, whose variables refer to dimensions by index, to the
-// current form. An invalid skeleton stays unchanged.
+// Converts a skeleton from a version before 0.10, in which variables refer to dimensions by index,
+// to the current form. An invalid skeleton stays unchanged.
 void renew_skeleton(Extra& skeleton) {
   const std::string text = text_of_extra(skeleton);
   if (!text.starts_with("N\t")) return;
@@ -54,8 +54,8 @@ void renew_skeleton(Extra& skeleton) {
   }
 }
 
-// Returns the keys of extras that are no longer stored since 0.10, because their variables are
-// derived from the rest of the mesh.
+// Returns the keys of extras that versions since 0.10 do not store, because the values of their
+// variables can be derived from the rest of the mesh.
 std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& text) {
   const Place nowhere{{}, ErrorCode::corrupt};
   std::vector<std::string> keys;
@@ -71,8 +71,8 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
       if (!set_factors_of(name) && !name.ends_with("_status")) continue;
       const std::string key = extra_key(name);
       const Extra* extra = extras.find(key);
-      // Each variable is derived only once, and only if its number of values equals the number of
-      // values in the extra.
+      // Derive each variable at most once, and only if it has as many values as the extra.
+      // Otherwise a damaged file could cause too much work.
       if (extra == nullptr || !asked.insert(key).second ||
           skeleton.size(skeleton.variables[v]) != extra->data.size() / scalar_bytes(extra->type))
         continue;
@@ -87,8 +87,8 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
   return keys;
 }
 
-// Returns true for a key such as "mesh/side_set/3/id" if the set has members and the default id,
-// which is its number plus one.
+// Returns true if the extra contains the id of a set (e.g. "mesh/side_set/3/id"), and this id need
+// not be stored, because the set has members and its id is the default id, i.e. its index plus one.
 bool is_id_that_follows(const Extra& extra, const ExtraIndex& extras) {
   const auto set = set_folder_of(extra.key);
   if (!set || set->format != "mesh" || !extra.key.ends_with("/id")) return false;

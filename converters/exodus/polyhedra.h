@@ -1,8 +1,7 @@
-// Polyhedra of Exodus (NFACED blocks). In the file, polyhedra refer to faces, and each face is
-// stored once in a face block. In the mesh, each polyhedron stores the nodes of its own faces. If
-// every face is used, differs from all other faces and can be identified by its nodes, the face
-// blocks and the lists of faces can be derived from the cells. Only the order of the faces must
-// then be stored.
+// Converts the polyhedra of Exodus (NFACED blocks). In the file, each face is stored once in a face
+// block, and polyhedra refer to faces. In the mesh, each polyhedron contains the nodes of its
+// faces. If every face is used and no two faces have the same nodes, the face blocks and the lists
+// of faces can be derived from the cells. Only the order of the faces must then be stored.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +14,21 @@
 namespace shm::converters::exodus {
 
 // Keys of the extras that describe the order of the faces. Faces are listed in the order in which
-// the polyhedra, in file order, first use them. If the extra kSharedFirst (int32[1]) exists, faces
-// that are used several times come before all other faces. The extra kFaceNumbers (int32 or int64)
-// contains the file's numbers of the faces, from 1, in this order. If this extra is missing, the
-// numbers are 1, 2, 3, ...
+// the polyhedra of the file first use them. If the extra kSharedFirst (int32[1]) exists, faces that
+// are used several times are listed before all other faces. The extra kFaceNumbers (int32 or int64)
+// contains the number in the file of each listed face; numbers start at 1. If this extra is
+// missing, the numbers are 1, 2, 3, ...
 inline constexpr const char* kSharedFirst = "exodus/shared_faces_first";
 inline constexpr const char* kFaceNumbers = "exodus/face_numbers";
 
-// Returns the position of each face in the order of kSharedFirst. `uses` contains the number of
-// uses of each face; it lists the faces in the order of their first use.
+// Returns the position of each face in the list that kSharedFirst describes. `uses` contains the
+// number of uses of each face; faces are in the order of their first use. If `shared_first` is
+// true, faces that are used several times come first.
 std::vector<std::uint64_t> face_places(const std::vector<std::uint32_t>& uses, bool shared_first);
 
 // A face block that stores the nodes of its faces in the variable `nodes`.
 struct FaceBlock {
-  int nodes = -1;  // variable with the nodes of all faces
+  int nodes = -1;  // index of the variable with the nodes of all faces
 
   // Index of the variable with the number of nodes of each face. If it is -1, all faces have `size`
   // nodes.
@@ -36,19 +36,18 @@ struct FaceBlock {
   std::uint64_t faces = 0;
   std::uint64_t size = 0;
 };
-// Returns the face blocks before the first face block that lacks these variables. Throws Failure if
-// a variable has a wrong shape.
+// Returns the face blocks of the file, up to the first face block that lacks a variable it needs.
+// Throws Failure if a variable has a wrong shape.
 std::vector<FaceBlock> face_blocks(const Skeleton& skeleton, const Place& place);
 
-// Changes the shape of blocks of polyhedra to `faces`. Variables that are derived from the cells of
-// these blocks are then neither extras nor arrays.
+// Changes the shape of all blocks of polyhedra to `faces`. Variables that can be derived from the
+// cells of these blocks no longer become extras or arrays.
 void derive_faces(const Skeleton& skeleton, Layout& layout, const Place& place);
 
-// Assigns numbers from 0 to distinct faces (lists of nodes), in the order of their first
-// occurrence.
+// Numbers distinct faces from 0, in the order of their first occurrence. A face is a list of nodes.
 class FaceTable {
  public:
-  // Returns the number of a face. A new face receives the next number.
+  // Returns the number of a face. A face that is not in the table yet receives the next number.
   std::uint64_t number_of(std::span<const std::uint64_t> nodes);
   std::uint64_t size() const { return begins_.size() - 1; }
   std::span<const std::uint64_t> nodes(std::uint64_t face) const {

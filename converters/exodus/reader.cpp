@@ -14,23 +14,24 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Largest number of node numbers that one call reads.
+// Maximum number of node numbers per read.
 constexpr std::uint64_t kPieceNodes = std::uint64_t{1} << 18;
 constexpr std::uint64_t kPieceCells = std::uint64_t{1} << 15;
 constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
-// Limits for the size of values relative to the size of the file. Deflate expands a byte to at most
-// 1032 bytes; default values that repeat expand somewhat more. Chunks that were never written need
-// no space in the file, so kMostUnwritten limits the total size of their values.
+// Maximum size of the values of a netCDF-4 file, as a multiple of the file size. Deflate expands a
+// byte to at most 1032 bytes; repeated default values expand somewhat more. Chunks that were never
+// written need no space in the file. A small file may therefore exceed this limit, up to
+// kMostUnwritten bytes.
 constexpr std::uint64_t kMostExpansion = 2048;
-// Limits for the number of nodes of all polyhedra. A face usually belongs to two polyhedra, and
-// rarely to more; on average, it may belong to kMostFaceUses polyhedra. kFewFaceNodes more nodes
+// Limits on the total number of nodes of all polyhedra. A face usually belongs to two polyhedra. On
+// average, a face may belong to at most kMostFaceUses polyhedra. In addition, kFewFaceNodes nodes
 // are always allowed.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
-// Largest number of faces of a cell from which faces can be derived.
+// Maximum number of faces of a cell. If a cell has more faces, faces are not derived from cells.
 constexpr std::uint64_t kMostCellFaces = kMaxNodesPerCell / 2;
 constexpr std::uint64_t kMostUnwritten = std::uint64_t{1} << 30;
 
-// Stores `count` consecutive numbers of type `type` at `out`, beginning with `first`.
+// Stores the numbers `first` to `first` + `count` - 1 at `out`, as values of `type`.
 void write_numbers(ScalarType type, std::uint64_t first, std::uint64_t count, std::byte* out) {
   std::vector<std::byte> values;
   for (std::uint64_t i = 0; i < count; ++i)
@@ -66,8 +67,9 @@ void ExodusMesh::read_structure() {
   layout_ = lay_out(skeleton_, place_);
 }
 
-// Throws Failure if a variable states more values than a file of this size can contain. From here
-// on, these numbers determine the size of allocations and the length of loops.
+// Throws Failure if a dimension or variable states more values than a file of this size can
+// contain. This is checked first, because these counts later determine the size of allocations and
+// the length of loops.
 void ExodusMesh::check_sizes() {
   struct stat status {};
   if (::stat(place_.file.c_str(), &status) != 0) place_.fail(ErrorCode::io, "", "cannot be read");
@@ -93,8 +95,9 @@ void ExodusMesh::check_sizes() {
   }
 }
 
-// Finds the columns of each connectivity that are nodes. If the element type is unknown, the last
-// columns may contain other numbers.
+// Finds the columns of each connectivity that contain nodes. If the element type is unknown, the
+// last columns may contain other numbers. In this case, the columns with nodes end before the first
+// column that contains a number that cannot be a node.
 void ExodusMesh::find_nodes() {
   for (std::uint32_t b = 0; b < layout_.blocks.size(); ++b) {
     const BlockLayout& block = layout_.blocks[b];
@@ -115,7 +118,8 @@ void ExodusMesh::find_nodes() {
   }
 }
 
-// Reads the node columns of `cells` cells of a block with a rectangular connectivity into nodes_.
+// Reads the connectivity of the cells `first` to `first` + `cells` - 1 of a block into nodes_. All
+// cells of the block must have the same number of nodes.
 void ExodusMesh::read_connectivity(const BlockLayout& block, std::uint64_t first,
                                    std::uint64_t cells) {
   const std::uint64_t nodes = block.nodes_per_cell;
@@ -169,8 +173,8 @@ std::vector<std::byte> ExodusMesh::rows(int index, std::uint64_t first, std::uin
   return values;
 }
 
-// Reads the nodes of all faces. Faces are numbered consecutively over all face blocks; polyhedra
-// refer to faces by these numbers.
+// Reads the nodes of all faces. Faces are numbered consecutively across all face blocks, and
+// polyhedra refer to these numbers.
 void ExodusMesh::read_faces() {
   const bool wanted = std::any_of(layout_.blocks.begin(), layout_.blocks.end(),
                                   [](const BlockLayout& block) { return block.faces >= 0; });
@@ -203,8 +207,9 @@ void ExodusMesh::read_faces() {
   }
 }
 
-// Stores the file's numbers of the faces as extras. Of two possible orders, uses the order in which
-// the numbers are consecutive more often. Stores no numbers if they are 1, 2, 3, ... in this order.
+// Stores the numbers of the faces in the file as extras. Lists the numbers in one of two orders
+// (polyhedra.h), whichever results in longer runs of consecutive numbers. If the numbers in this
+// order are 1, 2, 3, ..., they are not stored.
 void ExodusMesh::add_face_numbers(const FaceUses& faces) {
   const auto in_order = [&](bool shared_first) {
     const auto places = face_places(faces.uses, shared_first);
@@ -229,8 +234,8 @@ void ExodusMesh::add_face_numbers(const FaceUses& faces) {
 }
 
 // Returns true if the face blocks and the lists of faces can be derived from the cells and the
-// order of the faces. Stores this order in `faces` (see polyhedra.h). Does not report errors; they
-// are reported later, when cells are read.
+// order of the faces. Stores this order in `faces` (see polyhedra.h). Returns false if the data is
+// invalid; the error is reported later, when cells are read.
 bool ExodusMesh::faces_follow(FaceUses& faces) const {
   if (face_begin_.size() < 2 || !faces_are_unlike()) return false;
   constexpr std::uint64_t kNobody = ~std::uint64_t{0};
@@ -239,7 +244,8 @@ bool ExodusMesh::faces_follow(FaceUses& faces) const {
     if (block.faces < 0) continue;
     const std::uint64_t all = skeleton_.size(variable(block.faces));
     std::uint64_t position = 0, window_begin = 0;
-    std::vector<std::int64_t> window;  // the part of the list of faces that is in memory
+    std::vector<std::int64_t> window;  // part of the block's list of faces, from index window_begin
+                                       // on
     const auto next_face = [&] {
       if (position - window_begin == window.size()) {
         window_begin = position;
@@ -253,8 +259,8 @@ bool ExodusMesh::faces_follow(FaceUses& faces) const {
         if (count < 1 ||
             static_cast<std::uint64_t>(count) > std::min(all - position, kMostCellFaces))
           return false;
-        // Cells of shape `faces` repeat the first node of each face at the end of the face. This
-        // adds one node per face.
+        // In cells of shape `faces`, each face ends with a repetition of its first node. Count one
+        // more node per face.
         std::uint64_t nodes = static_cast<std::uint64_t>(count);
         for (std::int64_t i = 0; i < count; ++i) {
           const std::int64_t face = next_face();
@@ -356,8 +362,8 @@ bool ExodusMesh::next_cells(CellBatch& out, std::size_t max_cells) {
   return true;
 }
 
-// Moves the reading position to cell `first`. In blocks with a fixed number of nodes per element,
-// cells can be accessed directly. In other blocks, all earlier cells of the block are read.
+// Moves the reading position to cell `first`. If all blocks have a fixed number of nodes per
+// element, this is immediate. Otherwise all earlier cells are read.
 void ExodusMesh::seek_cells(std::uint64_t first) {
   for (const BlockLayout& block : layout_.blocks)
     if (block.faces >= 0 || block.counts >= 0) return MeshSource::seek_cells(first);

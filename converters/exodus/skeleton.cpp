@@ -16,8 +16,8 @@ bool is_atomic(int type) { return type >= NC_BYTE && type <= NC_STRING; }
 
 // Reads the attributes of a variable, or of the file if `variable` is NC_GLOBAL.
 std::vector<Attribute> read_attributes(int ncid, int variable, int count, const Place& place) {
-  // The number of attributes is limited because netCDF searches all of them for each lookup. Its
-  // manual expects at most NC_MAX_ATTRS attributes.
+  // The number of attributes is limited because netCDF needs linear time to find an attribute. The
+  // netCDF manual states NC_MAX_ATTRS as the maximum.
   if (count > NC_MAX_ATTRS)
     place.fail(ErrorCode::over_limit, "attributes",
                "a variable or the file has " + std::to_string(count) + "; " +
@@ -65,7 +65,8 @@ void write_attributes(int ncid, int variable, const std::vector<Attribute>& attr
   }
 }
 
-// Reads the filters of a variable for which netCDF has no special functions.
+// Reads the filters of a variable, except deflate, shuffle and checksum, which have their own
+// netCDF functions.
 std::vector<Filter> read_filters(int ncid, int id, const std::string& section, const Place& place) {
   constexpr unsigned kDeflate = 1, kShuffle = 2, kChecksum = 3;
   std::size_t count = 0;
@@ -109,10 +110,10 @@ Storage read_storage(int ncid, int id, const Variable& variable, const Place& pl
 void define_filter(int ncid, int id, const Filter& filter, const std::string& section,
                    const Place& place) {
   constexpr unsigned kSzip = 4;
-  // Values of the options mask that a caller of szip may set; HDF5 adds the other options.
+  // Bits of szip's options mask that a caller may set. HDF5 sets the other bits itself.
   constexpr std::array<unsigned, 2> kSzipCoders{4, 32};
-  // If the filter is missing, the values are written without the filter, because that is better
-  // than writing no file.
+  // If the filter is not available, write the values without it. This is better than not writing
+  // the file.
   if (nc_inq_filter_avail(ncid, filter.id) != NC_NOERR) return;
   std::vector<unsigned> parameters = filter.parameters;
   if (filter.id == kSzip && parameters.size() > 2) {
@@ -183,8 +184,8 @@ void Place::fail(ErrorCode why, const std::string& section, const std::string& d
 }
 
 void Place::check(int status, const std::string& section) const {
-  // Names come from the source file. An invalid name is therefore reported as an error of the
-  // source, even if it is found while writing.
+  // All names come from the source file. If netCDF rejects a name while writing, the error is
+  // therefore reported as corrupt data.
   if (status != NC_NOERR)
     fail(status == NC_EBADNAME ? ErrorCode::corrupt : code, section,
          std::string("netCDF reports: ") + nc_strerror(status));
@@ -293,8 +294,8 @@ int create_file(const Skeleton& skeleton, const Place& place) {
                         NC_CLOBBER | kModes[static_cast<std::size_t>(skeleton.kind)], &ncid),
               "creating it");
   try {
-    // Filling is disabled, because all values are written anyway. A variable may still request
-    // filling.
+    // Disable filling by default, because all values are written anyway. define_storage() enables
+    // it for variables that were filled in the source.
     place.check(nc_set_fill(ncid, NC_NOFILL, &previous), "creating it");
     std::vector<int> ids;
     for (const Dimension& dimension : skeleton.dimensions) {
@@ -324,12 +325,13 @@ int create_file(const Skeleton& skeleton, const Place& place) {
 }
 
 void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
-  // Number of caches that are kept, which suffices for three coordinates and one more variable.
+  // Maximum number of variables that have a chunk cache. Four caches suffice for three coordinates
+  // and one more variable.
   constexpr std::size_t kKept = 4;
   constexpr std::uint64_t kSmallest = std::uint64_t{1} << 20, kLargest = std::uint64_t{1} << 28;
   constexpr std::size_t kSlots = 101;
-  // Value of netCDF's `preemption`: chunks that were read or written completely are replaced first,
-  // because access is front to back.
+  // Value of netCDF's `preemption` parameter. With the value 1, chunks that have been read or
+  // written completely are evicted first, which suits sequential access.
   constexpr float kPreemption = 1;
   const Variable& one = skeleton.variables[static_cast<std::size_t>(variable)];
   if (one.storage.chunks.empty()) return;
@@ -339,8 +341,8 @@ void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
     return;
   }
   std::uint64_t bytes = scalar_bytes(scalar_of(one.type));
-  // The cache is large enough for all chunks of a row, e.g. for all nodes of an element, because
-  // rows are read in order.
+  // Rows are accessed in order. The cache is therefore large enough for all chunks of one row, e.g.
+  // the chunks with all nodes of an element.
   const std::size_t rows = skeleton.dimensions[one.dimensions.front()].unlimited ? 2 : 1;
   for (std::size_t d = 0; d < one.storage.chunks.size(); ++d) {
     const std::uint64_t chunk = std::max<std::uint64_t>(one.storage.chunks[d], 1);

@@ -1,6 +1,6 @@
-// Skeleton: everything in a netCDF file except its values, as plain data. A skeleton can be read
-// from an open file, define a new file, or be stored as text (exodus.h describes the lines of the
-// text).
+// Skeleton: the structure of a netCDF file, i.e. everything except the values of variables, as
+// plain data. A skeleton can be read from an open file, be used to create a new file, and be stored
+// as text (exodus.h describes the text).
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,10 @@
 
 namespace shm::converters::exodus {
 
-// Context for error messages: the name of the file, and the error code to use if no other code is
-// more specific.
+// Context for error messages: the name of the file, and a default error code.
 struct Place {
   std::string file;
-  ErrorCode code;  // for failures without a more specific code
+  ErrorCode code;  // code of errors for which there is no more specific code
 
   // Throws Failure if `status`, the result of a netCDF call, is an error.
   void check(int status, const std::string& section) const;
@@ -29,18 +28,19 @@ struct Place {
 
 struct Attribute {
   std::string name;
-  int type;                          // type as an nc_type; never a user-defined type
-  std::vector<std::byte> values;     // values in host byte order; characters if the type is char
+  int type;                          // nc_type of the values; never a user-defined type
+  std::vector<std::byte> values;     // values in host byte order, or characters if the type is
+                                     // NC_CHAR
   std::vector<std::string> strings;  // values if the type is NC_STRING
   bool operator==(const Attribute&) const = default;
 };
 struct Dimension {
   std::string name;
-  std::uint64_t length;  // current length if unlimited
+  std::uint64_t length;  // if unlimited: the current length
   bool unlimited;
   bool operator==(const Dimension&) const = default;
 };
-// An HDF5 filter that is not one of deflate, shuffle and checksum.
+// An HDF5 filter other than deflate, shuffle and checksum.
 struct Filter {
   unsigned id;
   std::vector<unsigned> parameters;
@@ -77,7 +77,8 @@ struct Skeleton {
   std::vector<Variable> variables;
   bool operator==(const Skeleton&) const = default;
 
-  // The find functions return the index of an item, or -1 if no such item exists.
+  // find_variable() and find_dimension() return an index, or -1 if there is no variable or
+  // dimension with this name.
   int find_variable(std::string_view name) const;
   int find_dimension(std::string_view name) const;
   // Returns the length of a dimension, or 0 if the dimension does not exist.
@@ -86,12 +87,12 @@ struct Skeleton {
     return dimensions[variable.dimensions[i]].name;
   }
   std::vector<std::uint64_t> shape(const Variable& variable) const;
-  // Returns the number of values of a variable, or the largest 64-bit number if the product
-  // overflows.
+  // Returns the number of values of a variable, i.e. the product of its dimensions. If the product
+  // overflows, returns the largest 64-bit number.
   std::uint64_t size(const Variable& variable) const;
 };
 
-// Index of variables by name, which makes repeated lookups fast. The skeleton is borrowed.
+// A map from names to variables, which makes repeated lookups fast. The skeleton is borrowed.
 class VariableIndex {
  public:
   explicit VariableIndex(const Skeleton& skeleton) {
@@ -107,34 +108,36 @@ class VariableIndex {
   std::map<std::string_view, int> by_name_;
 };
 
-// Returns the ScalarType for an atomic nc_type. The type of characters and strings is uint8.
+// Returns the ScalarType that corresponds to an atomic nc_type. For characters and strings, this is
+// uint8.
 ScalarType scalar_of(int nc_type);
 
 // Returns the structure of the open file `ncid`. Throws Failure (unsupported) for groups and
 // user-defined types.
 Skeleton read_skeleton(int ncid, const Place& place);
-// Creates the file `path` with the structure of a skeleton, ready for values. Returns its ncid.
+// Creates the file `place.file` with the structure of a skeleton. Its values can then be written.
+// Returns the ncid of the open file.
 int create_file(const Skeleton& skeleton, const Place& place);
 
-// Decodes text in which %XX represents a character that would end a field or a line. Returns
-// nothing if a %XX is invalid.
+// Decodes the %XX escapes in text. An escape represents a character with a special meaning in the
+// skeleton, such as a tab. Returns nothing if an escape is invalid.
 std::optional<std::string> unescaped(std::string_view text);
 
 std::string to_text(const Skeleton& skeleton);
 // Parses the lines of a skeleton. Throws Failure (corrupt).
 Skeleton from_text(std::string_view text, const Place& place);
 
-// Checks a netCDF file before netCDF opens it. Throws Failure: truncated if the header, or the
-// values at the positions that the header states, extend beyond the end of the file; corrupt if the
-// header is invalid. netCDF itself would read zeros beyond the end of the file.
+// Checks a netCDF file before netCDF opens it. Throws Failure with the code `truncated` if the
+// header or the values extend beyond the end of the file; netCDF itself would read zeros there.
+// Throws Failure with the code `corrupt` if the header is invalid.
 void check_extent(const std::string& path);
-// Writes zeros to the gaps between the values of a classic file. netCDF leaves old contents of its
-// buffers there, but equal meshes must produce equal files.
+// Writes zeros to the gaps between the values of a classic file. netCDF leaves arbitrary bytes in
+// these gaps, but equal meshes must produce equal files.
 void clear_padding(const std::string& path);
 
-// Caches for chunked variables of netCDF-4 files. netCDF would keep tens of megabytes for each
-// variable that has been accessed. With this class, only the last few variables have a cache, which
-// is just large enough for the chunks of one row.
+// Limits netCDF's caches for chunked variables in netCDF-4 files. By default, netCDF keeps tens of
+// megabytes for each variable that has been accessed. With this class, only the most recently used
+// variables have a cache, which is just large enough for the chunks of one row.
 class ChunkCaches {
  public:
   // Must be called before values of `variable` in the open file `ncid` are read or written.

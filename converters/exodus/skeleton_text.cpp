@@ -1,4 +1,4 @@
-// Conversion of a skeleton to lines of text and back.
+// Converts a skeleton to lines of text, and lines of text to a skeleton.
 #include <netcdf.h>
 
 #include <algorithm>
@@ -37,8 +37,8 @@ constexpr std::array<TypeWord, 12> kTypes{{{NC_BYTE, ScalarType::int8, "byte"},
                                            {NC_STRING, ScalarType::uint8, "string"}}};
 constexpr std::array<std::string_view, 5> kKinds{"classic", "64-bit-offset", "cdf5", "netcdf4",
                                                  "netcdf4-classic"};
-// First field of the first line. K means that variables refer to dimensions by name, N by index
-// (files before 0.10).
+// First field of the first line. K means that variables refer to dimensions by name. N means that
+// they refer to dimensions by index, as in files from versions before 0.10.
 constexpr std::string_view kNamesFollow = "K", kPlacesFollow = "N";
 constexpr std::string_view kCompact = "compact", kBigEndian = "big-endian", kFilled = "filled";
 
@@ -53,7 +53,8 @@ void append_escaped(std::string& out, std::string_view text, std::string_view al
   }
 }
 
-// Escapes the name of a dimension or variable. A '#' in the result represents a number.
+// Escapes the name of a dimension or variable. A '#' in the name is escaped too, because '#'
+// represents numbers in the skeleton.
 std::string escaped_name(std::string_view name) {
   std::string out;
   append_escaped(out, name, "#");
@@ -76,8 +77,8 @@ std::string text_of(T value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// Converts numbers of one type to text: to decimals, or to their bits if decimals cannot represent
-// them.
+// Converts numbers of type T to text and back. The text of a number is decimal; for NaN and
+// infinity it is x followed by the bits in hexadecimal.
 template <class T>
 struct NumberText {
   using Bits = std::conditional_t<
@@ -113,7 +114,7 @@ struct NumberText {
   }
 };
 
-// Calls `action` with a NumberText for numbers of type `type`.
+// Calls `action` with a NumberText for the C++ type that corresponds to `type`.
 template <class Action>
 auto with_numbers(ScalarType type, Action&& action) {
   return with_scalar(type, [&](auto zero) { return action(NumberText<decltype(zero)>()); });
@@ -228,8 +229,7 @@ class TextParser {
     need(value.has_value());
     return *value;
   }
-  // Returns the name in the current line, in which '#' is replaced by the numbers. The result is
-  // still escaped.
+  // Returns the name in the current line, with numbers in place of '#'. The name is still escaped.
   std::string name(NumberedNames& names) const {
     need(fields_.size() > 1);
     return by_name_ ? names.expanded(fields_[1]) : std::string(fields_[1]);
@@ -319,13 +319,13 @@ class TextParser {
     skeleton.variables.back().storage.filters.push_back(std::move(one));
   }
 
-  // Limit for the growth of text when names of dimensions replace references by index. In a damaged
-  // file, many variables may refer to dimensions with long names; their text would be far larger
-  // than the file.
+  // Maximum ratio between the total size of the dimension names to which variables refer and the
+  // size of the text. In a damaged file, many variables could refer to a dimension with a long
+  // name. The skeleton with names would then be far larger than the file.
   static constexpr std::size_t kMostGrowth = 32;
 
   const Place* place_;
-  // Sizes in bytes of the text, and of all names of dimensions to which variables refer.
+  // Size in bytes of the text, and total size of all dimension names to which variables refer.
   std::size_t bytes_, mentioned_ = 0;
   std::vector<std::string_view> fields_;
   std::size_t number_ = 0;

@@ -25,8 +25,8 @@ namespace {
 
 using namespace exodus;
 
-// Writes a mesh with its original netCDF structure. Uses only netCDF: when the Exodus library opens
-// an old file for writing, it adds data that the file did not have.
+// Writes a mesh with its original netCDF structure. Uses netCDF without the Exodus library, because
+// the Exodus library would add data that the original file did not have.
 class SkeletonWriter {
  public:
   SkeletonWriter(MeshSource& mesh, const Skeleton& skeleton, const Layout& layout,
@@ -77,7 +77,8 @@ class SkeletonWriter {
     return parts;
   }
 
-  // Throws Failure if values are missing. Called before anything is written.
+  // Throws Failure if the mesh does not contain the values of a variable. Called before the file is
+  // created.
   void check_values() const {
     std::set<std::string_view> names;
     for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
@@ -221,8 +222,8 @@ class SkeletonWriter {
         [](const ArrayPart& part, std::uint32_t wanted) { return part.block < wanted; });
   }
 
-  // Writes the values of a variable: from its extras if they exist, otherwise derived from the rest
-  // of the mesh.
+  // Writes the values of a variable. The values come from its extras if these exist; otherwise they
+  // are derived from the rest of the mesh.
   void write_list(std::size_t v) {
     const Variable& one = skeleton_.variables[v];
     if (skeleton_.size(one) == 0) return;
@@ -252,8 +253,7 @@ class SkeletonWriter {
     place_.check(nc_put_vara(ncid_, id, slab.start.data(), slab.count.data(), values.data()),
                  section(id));
   }
-  // Writes a variable of strings. `values` contains the strings; a zero byte terminates each
-  // string.
+  // Writes a variable of strings. `values` contains all strings, each terminated by a zero byte.
   void write_strings(int id, const std::vector<std::byte>& values) {
     const auto lengths = skeleton_.shape(variable(id));
     const std::vector<std::size_t> start(lengths.size(), 0), count(lengths.begin(), lengths.end());
@@ -267,8 +267,8 @@ class SkeletonWriter {
                  section(id));
   }
 
-  // Returns the values of an integer array with one component on one block, in the cell order of
-  // the new file.
+  // Returns the values that the array in the variable `variable_of_array` has on the cells of a
+  // block, in the cell order of the new file. The array must have one integer per cell.
   std::vector<std::int64_t> numbers_on(std::uint32_t block, int variable_of_array) {
     std::vector<std::int64_t> numbers(layout_.blocks[block].cells);
     for (std::size_t a = 0; a < layout_.arrays.size(); ++a) {
@@ -306,12 +306,13 @@ class SkeletonWriter {
     place_.fail(ErrorCode::corrupt, "face blocks", std::move(detail));
   }
 
-  // Nodes of the cells of a block, in the cell order of the new file.
+  // Nodes of the cells of a block, in the cell order of the new file. ends[i] is the index in
+  // `nodes` at which cell i ends.
   struct BlockCells {
     std::vector<std::uint64_t> nodes, ends;
   };
-  // Writes the face blocks and the list of faces of each polyhedron. Both are derived from the
-  // cells (polyhedra.h).
+  // Derives the face blocks and the lists of faces of the polyhedra from the cells (polyhedra.h),
+  // and writes them.
   void write_derived_faces() {
     std::vector<BlockCells> cells(layout_.blocks.size());
     grouping_.deal_cells(mesh_, [&](std::uint32_t b, std::uint64_t, std::uint64_t,
@@ -344,7 +345,7 @@ class SkeletonWriter {
   }
 
   // Returns the faces of each cell of a block, in the cell order of the new file. Faces are
-  // numbered by first use, in the cell order of the original file.
+  // numbered in the order in which the cells of the original file first use them.
   std::vector<std::vector<std::uint64_t>> find_faces(const BlockLayout& block,
                                                      const BlockCells& cells, FaceTable& faces,
                                                      std::vector<std::uint32_t>& uses) {
@@ -371,8 +372,8 @@ class SkeletonWriter {
     return found;
   }
 
-  // Returns the numbers that the faces have in the file, which start at 1. Throws Failure unless
-  // all numbers differ.
+  // Returns the number that each face has in the file. Numbers start at 1. Throws Failure if a
+  // number is too large or occurs twice.
   std::vector<long long> face_numbers(const std::vector<std::uint32_t>& uses) const {
     const auto places = face_places(uses, extras_.find(kSharedFirst) != nullptr);
     const Extra* extra = extras_.find(kFaceNumbers);
@@ -429,7 +430,7 @@ class SkeletonWriter {
     if (!values.empty()) place_.check(nc_put_var_longlong(ncid_, id, values.data()), section(id));
   }
 
-  // Writes the lists of faces of polyhedra, which may have been reordered.
+  // Writes the lists of faces of the polyhedra of a block, in the cell order of the new file.
   void write_faces(const BlockLayout& block, const std::vector<const Extra*>& parts) {
     const auto from = numbers_on(index_of(block), -1);
     const auto counts = numbers_on(index_of(block), block.counts);
@@ -441,7 +442,7 @@ class SkeletonWriter {
       place_.fail(ErrorCode::corrupt, section(block.faces),
                   "it is not known which faces belong to which polyhedron");
     };
-    // begins[i] is the index of the first face of the cell that was at position i in the original
+    // begins[i] is the index in `faces` of the first face of the cell with index i in the original
     // file.
     std::vector<std::uint64_t> begins(from.size() + 1, 0);
     for (std::size_t i = 0; i < from.size(); ++i) {
@@ -462,8 +463,8 @@ class SkeletonWriter {
     write_rows(block.faces, 0, size, moved);
   }
 
-  // Converts the references in an extra to the numbers in the file, which start at 1 and have the
-  // type `stored`. Cells are numbered block by block.
+  // Converts the vertex or cell references in an extra to numbers of the file. These numbers start
+  // at 1 and have the type `stored`; cells are numbered block by block.
   std::vector<std::byte> counted_from_one(const Extra& extra, ScalarType stored) {
     const bool cells = extra.refers == Reference::cell;
     const std::uint64_t count = cells ? info_.cells() : info_.vertices;
@@ -491,7 +492,7 @@ class SkeletonWriter {
   ChunkCaches caches_;
 };
 
-// Reduces the connectivities of the layout to the columns that are nodes in the mesh.
+// Reduces each connectivity in the layout to the columns that contain nodes according to the mesh.
 void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
   const std::size_t count = std::min(info.schema.blocks.size(), layout.blocks.size());
   for (std::uint32_t b = 0; b < count; ++b) {

@@ -12,16 +12,17 @@
 
 namespace shm::converters {
 
-// Opens a mesh file of any format. Throws Failure: io if the file does not exist, unsupported if
-// its format is unknown.
+// Opens a mesh file of any format. Throws Failure with the code io if the file does not exist, and
+// with the code unsupported if its format is unknown.
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress = {});
 
 // Writes `mesh` to a temporary file, then renames the file to `path`. If `path` is "-", writes to
-// standard output: a .shm file while it is encoded, a file of another format when it is complete.
-// Throws Failure.
+// standard output instead. In this case, a .shm file is written while it is encoded, and a file of
+// any other format when it is complete. Throws Failure.
 void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool);
-// Writes `mesh` to an output file that the caller commits (renames to its final name).
+// Writes `mesh` to `output`. The caller must commit `output`, which renames the file to its final
+// name.
 void write_mesh(MeshSource& mesh, OutputFile& output, const Format& format, Spool& spool);
 
 }  // namespace shm::converters

@@ -54,8 +54,8 @@ bool same_letters(std::string_view a, std::string_view b) {
   });
 }
 
-// Returns true if `part` is the extension, optionally followed by a step suffix: "e" or "e-s002"
-// for extension ".e".
+// Returns true if `part` is the extension without its dot, optionally followed by a step suffix.
+// For the extension ".e", "e" and "e-s002" match.
 bool is_extension(std::string_view part, std::string_view extension) {
   extension.remove_prefix(1);
   if (!same_letters(part.substr(0, extension.size()), extension)) return false;
@@ -64,14 +64,16 @@ bool is_extension(std::string_view part, std::string_view extension) {
                           part.find_first_not_of("0123456789", 2) == std::string_view::npos);
 }
 
-// Returns true if `name` consists of `word` and a number: "edgconn3" for the word "edgconn".
+// Returns true if `name` consists of `word` and a number. For the word "edgconn", "edgconn3"
+// matches.
 bool is_numbered(std::string_view name, std::string_view word) {
   return name.size() > word.size() && name.starts_with(word) &&
          name.find_first_not_of("0123456789", word.size()) == std::string_view::npos;
 }
 
-// Returns true if a file with this beginning belongs to a format other than `format`. Needed
-// because both CGNS and Exodus files may be HDF5 files.
+// Returns true if a file that begins with `head` does not belong to `format`, although
+// `format.looks_like(head)` is true. This happens because both CGNS and Exodus files may be HDF5
+// files.
 bool is_another(const Format& format, std::span<const std::byte> head) {
   return format.name == kExodusFormat.name && is_cgns(head);
 }
@@ -150,7 +152,7 @@ const Format* format_of_name(std::string_view path) {
     for (const Format& format : formats())
       for (const std::string_view extension : format.extensions)
         if (!extension.empty() && is_extension(part, extension)) return &format;
-    // The number of a part follows the extension, as in out.e.4.0.
+    // If the last part of the name is a number, as in out.e.4.0, the extension precedes it.
     if (part.empty() || part.find_first_not_of("0123456789") != std::string_view::npos)
       return nullptr;
     name = name.substr(0, dot);
@@ -160,7 +162,8 @@ const Format* format_of_name(std::string_view path) {
 const Format* format_of_file(const std::string& path) {
   if (path == "-") return format_named("shm");
   const std::vector<std::byte> head = head_of(path);
-  // No content matches two formats, so the format that the file name suggests is tried first.
+  // The content of a file matches at most one format. Try the format that the file name suggests
+  // first.
   const Format* named = format_of_name(path);
   if (named != nullptr && named->looks_like(head) && !is_another(*named, head)) return named;
   for (const Format& format : formats())

@@ -8,7 +8,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns the first line that is neither empty nor begins with `comment`, converted to capitals.
+// Returns the first line that is neither empty nor a comment, converted to upper case and without
+// leading white space. A comment is a line that begins with `comment`.
 std::string first_line(std::string_view text, std::string_view comment) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -34,8 +35,8 @@ bool begins_with_any(const std::string& line, std::span<const std::string_view> 
 
 bool is_cgns(std::span<const std::byte> head) {
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
-  // Texts at the root of a CGNS file in HDF5: the name of the root node, and the names of the first
-  // nodes that the CGNS library writes there.
+  // Names that identify a CGNS file stored in HDF5: those of its root node and of the first nodes
+  // that the CGNS library writes below the root.
   constexpr std::array<std::string_view, 3> kWords = {"HDF5 MotherNode", " hdf5version",
                                                       "CGNSLibraryVersion"};
   if (text.starts_with("@(#)ADF Database")) return true;

@@ -1,6 +1,5 @@
-// Mesh formats that are recognized but cannot be read. Because they are recognized, an error
-// message can name the format, and a file is not mistaken for a file of another format with the
-// same extension.
+// Detects mesh formats that this library cannot read. Thus an error message can name the format,
+// and a file in such a format is not mistaken for a file in another format with the same extension.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +9,7 @@
 namespace shm::converters {
 
 // Returns the name of the format of a file that begins with `head`, such as "Abaqus or CalculiX
-// input". Returns an empty string if the format is unknown or can be read.
+// input". Returns an empty string if the format is unknown, or if this library can read it.
 std::string_view unread_format(std::span<const std::byte> head);
 
 // Returns true if a file that begins with `head` is a CGNS file, stored in HDF5 or in its

@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::uint64_t kMaxComponents = 65535;  // largest number of components of an array
 
-// Largest number of entries of a view that are sorted in memory; larger views use the spool.
+// Maximum number of entries of a view that is sorted in memory. Larger views are sorted with a
+// table in the spool.
 constexpr std::uint64_t kFewEntries = 1 << 16;
 
 struct Header {
@@ -29,8 +30,8 @@ struct Header {
     }
     return all;
   }
-  // Returns a text that is the same for all time steps of a view: all its tags except time and step
-  // number.
+  // Returns a text that contains all tags of the section header except the time and the step
+  // number. If the texts of two data sections are equal, the sections are time steps of one view.
   std::string group() const {
     std::string all;
     for (const std::string& tag : strings) all += tag + '\n';
@@ -135,7 +136,8 @@ class DataReader {
     }
   }
 
-  // Returns true if each node, or each element of some blocks, has exactly one entry.
+  // Returns true if the section has exactly one entry for each node, or for each element of some
+  // blocks and no entry for other elements.
   bool covers_blocks() {
     const MeshInfo& info = r_.mesh->info_;
     if (header_.entries == 0 || header_.entries > mesh_tags().size()) return false;
@@ -154,7 +156,7 @@ class DataReader {
       }
     }
     if (points_) return header_.entries == info.vertices;
-    // For each block, its number of cells that have entries.
+    // Number of cells with entries, by block.
     std::map<std::uint32_t, std::uint64_t> cells;
     for (std::uint64_t e = 0; e < header_.entries; ++e)
       ++cells[r_.mesh->cell_blocks_.get<std::uint32_t>(places_.get<std::uint64_t>(e))];
@@ -166,8 +168,9 @@ class DataReader {
     return true;
   }
 
-  // Returns true if all elements have the same number of nodes in the $ElementNodeData section, and
-  // this number is that of their blocks in the mesh. Returns true for other sections.
+  // For a section $ElementNodeData, returns true if all elements in the section have the same
+  // number of nodes, and this is also the number of nodes per cell in the blocks of these elements.
+  // Returns true for other sections.
   bool uniform_nodes() {
     if (!by_node_) return true;
     nodes_ = sizes_.get<std::uint32_t>(0);
@@ -243,8 +246,10 @@ class DataReader {
   const Header header_;
   const bool points_, by_node_, known_;
   PagedArray tags_, places_, sizes_, values_;
-  // If the entries are not in mesh order: pairs (element, entry) of small views in few_; entry + 1
-  // for each element of large views in entry_of_.
+  // Maps each node or element of the mesh to the index of its entry in the section. Used only if
+  // the entries are not in mesh order. For a small view, few_ contains pairs (node or element,
+  // entry). For a large view, entry_of_ contains, for each node or element, the index of its entry
+  // plus 1, or 0 if it has no entry.
   std::vector<std::pair<std::uint64_t, std::uint64_t>> few_;
   std::optional<PagedArray> entry_of_;
   bool found_all_ = false, ascending_ = true;
@@ -252,7 +257,7 @@ class DataReader {
   std::vector<std::uint32_t> blocks_, covered_;
 };
 
-// Groups the views: the views of a group are the time steps of one array.
+// Groups the data sections, so that the sections of a group become the time steps of one array.
 class ViewGroups {
  public:
   explicit ViewGroups(GmshReading& reading) : r_(reading) {
@@ -260,7 +265,8 @@ class ViewGroups {
       names_.keep(array.location, array.name);
     for (std::size_t v = 0; v < r_.views.size(); ++v) {
       const auto [entry, fresh] = number_.try_emplace(r_.views[v].group, groups_.size());
-      // A step that is not later than the previous step begins another view with the same name.
+      // If the step is not later than the previous step of the group, the section begins a new
+      // group with the same name.
       if (fresh || r_.views[v].step <= r_.views[groups_[entry->second].back()].step) {
         entry->second = groups_.size();
         groups_.emplace_back();

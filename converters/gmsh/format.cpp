@@ -50,7 +50,7 @@ void add_sections(const MeshInfo& info, const Keys& used, LossList& losses) {
     } else if (name == "Entities") {
       if (gmsh_entities_have_bounds(info)) losses.push_back("boundaries of entities ($Entities)");
     } else if (name == "PhysicalNames") {
-      continue;  // not a loss: blocks and sets have the names
+      continue;  // not a loss, because the blocks and sets have the names of this section
     } else if (kind == "raw" || kind == "links" || kind == "ghosts") {
       losses.push_back("section $" + name);
     } else if (kind == "between") {
@@ -73,9 +73,10 @@ void add_tags(const MeshInfo& info, LossList& losses) {
     losses.push_back("entities of nodes");
 }
 
-// Computes the extras of a mesh that is reduced to some of its steps. The extra gmsh/sections lists
-// every view at every step. Other extras have the line number of their section in their keys, so
-// the remaining sections are renumbered.
+// Computes the extras of a mesh that is reduced to some of its time steps. The extra gmsh/sections
+// has a line for every view at every step; the lines of the dropped steps are removed. The keys of
+// other extras contain the line number of their section, so these keys are changed to the new line
+// numbers.
 class SectionsOfSteps {
  public:
   SectionsOfSteps(const MeshInfo& info, StepRange steps) : info_(info), steps_(steps) {
@@ -123,19 +124,20 @@ class SectionsOfSteps {
 
   const MeshInfo& info_;
   const StepRange steps_;
-  // Arrays with time steps, as pairs (true if on points, name).
+  // The arrays with time steps. The first element of a pair is true for a point array and false for
+  // a cell array; the second element is the name of the array.
   std::set<std::pair<bool, std::string>> stepped_;
 
-  // New line number of each remaining section, by its old line number.
+  // Maps the old line number (as text) of each remaining section to its new line number.
   std::map<std::string, std::size_t> numbers_;
   std::string list_;
 };
 
 class GmshSource final : public SourceFormat {
  public:
-  // Returns the physical groups as sets. This is needed if there are too many groups for element
-  // sets in the extras. Leaves out groups if the name of each of their blocks is the name of the
-  // group.
+  // Returns the physical groups as sets. Returns nothing if the extras contain the groups as
+  // element sets, which is the case unless there are too many groups. Leaves out a group if all its
+  // blocks have the name of the group.
   std::vector<MeshSet> sets(const MeshInfo& info, Keys&) const override {
     std::vector<MeshSet> sets;
     if (std::any_of(info.extras.begin(), info.extras.end(),
@@ -167,8 +169,8 @@ class GmshSource final : public SourceFormat {
     return groups;
   }
 
-  // Returns true if the mesh has a value for each corner of an element, because such values are in
-  // the order of the file.
+  // Returns true if the mesh has a section $ElementNodeData. This section lists values for the
+  // nodes of each element, in the file's order of these nodes.
   bool needs_corner_order(const MeshInfo& info) const override {
     const Extra* sections = find_extra(info, kSections);
     return sections != nullptr &&

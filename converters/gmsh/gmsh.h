@@ -4,47 +4,54 @@
 // combination of element type and tags of MSH 1 and 2 (the block id is the elementary tag). If
 // there are more than 1024 combinations, it has one block for each type and number of tags, and the
 // tags are in arrays. Views that cover all nodes, or all elements of some blocks, become arrays;
-// the arrays are stepped if the view has several times. Nodes of second-order elements are permuted
-// to VTK's order; other high-order elements have shape `other` and keep the node order of the file.
+// the arrays are stepped if the view has several time steps. Nodes of second-order elements are
+// permuted to VTK's order; other high-order elements have shape `other` and keep the node order of
+// the file.
 //
 // Arrays with a role:
-//   gmsh:node_tag, gmsh:element_tag   int64; exist only if tags are not consecutive, or if a part
-//   of
-//                                     the file that is kept verbatim may refer to tags
-//   gmsh:node_entity                  int32, row of gmsh/nodes/entities; exists only if there are
-//                                     several rows
-//   gmsh:node_parameters              float64 x 3; exists if some nodes have parametric coordinates
-//   gmsh:tag_<i>                      int32, i-th tag of an MSH 1/2 element, on the blocks whose
-//                                     elements have this tag (0 and 1 only if the block does not
-//                                     determine the tag)
-//   gmsh:element_node_data            $ElementNodeData: components are nodes x values, in file
-//   order
+//   gmsh:node_tag, gmsh:element_tag
+//                          int64; exist only if the tags are not consecutive, or if a part of the
+//                          file that is kept verbatim may refer to tags
+//   gmsh:node_entity       int32: row number in gmsh/nodes/entities; exists only if that extra has
+//                          several rows
+//   gmsh:node_parameters   float64 x 3; exists if some nodes have parametric coordinates
+//   gmsh:tag_<i>           int32: i-th tag (from 0) of an MSH 1/2 element, on the blocks whose
+//                          elements have this tag; tags 0 and 1 are stored only if the block does
+//                          not determine them
+//   gmsh:element_node_data values of $ElementNodeData: one component for each node of an element
+//                          and each value of a node, in file order
 //
 // Extras:
 //   gmsh/mesh_format       text: the line of $MeshFormat, e.g. "4.1 0 8"; "1" for MSH 1
 //   gmsh/byte_order        text: "little" or "big"; exists only for binary files
 //   gmsh/sections          text: a line for each section, "name TAB kind TAB step TAB array";
 //                          kind is format, nodes, elements, array, list, links, ghosts, names,
-//                          raw or between (text between sections, no name)
-//   gmsh/nodes/first_tag, gmsh/elements/first_tag   int64; exist if the tags are consecutive
+//                          raw or between (text between sections, which has no name)
+//   gmsh/nodes/first_tag, gmsh/elements/first_tag
+//                          int64: the first tag; exist only if the tags are consecutive
 //   gmsh/nodes/entities    int32 [n, 3]: dimension, tag, parametric, in file order
 //   gmsh/elements/blocks   int32 [blocks, 3]: dimension, entity, type (MSH 4), or
 //                          int32 [blocks, 4]: type, number of tags, first two tags (MSH 1/2)
-//   mesh/element_set/<i>/...   physical groups to which blocks belong, as in shm/sets.h, sorted by
+//   mesh/element_set/<i>/...   physical groups that contain blocks, as in shm/sets.h, sorted by
 //                          dimension and tag; the content of a $PhysicalNames section of kind names
 //                          is derived from these sets
-//   gmsh/section/<k>       uint8: content of the section of kind raw or between in line k (from 0)
-//                          of gmsh/sections
+//   gmsh/section/<k>       uint8: content of a section of kind raw or between; <k> is the number
+//                          (from 0) of its line in gmsh/sections, as in the following keys
 //   gmsh/section/<k>/header   text: string, real and integer tags of a data section
-//   For a section of kind list (a view that covers some nodes or elements), in file order:
-//     .../vertices or .../cells   int64, references; or .../tags if some are not in the mesh
-//     .../counts int32 ($ElementNodeData), .../values float64
+//   For a section of kind list (a view that covers only some nodes or elements), in file order:
+//     .../vertices or .../cells   int64: references to nodes or elements; if some are not in the
+//                          mesh, .../tags contains their tags instead
+//     .../counts           int32: number of nodes of each element; only for $ElementNodeData
+//     .../values           float64
 //   For a section of kind links ($Periodic):
-//     .../links int64 [n, 5]: dimension, tag, master tag, number of affine values, number of pairs
-//     .../affine float64, .../nodes int64 [m, 2] vertex references
+//     .../links            int64 [n, 5]: dimension, tag, master tag, number of affine values,
+//                          number of pairs of nodes
+//     .../affine           float64: the affine values of all links
+//     .../nodes            int64 [m, 2]: references to the nodes of each pair
 //   For a section of kind ghosts ($GhostElements):
-//     .../cells int64 references, .../partitions int32 [n, 2]: partition, number of ghosts;
-//     .../ghosts int32
+//     .../cells            int64: references to the elements
+//     .../partitions       int32 [n, 2]: partition, number of ghost partitions of each element
+//     .../ghosts           int32: the ghost partitions of all elements
 #pragma once
 
 #include <cstddef>

@@ -15,7 +15,7 @@
 namespace shm::converters {
 
 void GmshNaming::add_names(std::string_view content) {
-  // Binary numbers are disabled, because this section is text in binary files too.
+  // The encoding is text, because $PhysicalNames is text even in binary files.
   GmshMemoryScan scan(content, {});
   const std::uint64_t count = scan.count();
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -70,7 +70,7 @@ std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
     const auto entity = groups.find({row[0], row[1]});
     if (entity == groups.end()) return found;
     for (const std::int64_t tag : entity->second) found.emplace_back(row[0], std::abs(tag));
-    // A row of MSH 1 or 2 contains the type, the number of tags, the physical tag and the
+    // In MSH 1 and 2, a row contains the element type, the number of tags, the physical tag and the
     // elementary tag.
   } else if (row.size() == 4 && row[1] > 0 && row[2] != 0) {
     found.emplace_back(gmsh_type(row[0]).dimension, std::abs(std::int64_t{row[2]}));
@@ -79,7 +79,8 @@ std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
 }
 
 std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
-  // The check does not use groups_of(), because an entity may have very many blocks and groups.
+  // Check the number of groups before calling groups_of(). If an entity has very many blocks and
+  // groups, listing all groups of the entity for each block would be slow.
   if (row.size() == 3) {
     const auto entity = groups.find({row[0], row[1]});
     if (entity == groups.end() || entity->second.size() != 1) return {};
@@ -93,7 +94,7 @@ std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
 namespace {
 
 // Returns the rows of the extra gmsh/elements/blocks. Each block has one row, and all rows have the
-// same number of values. Returns an empty list if the extra has another form.
+// same number of values. Returns an empty list if the extra does not have this form.
 std::vector<std::int32_t> block_rows(const MeshInfo& info) {
   const Extra* table = find_extra(info, "gmsh/elements/blocks");
   const std::size_t blocks = info.schema.blocks.size();
@@ -154,7 +155,7 @@ GmshNaming naming_of_extras(const MeshInfo& info) {
   return naming;
 }
 
-// Limit for the number of pairs of a block and a group to which it belongs. The number is limited
+// Maximum number of pairs of a block and a group that contains the block. The number is limited
 // because an entity may have many groups and many blocks.
 constexpr std::size_t kMostGroupBlocks = std::size_t{1} << 22;
 
@@ -215,7 +216,7 @@ std::string gmsh_names_of_sets(const MeshInfo& info) {
 }
 
 void add_group_sets(MeshInfo& info) {
-  // Largest number of sets. The number is limited because each set needs several extras.
+  // Maximum number of element sets. The number is limited because each set needs several extras.
   constexpr std::size_t kMostSets = 1 << 16;
   if (std::any_of(info.extras.begin(), info.extras.end(),
                   [](const Extra& extra) { return extra.key.starts_with("mesh/element_set/"); }))
@@ -224,8 +225,8 @@ void add_group_sets(MeshInfo& info) {
   try {
     groups = gmsh_groups(info);
   } catch (const Failure&) {
-    // No sets are added because there are too many. gmsh_groups() reports this error to callers
-    // that need the groups.
+    // There are too many pairs of blocks and groups, so no sets are added. Callers that need the
+    // groups call gmsh_groups() again and receive the error.
     return;
   }
   std::vector<MeshSet> sets;

@@ -14,8 +14,8 @@
 
 namespace shm::converters {
 
-// The names and groups that the sections of a file list. A section that cannot be parsed adds
-// nothing.
+// The names of the physical groups and the groups of each entity, parsed from the sections of a
+// file. An add_*() function adds nothing for a section that it cannot parse.
 struct GmshNaming {
   // Names of groups. The key is (dimension, tag of the group).
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> names;
@@ -24,7 +24,7 @@ struct GmshNaming {
   bool any_bounds = false;  // true if an entity has a boundary
 
   void add_names(std::string_view content);  // `content` is the content of $PhysicalNames
-  // Used for meshes whose element sets replace $PhysicalNames.
+  // Adds the names of the mesh's element sets. Used if the sets replace the section $PhysicalNames.
   void add_names_of_sets(const MeshInfo& info);
   void add_entities(std::string_view content, bool partitioned, GmshEncoding encoding, int version);
   // Returns the groups of a block as pairs (dimension, tag). `row` is the row of the block in the
@@ -49,8 +49,9 @@ void add_group_sets(MeshInfo& info);
 // Returns the content of $PhysicalNames, derived from the element sets of a mesh.
 std::string gmsh_names_of_sets(const MeshInfo& info);
 
-// Returns true if the section $Entities states boundaries of entities. The section also contains
-// groups, and boxes that can be computed from the nodes.
+// Returns true if the section $Entities contains boundaries of entities. Other formats lose only
+// these boundaries: the groups in the section become sets, and the bounding boxes can be computed
+// from the nodes.
 bool gmsh_entities_have_bounds(const MeshInfo& info);
 
 // Returns the names of all groups of a mesh that came from Gmsh, including groups without blocks.

@@ -75,7 +75,7 @@ void GmshTags::finish() {
     if (index >= places_.size() || places_.get<std::uint64_t>(index) == 0)
       places_.set<std::uint64_t>(index, i + 1);
   }
-  std::sort(sparse_.begin(), sparse_.end());  // if tags are equal, the lowest index comes first
+  std::sort(sparse_.begin(), sparse_.end());  // entries with equal tags are sorted by index
 }
 
 PagedArray GmshTags::take_listed() {

@@ -33,7 +33,7 @@ class GmshMesh final : public MeshSource {
   PagedArray points_;       // 3 doubles per point
   PagedArray cell_blocks_;  // uint32, block of each cell
 
-  // For each cell of a block with varying size, in cell order: its number of nodes (uint32).
+  // Number of nodes (uint32) of each cell in a block of varying size, in cell order.
   PagedArray cell_sizes_;
   PagedArray corners_;                           // uint64
   std::vector<std::vector<PagedArray>> values_;  // [array][step], one scalar per element
@@ -43,27 +43,30 @@ class GmshMesh final : public MeshSource {
 };
 
 // Maps the tags of nodes or elements to indices in the mesh. Needs memory only if the tags are not
-// consecutive. If several items have the same tag, find() returns the first of them.
+// consecutive. If several nodes or elements have the same tag, find() returns the first of them.
 class GmshTags {
  public:
   explicit GmshTags(Spool& spool) : tags_(spool, 8), places_(spool, 8) {}
   void append(std::int64_t tag);
-  void finish();  // must be called after the last append() and before the first find()
+  void finish();  // must be called after the last append() and before find()
   std::optional<std::uint64_t> find(std::int64_t tag);
   std::uint64_t size() const { return size_; }
   // Returns the first tag if each tag is one more than the previous tag. Otherwise returns nothing.
   std::optional<std::int64_t> first_of_run() const {
     return run_ ? std::optional(first_) : std::nullopt;
   }
-  PagedArray take_listed();  // returns all tags in order as int64; find() still works
+  // Returns the tags of all nodes or elements as int64, in mesh order. find() still works
+  // afterwards.
+  PagedArray take_listed();
 
  private:
   std::uint64_t size_ = 0;
   bool run_ = true;
   std::int64_t first_ = 1, lowest_ = 0, highest_ = 0;
   PagedArray tags_;
-  PagedArray places_;  // for each tag from the lowest tag on: index of its item plus 1; 0 if there
-                       // is no item
+  // places_[i] is 1 + the index of the node or element with the tag lowest_ + i, or 0 if there is
+  // no node or element with this tag.
+  PagedArray places_;
   bool dense_ = false;
   std::vector<std::pair<std::int64_t, std::uint64_t>> sparse_;  // sorted by tag
 };
@@ -76,10 +79,11 @@ struct GmshSection {
   std::string array;
 };
 
-// A data section with exactly one entry for each node, or for each element of some blocks.
+// A data section that becomes part of an array, because it has exactly one entry for each node, or
+// for each element of some blocks.
 struct GmshView {
   std::size_t section = 0;
-  std::string array_name, group;  // two sections with equal `group` differ only in their time
+  std::string array_name, group;  // sections with equal `group` are time steps of one view
   std::int64_t step = 0;          // step number in the file
   double time = 0;
   std::uint32_t components = 1;       // components of the array
@@ -101,10 +105,10 @@ struct GmshReading {
   GmshScan scan;
   Spool& spool;
   std::unique_ptr<GmshMesh> mesh;
-  int version = 10;  // 10, 20 (all of 2.x), 40 or 41
+  int version = 10;  // ten times the version: 10, 20 (for all versions 2.x), 40 or 41
   bool have_nodes = false, have_elements = false;
   // True if parts of the file that the reader does not parse may refer to nodes or elements by tag.
-  // In this case an array stores the tag of each node and element, whatever their order.
+  // If so, arrays store the tags of all nodes and elements, even if the tags are consecutive.
   bool tags_are_referred_to = false;
   GmshTags nodes, elements;
   std::vector<std::int32_t> block_table;  // the extra gmsh/elements/blocks
@@ -126,19 +130,19 @@ struct GmshReading {
 // Checks that the next line is the end marker of the current section. Throws Failure otherwise.
 void expect_section_end(GmshReading& reading);
 
-// Functions that read sections. Functions with a name read_*() throw Failure if the section is
+// Functions that read sections. The functions named read_*() throw Failure if the section is
 // damaged.
 void read_gmsh_nodes(GmshReading& reading, bool parametric_section);
 void read_gmsh_elements(GmshReading& reading);
-void keep_gmsh_tags(GmshReading& reading);  // call it after all sections
+void keep_gmsh_tags(GmshReading& reading);  // must be called after all sections have been read
 
 // Reads a data section. Returns false if the header of the section has an unknown form; the caller
 // then reads the section again as raw text.
 bool read_gmsh_data(GmshReading& reading);
 // Converts the views that were read to arrays. Must be called after all sections have been read.
 void finish_gmsh_data(GmshReading& reading);
-// These functions parse a section that is in memory. They return false if the section has another
-// form, or refers to nodes or elements that are not in the mesh.
+// The next two functions parse a section whose content is in memory. They return false if the
+// section has an unexpected form, or refers to nodes or elements that are not in the mesh.
 bool parse_gmsh_periodic(GmshReading& reading, std::string_view content);
 bool parse_gmsh_ghosts(GmshReading& reading, std::string_view content);
 

@@ -1,4 +1,4 @@
-// Writes the numbers of an MSH file through a buffer, as text or in binary form.
+// GmshOutput: writes an MSH file through a buffer, with numbers as text or in binary form.
 #pragma once
 
 #include <charconv>
@@ -21,18 +21,19 @@ class GmshOutput {
 
   void text(std::string_view content);  // writes text verbatim, even if the file is binary
 
-  // If `yes` is true, numbers are written as text even if the file is binary, because some sections
-  // of binary files are text.
+  // If `yes` is true, all following numbers are written as text, even if the file is binary. Some
+  // sections of binary files need this, because they are text.
   void write_numbers_as_text(bool yes) { numbers_as_text_ = yes; }
-  // Write numbers. In text files, a space separates the numbers of a line.
+  // The next functions write one number. In text files, numbers on the same line are separated by a
+  // space.
   void integer32(std::int64_t value);
   void integer64(std::int64_t value);
   void tag(std::int64_t value, bool wide) { wide ? integer64(value) : integer32(value); }
   void count(std::uint64_t value) { integer64(static_cast<std::int64_t>(value)); }
   void count(std::uint64_t value, bool wide) { tag(static_cast<std::int64_t>(value), wide); }
   void real(double value);
-  void end_line();     // ends a line of numbers; does nothing in binary
-  void end_of_data();  // must be called before an end marker, which must be on a separate line
+  void end_line();     // ends a line of numbers; does nothing in binary files
+  void end_of_data();  // must be called before an end marker; begins a new line if necessary
   void close();        // throws Failure if not all data could be written
 
  private:

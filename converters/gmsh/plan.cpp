@@ -150,7 +150,7 @@ class PlanFromExtras {
     const std::uint64_t width = v4 ? 3 : 4;
     const auto numbers = extras_.integers(key, width);
     if (numbers.size() != info_.schema.blocks.size() * width)
-      extras_.fail(key, "does not have a row for each block");
+      extras_.fail(key, "does not have one row for each block of the mesh");
     for (std::size_t b = 0; b < info_.schema.blocks.size(); ++b) {
       const auto column = [&](std::size_t c) {
         return static_cast<std::int32_t>(numbers[b * width + c]);
@@ -169,7 +169,8 @@ class PlanFromExtras {
       if (!type.known() || type.nodes != info_.schema.blocks[b].nodes_per_cell ||
           group.tag_count < 0 ||
           group.tag_count > static_cast<std::int32_t>(plan_.tag_arrays.size()))
-        extras_.fail(key, "does not fit the blocks of the mesh");
+        extras_.fail(
+            key, "contains element types or tag counts that do not match the blocks of the mesh");
       plan_.groups.push_back(group);
     }
   }
@@ -200,11 +201,10 @@ class PlanFromExtras {
         {"elements", Kind::elements}, {"links", Kind::links}, {"ghosts", Kind::ghosts},
         {"names", Kind::raw}};
     const auto found = kinds.find(kind);
-    if (found == kinds.end())
-      extras_.fail("gmsh/sections", "names a kind of section that does not exist");
+    if (found == kinds.end()) extras_.fail("gmsh/sections", "contains an unknown kind of section");
     section.kind = found->second;
     if (kind == "names" && std::exchange(have_names_, true))
-      extras_.fail("gmsh/sections", "lists two sections with the names of groups");
+      extras_.fail("gmsh/sections", "contains more than one section of kind 'names'");
     if (kind == "names")
       section.content = gmsh_names_of_sets(info_);
     else if (section.kind == Kind::raw || section.kind == Kind::between)

@@ -1,6 +1,6 @@
-// Plan of an MSH file: its sections and encoding, determined before the first byte is written. If
-// the mesh came from Gmsh, the plan is derived from its extras. For any other mesh, the plan is
-// binary MSH 4.1.
+// GmshPlan: the sections and the encoding of an MSH file, determined before the first byte is
+// written. If the mesh came from Gmsh, the plan is derived from its extras. For any other mesh, the
+// plan is binary MSH 4.1.
 #pragma once
 
 #include <array>
@@ -16,7 +16,8 @@
 
 namespace shm::converters {
 
-// An element type, together with its entity (MSH 4) or its tags (MSH 1 and 2).
+// The properties that all elements of a group share: the element type, and the entity (MSH 4) or
+// the tags (MSH 1 and 2).
 struct GmshElementGroup {
   std::int32_t dimension = 0, entity = 0;  // used in MSH 4
   std::int32_t type = 0;
@@ -32,9 +33,9 @@ struct GmshPlannedSection {
   std::string content;    // content of a raw section
   std::size_t array = 0;  // array that a view shows
   std::uint64_t step = 0;
-  std::uint32_t first_component = 0;  // first component of the array that the view shows
-  std::uint32_t components = 0;       // number of components that the view shows; 0: all
-  std::uint32_t padding = 0;          // number of zeros that are added after these components
+  std::uint32_t first_component = 0;  // index of the first component of `array` that the view shows
+  std::uint32_t components = 0;       // number of components that the view shows; 0 means all
+  std::uint32_t padding = 0;          // number of zeros appended to each value of the view
 };
 
 struct GmshPlan {
@@ -44,12 +45,14 @@ struct GmshPlan {
   std::vector<GmshPlannedSection> sections;
   std::vector<std::array<std::int32_t, 3>> node_entities;  // dimension, tag, parametric
 
-  // Groups of elements. The first groups are the blocks of the mesh, one group per block.
+  // Groups of elements. Group b contains the elements of block b; the groups in sized_groups follow
+  // after the groups of all blocks.
   std::vector<GmshElementGroup> groups;
-  // Groups of blocks whose cells have different numbers of nodes. The key is the block and the
-  // number of nodes.
+  // Indices of the groups for blocks whose cells have different numbers of nodes. Such a block has
+  // one group for each number of nodes. The key is (block, number of nodes).
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> sized_groups;
-  // Indices of the arrays that contain these values; empty if no such array exists.
+  // Indices of the arrays that contain the tags, entities and parametric coordinates of nodes, and
+  // the tags of elements. A missing array has no index.
   std::optional<std::size_t> node_tags, node_entity, node_parameters, element_tags;
   std::int64_t first_node_tag = 1, first_element_tag = 1;
   std::array<std::optional<std::size_t>, 64> tag_arrays;  // MSH 1 and 2
@@ -79,7 +82,8 @@ class GmshExtras {
   std::string path_;
 };
 
-// Plans the file. `path` is the file's name in error messages. May read all cells once.
+// Plans the sections of an MSH file for the mesh. `path` is the file name for error messages. May
+// read all cells of the mesh once.
 GmshPlan plan_gmsh(MeshSource& mesh, const std::string& path);
 GmshPlan plan_gmsh_from_extras(const MeshInfo& info, const GmshExtras& extras);
 GmshPlan plan_gmsh_anew(MeshSource& mesh, const std::string& path);

@@ -1,6 +1,6 @@
-// Plans the sections of an MSH file for a mesh that did not come from Gmsh: binary MSH 4.1. Each
-// block becomes an entity, and also a physical group if blocks have names. Each array becomes a
-// view.
+// Plans the sections of an MSH file for a mesh that did not come from Gmsh. The file is binary MSH
+// 4.1. Each block becomes an entity, and also a physical group if blocks have names. Each array
+// becomes a view.
 #include <algorithm>
 #include <charconv>
 #include <limits>
@@ -18,7 +18,7 @@ namespace {
 
 using Kind = GmshPlannedSection::Kind;
 
-constexpr std::size_t kPiece = 16384;  // number of vertices or cells that are processed together
+constexpr std::size_t kPiece = 16384;  // number of vertices or cells that are read at a time
 
 template <class T>
 void put(std::string& out, T value) {
@@ -107,9 +107,9 @@ class PlanAnew {
     return group;
   }
 
-  // Returns the entity of block `b`. Its number is the block's own number if that is unused and in
-  // range, otherwise the next unused number. Blocks that differ only in their cell type share an
-  // entity.
+  // Returns the number of the entity of block `b`. This is the id of the block if the id is in
+  // range and unused, otherwise the highest used number plus 1. Blocks with the same dimension, id
+  // and name share an entity, because they differ only in their cell type.
   std::int32_t entity_for(std::int32_t dimension, std::uint32_t b) {
     auto& entities = entities_[static_cast<std::size_t>(dimension)];
     const auto& [id, name] = std::tie(info_.schema.blocks[b].id, info_.schema.blocks[b].name);
@@ -146,8 +146,8 @@ class PlanAnew {
       add_section("PhysicalNames", Kind::raw).content = std::to_string(count) + '\n' + list;
   }
 
-  // Returns the content of $Entities. The bounding box of every entity is that of the whole mesh:
-  // exact boxes would need another pass over the mesh without benefit.
+  // Returns the content of $Entities. The bounding box of every entity is that of the whole mesh,
+  // because computing exact boxes would need another pass over the mesh and have no benefit.
   std::string entities() {
     double low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
     find_box(low, high);
@@ -228,10 +228,10 @@ class PlanAnew {
   const std::string path_;
   GmshPlan plan_;
   bool named_ = false;
-  // For each dimension, the block of each entity.
+  // Maps entities to blocks: entities_[dimension][number of the entity] is the index of the block.
   std::map<std::int32_t, std::uint32_t> entities_[4];
 
-  // Entity of each combination of dimension, block id and block name.
+  // Maps (dimension, block id, block name) to the number of the entity.
   std::map<std::tuple<std::int32_t, std::int64_t, std::string>, std::int32_t> entity_of_;
 };
 

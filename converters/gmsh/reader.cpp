@@ -52,8 +52,8 @@ class SectionReader {
   }
 
  private:
-  // Moves to the content of the next section and keeps the text before it. Returns false at the end
-  // of the file.
+  // Moves to the content of the next section. Keeps any text between the previous section and this
+  // section. Returns false at the end of the file.
   bool next_section() {
     std::string between;
     while (!r_.input.at_end()) {
@@ -142,7 +142,8 @@ class SectionReader {
     const double version = words.real();
     const std::int64_t type = words.integer32(), data_size = words.integer32();
     if (!words.good() || type < 0 || type > 1)
-      r_.input.fail(ErrorCode::corrupt, "the line should have version, file type and data size");
+      r_.input.fail(ErrorCode::corrupt,
+                    "the line should contain the version, the file type and the data size");
     if (!((version >= 2 && version < 3) || (version >= 4 && version < 4.15)))
       r_.input.fail(ErrorCode::unsupported,
                     "version " + std::string(trimmed(line)) + " is not one of 1, 2.x, 4.0, 4.1");
@@ -155,13 +156,14 @@ class SectionReader {
   void read_byte_order(std::int64_t data_size) {
     if (data_size != 8)
       r_.input.fail(ErrorCode::unsupported,
-                    "binary files have data of 8 bytes, not " + std::to_string(data_size));
+                    "the data size of a binary file must be 8, not " + std::to_string(data_size));
     GmshEncoding& encoding = r_.scan.encoding;
     encoding.binary = true;
     const auto one = static_cast<std::int32_t>(r_.scan.integer32());
     encoding.swapped = one != 1;
     if (one != 1 && swap_bytes(one) != 1)
-      r_.input.fail(ErrorCode::corrupt, "the number that shows the byte order is not 1");
+      r_.input.fail(ErrorCode::corrupt,
+                    "the number that identifies the byte order is not 1 in either byte order");
     const bool little = (std::endian::native == std::endian::little) != encoding.swapped;
     r_.add_text("gmsh/byte_order", little ? "little" : "big");
   }
@@ -214,7 +216,7 @@ void expect_section_end(GmshReading& reading) {
     if (text.starts_with(marker)) return;
     if (text.empty()) continue;
     if (input.at_end() && marker.starts_with(text)) break;
-    input.fail(ErrorCode::corrupt, "the section has more content than it states");
+    input.fail(ErrorCode::corrupt, "the section contains more data than its header states");
   }
   input.fail(ErrorCode::truncated, "the file ends before the line " + marker);
 }

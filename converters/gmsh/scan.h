@@ -26,10 +26,11 @@ T swap_bytes(T value) {
 
 struct GmshEncoding {
   bool binary = false;
-  bool swapped = false;  // true: binary numbers have the opposite byte order of this machine
+  bool swapped = false;  // true if the bytes of binary numbers must be swapped
 };
 
-// Reads numbers directly from the file. Throws Failure if no valid number exists.
+// Reads numbers directly from the file. Throws Failure if the file does not continue with a valid
+// number.
 class GmshScan {
  public:
   explicit GmshScan(TextInput& input) : input_(&input) {}
@@ -87,8 +88,8 @@ class GmshMemoryScan {
   std::int64_t integer32() { return encoding_.binary ? raw<std::int32_t>() : text<std::int64_t>(); }
   std::int64_t integer64() { return encoding_.binary ? raw<std::int64_t>() : text<std::int64_t>(); }
   double real() { return encoding_.binary ? raw<double>() : text<double>(); }
-  // Reads a count of items, each of which needs at least two bytes. If the section has fewer bytes
-  // left, returns 0, and good() becomes false.
+  // Reads a count of items. If the count exceeds the number of bytes left in the section, returns
+  // 0, and good() becomes false.
   std::uint64_t count() {
     const std::int64_t value = integer64();
     if (value < 0 || static_cast<std::uint64_t>(value) > left_.size()) good_ = false;

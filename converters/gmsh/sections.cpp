@@ -1,5 +1,5 @@
-// Parses the sections $Periodic and $GhostElements for the Gmsh reader. These sections are small
-// enough to be in memory.
+// Parses the sections $Periodic and $GhostElements for the Gmsh reader. These sections are small,
+// so they are parsed in memory.
 #include "gmsh/mesh.h"
 
 namespace shm::converters {
@@ -13,11 +13,12 @@ bool append_places(GmshTags& tags, std::int64_t tag, std::vector<std::int64_t>& 
   return place.has_value();
 }
 
-// Returns the number of affine values that follow in a link of $Periodic.
+// Returns the number of affine values in the current link of $Periodic. Moves `scan` to the first
+// affine value.
 std::uint64_t affine_count(GmshMemoryScan& scan, bool v41) {
   constexpr std::uint64_t kAffineValues = 16;
   if (v41) return scan.count();
-  if (scan.binary()) {  // in MSH 4.0, a negative number of nodes precedes the affine values
+  if (scan.binary()) {  // in binary MSH 4.0, a negative node count announces affine values
     GmshMemoryScan ahead = scan;
     if (ahead.integer64() >= 0 || !ahead.good()) return 0;
     scan = ahead;
@@ -33,7 +34,7 @@ std::uint64_t affine_count(GmshMemoryScan& scan, bool v41) {
 bool parse_gmsh_periodic(GmshReading& reading, std::string_view content) {
   const bool v41 = reading.version >= 41;
   GmshEncoding encoding = reading.scan.encoding;
-  // These sections are text in binary files of MSH 1 and 2.
+  // In MSH 1 and 2, the section $Periodic is text even in binary files.
   encoding.binary = encoding.binary && reading.version >= 40;
   if (!reading.have_nodes) return false;
   GmshMemoryScan scan(content, encoding);

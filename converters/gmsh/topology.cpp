@@ -7,10 +7,11 @@
 namespace shm::converters {
 namespace {
 
-// Largest number of blocks for combinations of tags (see gmsh.h).
+// Maximum number of blocks when each combination of element type and tags becomes a block. If there
+// are more combinations, gmsh.h describes the blocks.
 constexpr std::size_t kMaxTagBlocks = 1024;
 
-// Largest number of entity blocks, far above the number in real models.
+// Maximum number of entity blocks. Real models have far fewer.
 constexpr std::uint64_t kMaxEntityBlocks = 1u << 20;
 constexpr std::uint64_t kMaxElementTags = 64;  // largest number of tags of one MSH 2 element
 
@@ -282,7 +283,7 @@ class ElementReader {
     }
   }
 
-  // Returns the block of the element whose tags were read last.
+  // Returns the block of the element whose tags are in tags_.
   std::uint32_t tag_block(std::int64_t type_number, const GmshType& type) {
     TagKey key{type_number, tags_.size(), 0, 0};
     if (!merged_ && !tags_.empty()) key.first = tags_[0];
@@ -304,8 +305,8 @@ class ElementReader {
     return last_block_;
   }
 
-  // Creates one block for each type and number of tags. Called if there are too many combinations
-  // of tags for one block each.
+  // Replaces the blocks with one block for each element type and number of tags. Called if there
+  // would be too many blocks with one block for each combination of type and tags.
   void merge_blocks() {
     const std::vector<TagKey> old = std::move(by_block_);
     const std::vector<std::uint64_t> old_cells = std::move(info_.block_cells);
@@ -357,8 +358,8 @@ class ElementReader {
   const bool binary_;
   std::vector<std::uint64_t> in_file_, in_order_;
   // The following members are used only for MSH 1 and 2.
-  std::vector<std::int32_t> tags_;  // tags of the element that is being read
-  // Slots_[i]: the i-th tag of each element that has more than i tags.
+  std::vector<std::int32_t> tags_;  // tags of the current element
+  // Tags by position: slots_[i] contains the i-th tag of each element that has more than i tags.
   std::vector<PagedArray> slots_;
   std::map<TagKey, std::uint32_t> keys_;
   std::vector<TagKey> by_block_;
@@ -381,8 +382,8 @@ void read_gmsh_nodes(GmshReading& reading, bool parametric_section) {
 
 namespace {
 
-// Stores the tags of nodes or elements: only the first tag if they are consecutive, otherwise an
-// array of all tags.
+// Stores the tags of nodes or elements. If the tags are consecutive, stores only the first tag;
+// otherwise, stores an array of all tags.
 void keep_tags(GmshReading& reading, GmshTags& tags, const char* what, Location location) {
   const std::string folder = location == Location::point ? "gmsh/nodes" : "gmsh/elements";
   const auto first = tags.first_of_run();

@@ -8,10 +8,11 @@ namespace {
 struct Run {  // consecutive type numbers of one dimension
   std::int32_t first;
   int dimension;
-  std::array<std::uint16_t, 8> nodes;  // number of nodes of each type; 0 ends the run
+  std::array<std::uint16_t, 8> nodes;  // number of nodes of each type; 0 after the last type
 };
 
-// Types of order 0, types of order 3 and above, and types whose elements have a parent element.
+// Element types without a shape in the model: types of order 0, types of order 3 and above, and
+// types whose elements have a parent element.
 constexpr Run kRuns[] = {
     {20, 2, {9, 10, 12, 15, 15, 21}},              // triangles
     {26, 1, {4, 5, 6}},                            // lines
@@ -58,7 +59,8 @@ constexpr std::uint8_t kWedge18[] = {0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 1
 constexpr std::uint8_t kPyramid13[] = {0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12};
 constexpr std::uint8_t kPyramid14[] = {0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12, 13};
 
-// Returns the MSH type `type` if it has a shape in the model; otherwise returns an unknown type.
+// Returns the element type with the MSH number `type` if the model has a shape for it; otherwise
+// returns an unknown type.
 GmshType shaped_type(std::int64_t type) {
   switch (type) {
     case 15: return {0, 1, CellShape::vertex, {}};
@@ -93,8 +95,8 @@ GmshType gmsh_type(std::int64_t type) {
   if (type == 69) return {2, 0, CellShape::other, {}};  // border of a polygon
   for (const Run& run : kRuns) {
     if (type < run.first || type >= run.first + 8) continue;
-    // The number of nodes is 0 if the type is after the end of the run. A run has at most 7 types,
-    // and the next run may begin within these 8 numbers.
+    // A run has at most 7 types, and the remaining entries of `nodes` are 0. If the entry of `type`
+    // is 0, `type` is after the end of this run, but a later run may contain `type`.
     const std::uint32_t nodes = run.nodes[static_cast<std::size_t>(type - run.first)];
     if (nodes != 0) return {run.dimension, nodes, CellShape::other, {}};
   }

@@ -29,7 +29,7 @@ constexpr std::size_t gmsh_parameters(std::int32_t dimension, bool parametric, b
   return static_cast<std::size_t>(dimension);
 }
 
-// Returns true if one of the tags of an MSH 2 element of this type is the number of its parent
+// Returns true if one of the tags of an MSH 2 element of this type may be the number of its parent
 // element.
 bool gmsh_type_has_parent(std::int64_t type);
 

@@ -59,7 +59,8 @@ class SectionWriter {
       const auto affine_count = static_cast<std::uint64_t>(links[i + 3]);
       const auto pairs = static_cast<std::uint64_t>(links[i + 4]);
       if (affine_count > affine.size() - next_affine || pairs > (nodes.size() - next_node) / 2)
-        w_.extras.fail(key + "/links", "counts more affine values or nodes than there are");
+        w_.extras.fail(key + "/links",
+                       "states more affine values or nodes than the mesh's extras contain");
       if (w_.v41()) w_.out.count(affine_count);
       if (!w_.v41() && affine_count > 0) begin_old_affine(key, affine_count);
       for (std::uint64_t k = 0; k < affine_count; ++k) w_.out.real(affine[next_affine++]);
@@ -76,8 +77,8 @@ class SectionWriter {
     w_.out.write_numbers_as_text(false);
   }
 
-  // Announces affine values, as versions before 4.1 require: writes a word in text files, or a
-  // negative number of nodes in binary files (only 4.0).
+  // Writes the marker that precedes affine values in versions before 4.1. The marker is a node
+  // count of -1 in a binary file of version 4.0, and the word "Affine" in all other files.
   void begin_old_affine(const std::string& key, std::uint64_t values) {
     if (values != 16) w_.extras.fail(key + "/links", "lacks an affine transformation of 16 values");
     if (w_.v4() && w_.plan.encoding.binary)
@@ -91,7 +92,7 @@ class SectionWriter {
     const auto partitions = w_.extras.integers(key + "/partitions", 2);
     const auto ghosts = w_.extras.integers(key + "/ghosts");
     if (partitions.size() != 2 * cells.size())
-      w_.extras.fail(key + "/partitions", "does not have a row for each cell");
+      w_.extras.fail(key + "/partitions", "does not have one row for each ghost element");
     w_.out.count(cells.size(), w_.v41());
     w_.out.end_line();
     std::size_t next = 0;

@@ -64,8 +64,8 @@ class NodeWriter {
   }
 
  private:
-  // Reads data of the vertices `places`, which may be in any order. Calls read() once for each run
-  // of consecutive vertices.
+  // Reads data of the vertices with the indices `places`, which may be in any order, into `out`.
+  // Calls read() once for each run of consecutive indices.
   template <class Read>
   static void gather(const std::vector<std::uint64_t>& places, std::size_t bytes_each,
                      std::byte* out, Read read) {
@@ -96,7 +96,8 @@ class NodeWriter {
            });
   }
 
-  // Reads the row in the entity table of each of `count` vertices, starting at vertex `first`.
+  // Reads the entities of `count` vertices, starting at vertex `first`. An entity is a row number
+  // in the table plan.node_entities.
   void load_entities(std::uint64_t first, std::uint64_t count, std::vector<std::int32_t>& rows) {
     rows.assign(count, 0);
     if (w_.plan.node_entity)
@@ -266,8 +267,8 @@ class ElementWriter {
     while (begun < w_.plan.groups.size()) begin_group(begun++);
   }
 
-  // Sorts the numbers and corners of the cells by group in the spool, then writes the cells group
-  // by group.
+  // Sorts the cells by group: stores the number and the corners of each cell in the spool, and then
+  // writes the cells group by group.
   void write_cells_sorted() {
     std::vector<PagedArray> of_group;
     for (std::size_t g = 0; g < w_.plan.groups.size(); ++g) of_group.emplace_back(w_.spool, 8);
@@ -294,7 +295,7 @@ class ElementWriter {
     }
   }
 
-  // Reads the tags of the cells of a batch from arrays. Used only for MSH 1 and 2.
+  // Reads the tags of the cells of a batch from the arrays of tags. Used only for MSH 1 and 2.
   void load_tags(const CellBatch& batch) {
     for (std::size_t slot = 0; slot < w_.plan.tag_arrays.size(); ++slot) {
       tag_place_[slot] = 0;
@@ -318,13 +319,16 @@ class ElementWriter {
         const bool covered =
             w_.plan.tag_arrays[slot] && w_.info.schema.array_covers(*w_.plan.tag_arrays[slot], b);
         if (has_tag(b, slot) != covered && (slot > 1 || w_.plan.tag_arrays[slot]))
-          w_.fail(ErrorCode::corrupt, "the arrays of tags do not fit the blocks");
+          w_.fail(
+              ErrorCode::corrupt,
+              "the arrays of tags do not cover exactly the blocks whose elements have these tags");
       }
     }
   }
 
-  // Writes the header of a run in a binary file. A run consists of the cells from `first` on that
-  // have the same type and number of tags. Returns the end of the run.
+  // Writes the header of a run of cells in a binary file. The run begins with cell `first` of the
+  // batch and contains the following cells that have the same type and number of tags. Returns the
+  // index after the last cell of the run.
   std::size_t begin_run(const CellBatch& batch, std::size_t first) {
     const GmshElementGroup& group = w_.plan.groups[batch.blocks[first]];
     std::size_t end = first + 1;
@@ -339,9 +343,9 @@ class ElementWriter {
 
   GmshWriting& w_;
   std::vector<std::uint64_t> in_file_;
-  // The following members are used only for MSH 1 and 2. Their index is the position of the tag in
-  // an element.
-  std::array<std::uint64_t, 64> tag_first_{};  // index of the next value to read from the array
+  // The following members are used only for MSH 1 and 2. They are indexed by the position of a tag
+  // in the tag list of an element.
+  std::array<std::uint64_t, 64> tag_first_{};  // index of the next value to read from the tag array
   std::array<std::size_t, 64> tag_place_{};    // index of the next value in tag_values_
   std::array<std::vector<std::int32_t>, 64> tag_values_;
 };

@@ -114,7 +114,7 @@ void write_gmsh_list(GmshWriting& writing, const GmshPlannedSection& section) {
   const std::uint64_t nodes = counts.empty() ? places.size() : sum();
   const std::uint64_t components = nodes > 0 ? values.size() / nodes : 0;
   if ((!counts.empty() && counts.size() != places.size()) || components * nodes != values.size())
-    writing.extras.fail(key + "/values", "does not have a value for each entry");
+    writing.extras.fail(key + "/values", "does not have the same number of values for each entry");
   std::size_t next = 0;
   for (std::size_t e = 0; e < places.size(); ++e) {
     writing.out.integer32(by_vertex ? writing.node_tag(places[e])

@@ -14,10 +14,11 @@
 
 namespace shm::converters {
 
-// Number of vertices, cells or values that are processed together.
+// Number of vertices, cells or values that are read at a time.
 inline constexpr std::size_t kGmshPiece = 16384;
 
-// The tags of all nodes or of all elements: values of an array, or consecutive numbers.
+// The tags of all nodes or of all elements. The tags are either the values of an array or
+// consecutive numbers.
 class GmshTagValues {
  public:
   GmshTagValues(Spool& spool, std::uint64_t count, std::int64_t first);
@@ -60,14 +61,14 @@ struct GmshWriting {
   PagedArray cell_blocks;                  // uint32, block of each cell
   std::vector<GmshType> types;             // type of each group of the plan
   std::vector<std::uint64_t> group_cells;  // number of cells of each group
-  bool cells_in_turn = true;               // true if the cells are ordered by group
+  bool cells_in_turn = true;  // true if the cells of the mesh are already sorted by group
   GmshOutput out;
 };
 
 // Counts and checks the cells. Must be called before anything is written.
 void look_at_gmsh_cells(GmshWriting& writing);
 
-// Write the content of a section, without the lines of its markers.
+// The next functions write the content of a section, without its start and end markers.
 void write_gmsh_nodes(GmshWriting& writing, const std::string& section_name);
 void write_gmsh_elements(GmshWriting& writing);
 void write_gmsh_view(GmshWriting& writing, const GmshPlannedSection& section);

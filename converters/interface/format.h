@@ -24,78 +24,82 @@
 
 namespace shm::converters {
 
-// Names and roles of the arrays that map the vertices and cells of a mesh to their numbers in
-// another mesh or file, counted from 1.
+// Names and roles of number maps. A number map is an array that contains the number of each vertex
+// or cell of a mesh in another numbering, such as that of the whole mesh. The numbers in the map
+// start at 1.
 struct NumberMaps {
   // Names of the two arrays, e.g. "node_num_map" and "elem_num_map".
   std::string_view vertices, cells;
   std::string_view vertices_role, cells_role;
-  // Role of an array in a part of a decomposed mesh: the array contains the numbers that the part's
-  // vertices or cells have in the whole mesh.
+  // Role of the number maps in a part of a decomposed mesh. These number maps contain the global
+  // numbers of the part's vertices and cells, that is, their numbers in the whole mesh.
   std::string_view original_role;
 };
 
-// The features that a format can represent. When a mesh of another format is written, these
-// features are kept; all other features are losses.
+// The features that a format can represent. When a mesh of another format is written in this
+// format, these features are kept; all other features are lost and reported as losses.
 struct Capabilities {
-  // How node sets, side sets and groups of elements are represented: as sets, as arrays (see
+  // Representation of node sets, side sets and groups of elements: as sets, as arrays (see
   // set_arrays.h), or as separate cells (see set_cells.h).
   enum class Sets { sets, arrays, cells };
   Sets sets = Sets::arrays;
-  // Whether a file may contain all time steps; if false, a file contains one time step.
+  // True if a file may contain all time steps. If false, a file contains only one time step.
   bool every_step = false;
-  // Whether arrays may have several components; if false, each component becomes a separate array,
+  // True if arrays may have several components. If false, each component becomes a separate array,
   // such as v_x, v_y, v_z.
   bool vectors = true;
-  // True: vectors are padded with zeros to an allowed number of components.
+  // True if the format allows only certain numbers of components. Arrays are then padded with zeros
+  // to the next allowed number.
   bool padded_vectors = false;
-  bool unique_names = false;  // true: array names are unique, so the second "v" becomes "v (2)"
+  bool unique_names = false;  // true: array names must be unique; the second "v" becomes "v (2)"
 
-  // Whether arrays may have integer values; if false, all values are floating-point.
+  // True if arrays may have integer values. If false, all values are floating-point.
   bool integers = true;
-  // Whether cell arrays may cover only some blocks; if false, the other blocks are filled with NaN
-  // (floats) or 0 (integers).
+  // True if cell arrays may cover only some blocks. If false, the values in the other blocks are
+  // NaN (floats) or 0 (integers).
   bool partial_arrays = false;
-  // Whether files have blocks; if false, block numbers are stored as an array.
+  // True if files contain blocks that have numbers. If false, the block numbers are stored as an
+  // array.
   bool block_numbers = false;
-  bool blocks_by_type = false;  // true: the number of a block is the number of a cell type
+  bool blocks_by_type = false;  // true: the number of a block is the number of its cell type
   bool positive_numbers = false, unique_numbers = false;
-  // Largest numbers that blocks and sets may have. If no limit exists, the function pointer
-  // most_numbers is null.
+  // Largest block number and largest set number that the format allows. If most_numbers is null,
+  // these numbers are not limited.
   struct MostNumbers {
     std::int64_t block, set;
   };
   MostNumbers (*most_numbers)(const MeshInfo& info) = nullptr;
-  bool times = true;  // true: step times are stored even if no array has steps
+  bool times = true;  // true: the times of time steps are stored even if no array has time steps
   std::size_t title_bytes = ~std::size_t{0};  // maximum length of the title in bytes
-  // The arrays that are number maps in this format; null if none exist.
+  // The number maps of this format; null if it has none.
   const NumberMaps* maps = nullptr;
 
   // Returns true if the format can represent the cells of the block. A null pointer means that the
   // format can represent all cells.
   bool (*block)(const BlockInfo& block) = nullptr;
-  // Returns true if the name is written unchanged. A null pointer means that every name is written
-  // unchanged.
+  // Returns true if the format can store the name unchanged. A null pointer means that it can store
+  // every name unchanged.
   bool (*name)(const std::string& name) = nullptr;
-  // Name of a format whose meshes the writer accepts unchanged, with their extras; empty if there
-  // is no such format. losses_of_sibling() returns the data that is lost nevertheless.
+  // Name of the sibling format, or empty if there is no sibling. The writer of this format can
+  // write meshes of the sibling directly, because it understands their extras. losses_of_sibling()
+  // describes the data that is lost when it writes such a mesh.
   std::string_view sibling = {};
   LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
 };
 
-// The meaning of the arrays that have a certain role. Formats define such roles.
+// Properties of all arrays with a certain role. Each format defines its own roles.
 struct Role {
   std::string_view name;       // role of the arrays: "format:..."
   bool is_numbered = false;    // a number follows the name: "format:name3"
-  bool is_number_map = false;  // the values are numbers of vertices or cells
+  bool is_number_map = false;  // true: the values are numbers of vertices or cells
 
-  // Whether the array has one value for each corner, edge or face of a cell, in the order of the
+  // True if the array has one value for each corner, edge or face of a cell, in the order of the
   // cell's corners, edges or faces.
   bool is_by_place = false;
-  bool is_private = false;  // the array has no meaning in other formats
+  bool is_private = false;  // true: the array has no meaning in other formats
 
-  // Returns text that describes the loss of a private array with this name. A null pointer means
-  // that nothing is lost.
+  // Returns text that describes the loss of a private array (see is_private) with the name `array`.
+  // A null pointer means that leaving the array out is not a loss.
   std::string (*loss)(const std::string& array) = nullptr;
 };
 
@@ -114,9 +118,9 @@ class SourceFormat {
   SourceFormat(const SourceFormat&) = delete;
   SourceFormat& operator=(const SourceFormat&) = delete;
 
-  // sets(), time(), title() and block_names() return data that is stored in the extras of a mesh;
-  // sets() returns sets in addition to those of shm/sets.h. The functions add the keys of the
-  // extras from which they took data to `used`.
+  // sets(), time(), title() and block_names() return data that is stored in the extras of a mesh.
+  // They add the keys of the extras that they read to `used`. sets() does not return the sets that
+  // are stored as described in shm/sets.h.
   virtual std::vector<MeshSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
 
   // Returns groups other than node sets, side sets and element sets.
@@ -175,16 +179,18 @@ class SourceFormat {
   // Returns true if an extra can be derived from the blocks of the mesh.
   virtual bool follows_from_blocks(const Extra&) const { return false; }
 
-  // The next three functions determine the extras of a mesh (`old`) to which the time steps of
-  // another file (`more`) are appended.
+  // The next three functions determine the extras of a mesh to which the time steps of another file
+  // are appended.
   //
-  // counts_steps() returns true if the extras contain the number of steps. joined_extras() is for
-  // files of the same format. It returns the extras of the result, or nothing; in the latter case,
-  // each extra of `more` must also be in `old`. Its parameter `extras` contains the extras of
-  // `more` in the numbering of `old`, and `steps` lists the steps of `more` to append.
-  // lengthened_extras() returns the extras of the result if `more` has another format; `steps` is
-  // the number of steps that are appended. Both throw Failure (unsupported) if the steps cannot be
-  // appended.
+  // The time steps of the mesh `more` are appended to the mesh `old`. counts_steps() returns true
+  // if the extras contain the number of steps. joined_extras() is called if both files have the
+  // same format, and returns the extras of the result. If joined_extras() returns nothing, the
+  // caller keeps the extras of `old` and requires that `old` also contains each extra of `more`.
+  // `extras` contains the extras of `more` with the vertex and cell numbers of `old`, and `steps`
+  // lists the steps of `more` to append. lengthened_extras() is called if the formats differ, and
+  // returns the extras of the result; its argument `steps` is the number of steps that are
+  // appended. joined_extras() and lengthened_extras() throw Failure (unsupported) if the steps
+  // cannot be appended.
   virtual bool counts_steps(const MeshInfo&) const { return false; }
   virtual std::optional<AppendedExtras> joined_extras(
       const MeshInfo& /*old*/, const MeshInfo& /*more*/, const std::vector<Extra>& /*extras*/,

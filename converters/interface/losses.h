@@ -23,7 +23,7 @@ using LossList = std::vector<std::string>;
 // Collects losses without duplicates.
 class LossCollector {
  public:
-  // `losses` must outlive this object; null: losses are not collected.
+  // `losses` must outlive this object. If it is null, losses are not collected.
   explicit LossCollector(LossList* losses) : losses_(losses) {}
   void add(std::string loss) {
     if (losses_ != nullptr && listed_.insert(loss).second) losses_->push_back(std::move(loss));

@@ -11,13 +11,15 @@ namespace shm::converters {
 
 struct AppendedExtras {
   bool changed = false;       // true if `extras` differ from the mesh's own extras
-  std::vector<Extra> extras;  // all extras of the mesh, if they changed
+  std::vector<Extra> extras;  // all extras of the mesh; used only if `changed` is true
 
-  // Data of the other file that differs from the mesh's data and is dropped.
+  // Descriptions of data in the other file that differs from the mesh's data and is therefore
+  // dropped.
   std::vector<std::string> losses;
 };
 
-// Throws Failure (unsupported), because the extra `key` does not allow appending the steps.
+// Throws Failure (unsupported), which reports that the extra `key` prevents time steps from being
+// appended. `why` is the reason.
 [[noreturn]] inline void does_not_fit(const std::string& key, const std::string& why) {
   throw Failure(
       Error{.code = ErrorCode::unsupported, .detail = why, .section = "extra '" + key + "'"});

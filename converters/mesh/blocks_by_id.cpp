@@ -8,8 +8,8 @@ namespace {
 
 constexpr std::size_t kPieceCells = 16384;  // number of cells that are read together
 
-// Largest number of different values in an array of block numbers. An array with more values has
-// another meaning.
+// Maximum number of different values in an array of block numbers. An array with more values is
+// assumed to have another meaning.
 constexpr std::size_t kMostBlocks = 4096;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// BlocksById: divides a mesh into blocks by an integer that each cell has. Formats that have no
-// blocks store blocks in this way.
+// BlocksById: divides a mesh into blocks according to an array that contains the block number of
+// each cell. Formats without blocks store block numbers in such an array.
 #pragma once
 
 #include <compare>
@@ -12,32 +12,32 @@
 
 namespace shm::converters {
 
-// Role that the array of block numbers gets in the resulting mesh.
+// Role of the array of block numbers in the resulting mesh.
 inline constexpr const char* kBlockIdRole = "block_id";
 
 class BlocksById final : public ForwardingMesh {
  public:
-  // Key of a resulting block: the block of the source, and the number that the cells of the
-  // resulting block have.
+  // Key of a resulting block: the index of the block of the source that contains the cells, and the
+  // value of the array for these cells.
   struct Key {
     std::uint32_t block = 0;
     std::int64_t number = 0;
     auto operator<=>(const Key&) const = default;
   };
-  // `array` is a static integer array with one value per cell, on all blocks. `names` contains the
-  // names of blocks by number. `first` lists distinct keys whose blocks come first, even if the
-  // mesh has no such cells.
+  // `array` is a static integer array with one value per cell, on all blocks. `names` maps block
+  // numbers to block names. `first` lists the keys of the blocks that come first in the result,
+  // even if these blocks have no cells. The keys in `first` are distinct.
   BlocksById(MeshSource& source, std::size_t array,
              const std::map<std::int64_t, std::string>& names, const std::vector<Key>& first = {});
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override;
   // Returns the index of the array of block numbers, which is named "BlockId" or "block_id".
-  // Returns the number of arrays if no such array exists.
+  // If no such array exists, returns the number of arrays in the mesh.
   static std::size_t array_of_ids(const MeshInfo& info);
   // Returns false if the array has too many different numbers to be block numbers.
   bool useful() const { return useful_; }
-  // Returns the key of each block. If the mesh is not useful(), the list ends after one key more
-  // than the maximum number of blocks.
+  // Returns the key of each block. If useful() is false, the list is incomplete: it contains one
+  // key more than the maximum number of blocks.
   std::vector<Key> keys() const;
 
  private:

@@ -1,5 +1,5 @@
-// CellCursor: iterates over the cells of a mesh one by one, regardless of the batches of its
-// source.
+// CellCursor: iterates over the cells of a mesh one by one. It reads the cells from the mesh in
+// batches.
 #pragma once
 
 #include <cstddef>

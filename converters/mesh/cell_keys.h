@@ -1,4 +1,5 @@
-// Keys of cells, computed from the numbers of their nodes. Rotating a cell does not change its key.
+// Functions for keys (hashes) of cells, computed from the numbers of their nodes. A rotation of a
+// cell does not change its key.
 #pragma once
 
 #include <cstddef>
@@ -43,7 +44,8 @@ inline std::size_t least_rotation(std::span<const std::uint64_t> names) {
   return i < k ? i : k;
 }
 
-// Reorders `names` into the lexicographically least order that a rotation of the cell produces.
+// Rotates the cell with the nodes `names` so that its list of nodes becomes lexicographically
+// least.
 inline void make_canonical(CellShape shape, std::vector<std::uint64_t>& names) {
   const std::size_t n = names.size();
   if (n == 0) return;

@@ -9,8 +9,8 @@
 namespace shm::converters {
 namespace {
 
-// Table of the nodes that are not corners, in VTK's order. For each of these nodes, it contains the
-// corners between which the node is.
+// The nodes of a cell that are not corners, in VTK's order. Each node is at the center of an edge,
+// of a face or of the cell. The list contains the corners of this edge, face or cell.
 using Between = std::vector<std::vector<std::uint8_t>>;
 
 struct Kind {
@@ -19,8 +19,8 @@ struct Kind {
   std::vector<Rotation> generators;  // rotations from which all other rotations can be composed
   Between between;                   // the nodes that are not corners
 
-  // Node counts of the variants of the cell. Each variant has only the first nodes, up to its
-  // count.
+  // Numbers of nodes that a cell of this kind may have. A cell with n nodes has the first n nodes
+  // of the list that consists of the corners and `between`.
   std::vector<std::size_t> sizes;
 };
 
@@ -80,8 +80,8 @@ std::vector<Rotation> corner_rotations(const Kind& kind) {
   return found;
 }
 
-// Extends a rotation of the corners to the other nodes. Each other node moves with the corners
-// around it.
+// Extends a rotation of the corners to all nodes. A node that is not a corner moves with the
+// corners of its edge, face or cell.
 Rotation with_all_nodes(Rotation rotation, const Kind& kind, std::size_t nodes) {
   const auto sorted = [](std::vector<std::uint8_t> list) {
     std::sort(list.begin(), list.end());

@@ -1,4 +1,4 @@
-// The rotations that map a cell onto itself. Mirror images are not among them.
+// The rotations that map a cell onto itself, without mirror images.
 #pragma once
 
 #include <cstdint>
@@ -13,10 +13,10 @@ namespace shm::converters {
 using Rotation = std::vector<std::uint8_t>;
 
 // Returns all rotations, beginning with the identity: 24 for a hexahedron (with 8, 20 or 27 nodes),
-// 12 for a tetrahedron, 6 for a wedge, 4 for pyramids and quads, 3 for triangles. They include
-// nodes on edges, on faces and inside if VTK defines the order of these nodes. For any other cell,
-// such as a line, the list is empty. Polygons of any size rotate cyclically (see
-// `rotates_by_counting`).
+// 12 for a tetrahedron, 6 for a wedge, 4 for pyramids and quads, 3 for triangles. A rotation also
+// contains the nodes on edges, on faces and inside the cell if VTK defines their order. For any
+// other cell, such as a line, the list is empty. It is also empty for polygons, which rotate
+// cyclically (see `rotates_by_counting`).
 const std::vector<Rotation>& rotations_of(CellShape shape, std::size_t nodes);
 inline bool rotates_by_counting(CellShape shape) { return shape == CellShape::polygon; }
 

@@ -1,7 +1,7 @@
-// CellStore: cells of any size in the spool, appended in one order and read in any order. A corner
-// uses 4 bytes if the vertex numbers of its cell fit into 4 bytes, otherwise 8. Consecutive cells
-// of the same block and size form a run, which is described only once, so regular meshes need no
-// other memory.
+// CellStore: cells with any number of corners, stored in the spool. Cells are appended one after
+// the other and can be read in any order. A corner uses 4 bytes if the vertex numbers of its cell
+// fit into 4 bytes, otherwise 8. Consecutive cells of the same block and size form a run, which is
+// described only once, so a regular mesh needs little memory in addition to its corners.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,8 @@ class CellStore {
   void append(std::uint32_t block, std::span<const std::uint64_t> corners);
   // Appends cell `position` to `out`.
   void read(std::uint64_t position, CellBatch& out) { read_run(position, 1, out); }
-  // Appends `count` cells to `out`, starting with cell `first`. All of them must have been added
-  // before.
+  // Appends `count` cells to `out`, starting with cell `first`. All these cells must have been
+  // appended to the store before.
   void read_run(std::uint64_t first, std::uint64_t count, CellBatch& out);
 
  private:
@@ -31,7 +31,7 @@ class CellStore {
   struct Run {
     std::uint64_t first_cell = 0, first_corner = 0;
     std::uint32_t block = 0, corners = 0;
-    std::uint64_t wide = 0;  // 1: the corners are in wide_ and use 8 bytes each
+    std::uint64_t wide = 0;  // 1: corners in wide_, 8 bytes each; 0: in narrow_, 4 bytes each
   };
   static constexpr std::size_t kTail = 16384;
 
@@ -41,9 +41,10 @@ class CellStore {
   PagedArray runs_, narrow_, wide_;
   std::uint64_t size_ = 0;
   Run last_;
-  std::vector<std::uint32_t> tail_;  // last corners of 4 bytes that are not yet in narrow_
+  // Buffer for corners of 4 bytes that will be appended to narrow_.
+  std::vector<std::uint32_t> tail_;
   std::vector<std::uint32_t> piece_;
-  std::uint64_t found_ = 0;  // index of the run that was read last
+  std::uint64_t found_ = 0;  // index of the most recently found run
 };
 
 }  // namespace shm::converters

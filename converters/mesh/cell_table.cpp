@@ -36,7 +36,8 @@ std::optional<CellTable> CellTable::read(MeshSource& mesh, const Progress& progr
       }
       table.append(batch.blocks[i], corners);
     }
-    // Reserve memory only here, when the block sizes are known to be plausible.
+    // Reserve memory only after the first batch has been read, because a damaged file may state
+    // implausible block sizes.
     if (table.size() == batch.size() && table.begin_.empty())
       table.corners_.reserve(cells * table.uniform_);
     if (progress) progress("reading cells", table.size(), cells);

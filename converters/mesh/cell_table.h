@@ -32,7 +32,7 @@ class CellTable final : public Cells {
     return blocks_.empty() ? 0 : blocks_[cell];
   }
   bool one_block() const override { return blocks_.empty(); }
-  // The result is valid as long as the table exists.
+  // Returns the nodes of a cell. The span is valid as long as the table exists.
   std::span<const std::uint32_t> cell(std::uint32_t cell) const override {
     const std::uint64_t begin = begin_.empty() ? cell * uniform_ : begin_[cell];
     const std::uint64_t end = begin_.empty() ? begin + uniform_ : begin_[cell + 1];
@@ -47,7 +47,7 @@ class CellTable final : public Cells {
     std::copy_n(this->cell(cell).begin(), 8, corners.begin());
     return corners;
   }
-  // The cells of the table have the same numbers as in the mesh.
+  // Cells have the same numbers in the table and in the mesh.
   std::uint32_t number_of(std::uint32_t cell) const override { return cell; }
   std::uint32_t with_number(std::uint32_t number) const override { return number; }
 
@@ -56,7 +56,9 @@ class CellTable final : public Cells {
   std::uint32_t size_ = 0;
   std::vector<std::uint32_t> corners_;
   std::uint64_t uniform_ = 0;  // number of nodes of every cell, if it is the same for all cells
-  std::vector<std::uint64_t> begin_;  // offset of each cell in corners_, then the end; may be empty
+  // Offset of each cell in corners_, followed by the size of corners_. Empty if all cells have
+  // uniform_ nodes.
+  std::vector<std::uint64_t> begin_;
   std::vector<std::uint32_t> blocks_;  // block of each cell; empty: there is only one block
   std::vector<bool> hexahedral_;       // indexed by block
 };

@@ -13,7 +13,8 @@ namespace shm::converters {
 
 class Cells {
  public:
-  // Limits of a mesh: the numbers of its cells and of its vertices must be below them.
+  // Exclusive limits: all cell numbers must be below kMostCells, and all vertex numbers below
+  // kMostVertices.
   static constexpr std::uint64_t kMostCells = std::uint64_t{1} << 29;
   static constexpr std::uint64_t kMostVertices = ~std::uint32_t{0};
 
@@ -29,12 +30,13 @@ class Cells {
   virtual std::array<std::uint32_t, 8> hexahedron(std::uint32_t cell) const = 0;
   // Returns all nodes of a cell. The result is valid until the next call.
   virtual std::span<const std::uint32_t> cell(std::uint32_t cell) const = 0;
-  // Convert a cell number of this interface to its number in the mesh, and back.
+  // number_of() converts the number of a cell in this interface to its number in the mesh.
+  // with_number() is the inverse of number_of().
   virtual std::uint32_t number_of(std::uint32_t cell) const = 0;
   virtual std::uint32_t with_number(std::uint32_t number) const = 0;
 };
 
-// Returns true if is_hexahedron() is true for the cells of a block.
+// Returns true if the cells of a block are hexahedra, that is, if is_hexahedron() is true for them.
 inline bool holds_hexahedra(const BlockInfo& block) {
   return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
 }

@@ -1,5 +1,5 @@
-// ChosenSteps: a mesh reduced to a range of its time steps. PointsOfStep: a mesh whose moving
-// points are replaced by their positions at one step.
+// ChosenSteps: a mesh reduced to a range of its time steps. PointsOfStep: a mesh with moving
+// points, reduced to the positions of the points at one time step.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +35,8 @@ class ChosenSteps : public ForwardingMesh {
 
 class PointsOfStep final : public ForwardingMesh {
  public:
-  // `array`: array with three components per vertex, of the same type as the coordinates.
+  // `array` is the index of the array that contains the positions: three components per vertex, of
+  // the same type as the coordinates.
   PointsOfStep(MeshSource& source, std::size_t array) : ForwardingMesh(source), array_(array) {
     info_ = source.info();
   }

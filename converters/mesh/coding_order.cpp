@@ -14,8 +14,8 @@ namespace {
 template <class Integer>
 void renumber_values(Extra& extra, const std::function<std::uint64_t(std::uint64_t)>& to,
                      std::uint64_t limit) {
-  // Number of references that are looked up together, in ascending order, because the table may be
-  // on disk.
+  // Number of references that are sorted and then looked up together. Looking up references in
+  // ascending order is faster, because the table of new numbers may be on disk.
   constexpr std::size_t kTogether = std::size_t{1} << 20;
   const std::size_t count = extra.data.size() / sizeof(Integer);
   // Number and position of each reference.
@@ -32,9 +32,10 @@ void renumber_values(Extra& extra, const std::function<std::uint64_t(std::uint64
     for (const auto& [number, i] : references) {
       const std::uint64_t fresh = to(number);
       if (fresh > static_cast<std::uint64_t>(std::numeric_limits<Integer>::max()))
-        throw Failure(Error{.code = ErrorCode::unsupported,
-                            .detail = "new number does not fit its 32-bit list",
-                            .section = extra.key});
+        throw Failure(
+            Error{.code = ErrorCode::unsupported,
+                  .detail = "a renumbered vertex or cell number does not fit into 32 bits",
+                  .section = extra.key});
       const auto value = static_cast<Integer>(fresh);
       std::memcpy(extra.data.data() + i * sizeof value, &value, sizeof value);
     }
@@ -52,7 +53,8 @@ NumberList& CoveredOrder::elements(std::size_t array) {
 
   std::vector<bool> covered(schema.blocks.size());
   for (std::uint32_t b : blocks) covered[b] = true;
-  // Contains 1 + rank for each covered cell, 0 for all other cells.
+  // For each cell that the array covers, 1 + the rank of the cell among these cells. For all other
+  // cells, 0.
   NumberTable rank_of_cell(*spool_, mesh_->info().cells(), mesh_->info().cells());
   std::uint64_t cell = 0, ranks = 0;
   CellBatch batch;

@@ -1,5 +1,6 @@
-// CodingOrderLog: records the order in which a Writer codes vertices and cells. The order of step
-// values, and the new numbers of a mesh in Order::stream, are derived from this order.
+// CodingOrderLog: records the order in which a Writer codes vertices and cells. This order
+// determines the order in which values of time steps are coded, and the new vertex and cell numbers
+// in Order::stream.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +27,8 @@ class CodingOrderLog final : public CodingOrder {
   void cell(std::uint64_t number) override {
     if (with_cells_) note(cells_, number);
   }
-  // Throws the exception that occurred inside a Writer call, where no exception may be thrown.
+  // Throws the exception that occurred in vertex() or cell(), if any. These functions do not throw
+  // it themselves, because the Writer that calls them cannot handle exceptions.
   void check() const {
     if (failure_) std::rethrow_exception(failure_);
   }
@@ -47,9 +49,10 @@ class CodingOrderLog final : public CodingOrder {
   std::exception_ptr failure_;
 };
 
-// Determines the order of step values of cell arrays if cells are coded out of file order. For each
-// set of covered blocks, this is a list of element numbers (ranks among the covered cells in file
-// order) in coding order.
+// Determines the order in which the values of stepped cell arrays are coded if cells are not coded
+// in file order. elements() returns the element numbers of an array in coding order. The element
+// number of a cell is its rank, in file order, among the cells that the array covers. All arrays
+// that cover the same blocks have the same list.
 class CoveredOrder {
  public:
   // All arguments are borrowed. `cell_order` lists the cell numbers in coding order.
@@ -64,8 +67,8 @@ class CoveredOrder {
   std::map<std::vector<std::uint32_t>, std::unique_ptr<NumberList>> lists_;
 };
 
-// Tables that convert old numbers to new numbers. An empty table means that the numbers do not
-// change.
+// Functions that convert old vertex and cell numbers to new numbers. An empty function means that
+// the numbers do not change.
 struct Renumbering {
   std::function<std::uint64_t(std::uint64_t)> vertex, cell;
   std::uint64_t vertices = 0, cells = 0;

@@ -43,7 +43,8 @@ double binary_log(double number) {
              (1 + square * (1.0 / 3 + square * (1.0 / 5 + square * (1.0 / 7 + square / 9))));
 }
 
-// Statistics of all values, collected in one pass.
+// Statistics of all values of the coordinates or of an array: the range of each component, and a
+// histogram of binary exponents. Collected in one pass.
 class Statistics {
  public:
   Statistics(ScalarType type, std::uint32_t components)
@@ -63,8 +64,8 @@ class Statistics {
       }
   }
 
-  // Returns a quantization with uniform steps over the bounding box. A component without any usable
-  // value has the range [0, 0].
+  // Returns a quantization that divides the bounding box of the values into uniform steps. A
+  // component gets the range [0, 0] if all its values are infinite, NaN or too large.
   Quantization box(std::uint32_t bits) const {
     Quantization box{bits, minimum_, maximum_};
     for (std::size_t c = 0; c < minimum_.size(); ++c)
@@ -82,14 +83,15 @@ class Statistics {
                              *std::min_element(minimum_.begin(), minimum_.end()));
   }
   // Returns the quantization step with the lowest cost for an error bound. Normally the best step
-  // is about twice the bound. But a restored value is rounded to a number of the stored type, so
-  // errors are whole multiples of the distance between neighbouring numbers. If the bound is not
-  // much larger than this distance, some steps exceed the bound, so that values must be kept
-  // exactly, while some longer steps do. There is therefore one longest usable step for each
-  // magnitude.
+  // is about twice the bound. However, a restored value is rounded to the stored type, so its error
+  // is a whole multiple of the distance between neighbouring numbers of this type. If the bound is
+  // not much larger than this distance, a step of twice the bound may cause errors above the bound,
+  // and the affected values must be stored exactly. A step that is an odd multiple of the distance
+  // can avoid this. The distance depends on the magnitude of a value. Therefore, for each
+  // magnitude, the longest step that keeps the bound is a candidate.
   double best_step(double bound) const {
     // Start with slightly less than twice the bound. Values midway between two steps are common
-    // (decimals), and rounding in either direction must not exceed the bound.
+    // (decimal fractions), and rounding them in either direction must not exceed the bound.
     double best = 2 * bound * (1 - 0x1p-20), least = cost(best, bound);
     for (std::size_t e = 0; e < kExponents; ++e) {
       if (counts_[e] == 0) continue;
@@ -99,7 +101,7 @@ class Statistics {
     return best;
   }
   // Returns true if most values are so large that the distance to the next number of the stored
-  // type exceeds the tolerance.
+  // type exceeds twice the bound.
   bool mostly_exact(double bound) const {
     std::uint64_t exact = 0;
     for (std::size_t e = 0; e < kExponents; ++e)
@@ -118,12 +120,14 @@ class Statistics {
   }
   double longest_step(std::size_t e, double bound) const {
     const double distance = ulp(e), ratio = bound / distance;
-    // Ratio above which rounding to the stored type does not matter.
+    // If the bound exceeds the distance between neighbouring numbers by this factor, the error of
+    // rounding to the stored type is negligible.
     constexpr double kFine = 0x1p20;
     return ratio > kFine ? 2 * bound * (1 - 0x1p-20) : (2 * std::floor(ratio) + 1) * distance;
   }
-  // Returns the estimated cost in bits per value, without the part that is the same for any step. A
-  // value that is kept exactly costs all its bits, and 4 more bits to mark it.
+  // Returns the estimated cost of the quantization step `step` in bits per value, except for a term
+  // that does not depend on `step`. A value that is stored exactly costs all its bits, plus 4 bits
+  // to mark it.
   double cost(double step, double bound) const {
     double exact = 0;
     for (std::size_t e = 0; e < kExponents; ++e)
@@ -142,7 +146,7 @@ class Statistics {
   }
 
   double bits_;       // number of bits of a value in the stored type
-  int ulp_exponent_;  // exponent of the distance between neighbouring numbers in [1, 2)
+  int ulp_exponent_;  // base-2 logarithm of the distance between neighbouring numbers in [1, 2)
   std::vector<double> minimum_, maximum_;
   // Number of values by biased exponent; zeros are not counted.
   std::array<std::uint64_t, kExponents> counts_{};
@@ -152,7 +156,7 @@ class Statistics {
 using Fetch = std::function<void(std::uint64_t step, std::uint64_t first, std::uint64_t count,
                                  std::byte* out)>;
 
-// The values of one quantity: of the coordinates, or of an array.
+// The values that share one quantization: the coordinates, or the values of one array.
 struct Values {
   std::string name;
   ScalarType type;
@@ -190,7 +194,8 @@ Quantization quantization_of(const Accuracy& accuracy, const Values& values, boo
   if (accuracy.kind == Accuracy::Kind::relative)
     bound =
         std::min(bound * (is_box ? statistics.largest_side() : statistics.range()), kLargest / 2);
-  // If all values are equal, the range is 0. Lossless storage of such values is equally compact.
+  // If all values are equal, their range and therefore the bound are 0. Lossless storage of equal
+  // values is just as compact.
   if (!(bound > 0) || statistics.mostly_exact(bound)) return {};
   Quantization quantization = Quantization::absolute(bound, values.components);
   quantization.spacing = statistics.best_step(bound);

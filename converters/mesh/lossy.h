@@ -1,6 +1,6 @@
-// Lossy compression: which coordinates and arrays may be rounded, and by how much. The bound holds
-// for every finite value, after rounding to the stored type. Infinities and NaN are restored bit by
-// bit. Integers are never rounded.
+// Lossy compression: which coordinates and arrays may be rounded, and by how much. The error bound
+// holds for every finite value, after rounding to the stored type. Infinities and NaN are restored
+// bit by bit. Integers are never rounded.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +16,21 @@ namespace shm::converters {
 struct Accuracy {
   enum class Kind {
     lossless,
-    bits,      // uniform steps over the bounding box of the values
+    bits,      // fixed number of bits per component, with uniform steps over the bounding box
     absolute,  // maximum error
     relative,  // maximum error as a fraction of the range of the values
   };
   Kind kind = Kind::lossless;
   std::uint32_t bits = 0;  // number of bits, 1..52
-  double bound = 0;        // positive bound; if absolute: below 1e300; if relative: below 1
+  double bound = 0;        // error bound, positive; below 1e300 if absolute, below 1 if relative
 
   static Accuracy of_bits(std::uint32_t bits) { return {Kind::bits, bits, 0}; }
   static Accuracy absolute(double bound) { return {Kind::absolute, 0, bound}; }
   static Accuracy relative(double bound) { return {Kind::relative, 0, bound}; }
 };
 
-// Parses "lossless", "bits=N", "abs=E" or "rel=E". Throws Failure (misuse), which names `option`.
+// Parses "lossless", "bits=N", "abs=E" or "rel=E". If `text` is invalid, throws Failure (misuse)
+// with `option` in the message.
 Accuracy parse_accuracy(std::string_view text, const std::string& option);
 
 // The accuracy of one array, given as "NAME:ACCURACY". NAME is "coordinates" or the name of an

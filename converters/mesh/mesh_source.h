@@ -26,10 +26,11 @@ struct MeshInfo {
   std::uint64_t vertices = 0;
   std::vector<std::uint64_t> block_cells;  // number of cells of each block
   std::vector<double> step_times;          // time of each time step
-  std::vector<Extra> extras;               // all data for which the model has no other place
+  std::vector<Extra> extras;               // all data that the other members cannot represent
 
-  // Only if the mesh comes from a .shm file: the first cell of each segment in coding order, and
-  // the codec of its hexahedra.
+  // segment_starts contains the number of the first cell of each segment, in coding order.
+  // segment_connectivity contains the codec of the hexahedra of each segment. Both are empty unless
+  // the mesh comes from a .shm file.
   std::vector<std::uint64_t> segment_starts;
   std::vector<ConnectivityCodec> segment_connectivity;
 
@@ -38,8 +39,8 @@ struct MeshInfo {
     for (std::uint64_t n : block_cells) sum += n;
     return sum;
   }
-  // Returns the number of elements of an array: vertices, or the cells of the blocks that it
-  // covers.
+  // Returns the number of elements of an array: the number of vertices, or of cells in the blocks
+  // that the array covers.
   std::uint64_t array_elements(std::size_t array) const {
     const ArrayInfo& info = schema.arrays[array];
     if (info.location == Location::point) return vertices;
@@ -56,9 +57,10 @@ struct MeshInfo {
 
 // Consecutive cells in file order. Cells of different blocks may alternate.
 struct CellBatch {
-  std::vector<std::uint32_t> blocks;        // block index of each cell
-  std::vector<std::uint64_t> corner_begin;  // offset of each cell in `corners`, then the end
-  std::vector<std::uint64_t> corners;       // vertex numbers, all less than the number of vertices
+  std::vector<std::uint32_t> blocks;  // block index of each cell
+  // Offset of the first corner of each cell in `corners`, followed by corners.size().
+  std::vector<std::uint64_t> corner_begin;
+  std::vector<std::uint64_t> corners;  // vertex numbers, all less than the number of vertices
   std::size_t size() const { return blocks.size(); }
   std::span<const std::uint64_t> cell(std::size_t i) const {
     return std::span(corners).subspan(corner_begin[i], corner_begin[i + 1] - corner_begin[i]);
@@ -80,27 +82,31 @@ class MeshSource {
   // Fills `out` with count * 3 coordinates (x, y, z of each vertex), of type
   // schema.coordinate_type, in host byte order.
   virtual void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) = 0;
-  // Reads at most `max_cells` cells into `out`. At the end, leaves `out` empty and returns false.
+  // Reads at most `max_cells` cells into `out`. If no cells are left, leaves `out` empty and
+  // returns false.
   virtual bool next_cells(CellBatch& out, std::size_t max_cells) = 0;
   virtual void rewind_cells() = 0;
-  // Makes cell `first` the next cell. Formats without random access read all cells before it.
+  // Makes cell `first` the next cell that next_cells() reads. Formats without random access read
+  // all cells before cell `first`.
   virtual void seek_cells(std::uint64_t first) {
     rewind_cells();
     CellBatch batch;
     for (std::uint64_t cell = 0; cell < first; cell += batch.size())
       if (!next_cells(batch, std::min<std::uint64_t>(first - cell, kCellsAtOnce))) return;
   }
-  // Reads `count` elements of an array, starting at element `first`, in file order. The elements of
-  // a cell array are counted over the cells of the blocks that it covers. `step` is 0 for a static
-  // array.
+  // Reads `count` elements of an array, starting at element `first`, in file order. Element i of a
+  // cell array belongs to the i-th cell in the blocks that the array covers. `step` is 0 for a
+  // static array.
   virtual void read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                           std::uint64_t count, std::byte* out) = 0;
 };
 
 // Throws Failure (over_limit) if a mesh exceeds `limits`. `name` is the name of the mesh in the
-// error. Cells with a varying number of nodes are counted as if they had no nodes.
+// error message. Cells in blocks with a varying number of nodes are counted as if they had no
+// nodes.
 void require_within(const MeshLimits& limits, const MeshInfo& info, const std::string& name);
-// Makes the same check for given sizes. `bytes` is the size of all coordinates, corners and arrays.
+// Throws Failure (over_limit) if the given sizes exceed `limits`. `bytes` is the total size of all
+// coordinates, corners and arrays.
 void require_within(const MeshLimits& limits, std::uint64_t vertices, std::uint64_t cells,
                     std::uint64_t bytes, const std::string& name);
 

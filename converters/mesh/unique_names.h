@@ -14,10 +14,10 @@ namespace shm::converters {
 
 class UniqueNames {
  public:
-  // Reserves a name, which is then never changed.
+  // Marks a name as used by an array that keeps its name.
   void keep(Location location, const std::string& name) { used_.emplace(location, name); }
-  // Returns `wanted` if it is unused. Otherwise returns `wanted` with the first number that makes
-  // it unique.
+  // Returns `wanted` if it is unused. Otherwise appends the first number that makes it unique, e.g.
+  // "v (2)".
   std::string take(Location location, const std::string& wanted) {
     std::string name = wanted;
     std::size_t& last = numbers_.try_emplace({location, wanted}, 1).first->second;
@@ -28,7 +28,7 @@ class UniqueNames {
 
  private:
   std::set<std::pair<Location, std::string>> used_;
-  // For each name, the last number that was tried.
+  // The number that take() most recently tried to append to each name.
   std::map<std::pair<Location, std::string>, std::size_t> numbers_;
 };
 

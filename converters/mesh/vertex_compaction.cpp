@@ -8,9 +8,9 @@
 namespace shm::converters {
 namespace {
 
-// State of a vertex in the table: 0 if no cell is known to use it, otherwise 2 * (1 + its last
-// cell). The bit kEmitted is added when the vertex has been emitted. When the vertex is finalized,
-// only this bit remains.
+// State of a vertex in the table: 0 if no cell read so far uses the vertex, otherwise 2 * (1 +
+// number of the last cell that uses it). The bit kEmitted is added when the vertex has been
+// emitted. When the vertex is finalized, only this bit remains.
 constexpr std::uint64_t kEmitted = 1;
 constexpr std::uint64_t last_in(std::uint64_t cell) { return 2 * (cell + 1); }
 

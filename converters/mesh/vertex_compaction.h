@@ -15,7 +15,8 @@ namespace shm::converters {
 
 inline constexpr std::uint64_t kNeverUsed = ~std::uint64_t{0};
 
-// Throws Failure (corrupt), which names the cell, unless vertex < vertices.
+// Throws Failure (corrupt) unless vertex < vertices. The error message contains the number of the
+// cell.
 void require_vertex(std::uint64_t cell, std::uint64_t vertex, std::uint64_t vertices);
 
 // Receives the vertices and cells of the streaming mesh.
@@ -28,10 +29,10 @@ class CompactedMesh {
   // Vertices that no cell uses follow after all cells, in ascending order, with last_cell ==
   // kNeverUsed.
   virtual void vertex(std::uint64_t number, std::uint64_t last_cell) = 0;
-  // Called for cell `index` of the batch. Bit i of `last_use` (i < 64) is set if corner i is used
-  // here for the last time. If a vertex occurs at several corners, only its first corner is marked.
-  // `finalized` is the number of all vertices used for the last time, including those beyond
-  // corner 63.
+  // Called for cell `index` of the batch. Bit i of `last_use` (i < 64) is set if this cell is the
+  // last one that uses the vertex at corner i. If the vertex occurs at several corners of the cell,
+  // only the bit of the first of these corners is set. `finalized` is the number of all vertices
+  // that this cell uses last, including those at corners beyond 63.
   virtual void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
                     std::uint64_t finalized) = 0;
 };

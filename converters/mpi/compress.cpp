@@ -17,11 +17,12 @@
 namespace shm::converters {
 namespace {
 
-// Number of step values that are processed together.
+// Number of elements whose values at a time step are read and coded together.
 constexpr std::uint64_t kPieceElements = 65536;
 constexpr std::uint64_t kNoBasis = 255;
 
-// Divides the segments of a mesh into equal shares.
+// Divides the segments of a mesh into one share of consecutive segments per rank. The sizes of the
+// shares differ by at most one segment.
 class Shares {
  public:
   Shares(std::uint64_t cells, std::uint64_t segment_cells, std::size_t ranks)
@@ -30,8 +31,8 @@ class Shares {
         segments_(cells == 0 ? 0 : (cells - 1) / segment_cells + 1),
         ranks_(ranks) {}
   std::uint64_t first_segment(std::size_t rank) const {
-    // Divides first, so that no product overflows. If segments remain after the division, the first
-    // ranks get one more segment each.
+    // Divides before it multiplies, so that no product overflows. If the division leaves a
+    // remainder r, each of the first r ranks gets one more segment.
     const std::uint64_t each = segments_ / ranks_, over = segments_ % ranks_;
     return each * rank + std::min<std::uint64_t>(rank, over);
   }
@@ -52,20 +53,20 @@ class Shares {
   std::uint64_t cells_, segment_cells_, segments_, ranks_;
 };
 
-// A vertex or cell with its number in the mesh and its new number in the file.
+// The number of a vertex or cell in the mesh (`number`) and in the compressed file (`fresh`).
 struct Renamed {
   std::uint64_t number = 0, fresh = 0;
 };
 
-// The numbers that all vertices, or all cells, have in the new file. The owner of a number stores
-// its new number.
+// Maps the number of each vertex (or each cell) in the mesh to its new number in the compressed
+// file. The table is distributed: the owner of an old number stores the new number.
 class FreshNumbers {
  public:
   FreshNumbers(Ranks& ranks, std::uint64_t numbers) : owners_(ranks, numbers) {
     ranks.together([&] { fresh_.resize(owners_.count()); });
   }
-  // Collective. `order`: numbers of this rank's vertices or cells in file order. `first`: new
-  // number of the first of them.
+  // Collective. `order` lists the numbers that this rank's vertices or cells have in the mesh, in
+  // file order. `first` is the new number of the first item in `order`.
   void send(NumberList& order, std::uint64_t first, Ranks& ranks) {
     std::vector<Renamed> items;
     ranks.together([&] {
@@ -88,7 +89,8 @@ class FreshNumbers {
   std::vector<std::uint64_t> fresh_;
 };
 
-// Returns the different numbers below `limit` to which an extra refers, ascending.
+// Returns the vertex or cell numbers below `limit` that an extra contains, ascending, without
+// repetitions.
 std::vector<std::uint64_t> references(const Extra& extra, std::uint64_t limit) {
   std::vector<std::uint64_t> numbers;
   const auto collect = [&]<class Integer>(Integer) {
@@ -148,7 +150,8 @@ class PartCompression {
   std::uint64_t own_elements(std::uint32_t array) const;
   NumberList& moved_elements(std::uint32_t array);
   SizeReport write_rest();
-  // The numbers to which an extra refers, ascending, with their new numbers in the file.
+  // The vertex or cell numbers that an extra contains: ascending in `numbers`, and the
+  // corresponding new numbers in `fresh`.
   struct FreshReferences {
     std::vector<std::uint64_t> numbers, fresh;
   };
@@ -157,7 +160,7 @@ class PartCompression {
 
   Ranks* ranks_;
   MeshSource* mesh_;
-  JoinedMesh* joined_;  // the same mesh if it is read from parts, otherwise null
+  JoinedMesh* joined_;  // same object as mesh_ if the mesh is read from parts; otherwise null
   SharedOutput* output_;
   Schema schema_;
   WriteOptions options_;
@@ -167,18 +170,20 @@ class PartCompression {
   CodingOrderLog log_;
 
   PartUses uses_;
-  std::vector<std::uint64_t> imported_;  // vertex numbers, in the order in which they are added
-  std::vector<std::uint64_t> block_cells_before_;  // number of cells of each block on lower ranks
-  std::uint64_t first_vertex_ = 0;    // new number of the first vertex that this rank owns
-  std::optional<PartWriter> writer_;  // writer of this part; empty if the rank is idle
+  // Numbers of the vertices that earlier segments own, in coding order.
+  std::vector<std::uint64_t> imported_;
+  std::vector<std::uint64_t> block_cells_before_;  // for each block, number of cells on lower ranks
+  // New number of the first vertex of this rank that no lower rank uses.
+  std::uint64_t first_vertex_ = 0;
+  std::optional<PartWriter> writer_;  // writer of this rank's segments; empty if it has none
   std::optional<FreshNumbers> vertices_, cells_;  // set only if numbers change
 
-  // Elements that have moved, by the list of blocks that the array covers.
+  // Results of moved_elements(). The key is the list of blocks that an array covers.
   std::map<std::vector<std::uint32_t>, NumberList> moved_;
-  std::vector<std::uint64_t> first_elements_;  // index of this rank's first element of each array
+  std::vector<std::uint64_t> first_elements_;  // for each array, index of this rank's first element
   MemorySink head_;
   std::optional<PartJoiner> joiner_;  // used on rank 0 only
-  std::uint32_t chunks_before_ = 0;   // number of chunks of the mesh on lower ranks
+  std::uint32_t chunks_before_ = 0;   // number of chunks that lower ranks have written
 };
 
 void PartCompression::find_places() {
@@ -208,7 +213,8 @@ void PartCompression::code_mesh() {
     start.segment = static_cast<std::uint32_t>(shares_.first_segment(ranks_->rank()));
     start.first_cell = range_.first;
     start.first_vertex = first_vertex_;
-    // As in compress_mesh(), an error is reported as the user's error if the user chose a codec.
+    // If the user chose the codec, an error means that this codec cannot encode the mesh, and it is
+    // reported as misuse. Otherwise the mesh is the cause. compress_mesh() does the same.
     auto writer = PartWriter::create(schema_, options, start);
     writer_ = options.connectivity == ConnectivityCodec::automatic ? checked(std::move(writer))
                                                                    : unwrap(std::move(writer));
@@ -277,7 +283,8 @@ void PartCompression::write_mesh() {
   append(chunks);
 }
 
-// Collective. Writes the chunks of all ranks in the order of ranks.
+// Collective. Appends the chunks of all ranks to the file: those of rank 0 first, then those of
+// rank 1, and so on.
 void PartCompression::append(PartChunks& chunks) {
   const std::uint64_t offset = ranks_->broadcast(joiner_ ? joiner_->offset() : 0);
   const std::uint64_t number = ranks_->broadcast(joiner_ ? joiner_->chunks() : 0);
@@ -286,7 +293,7 @@ void PartCompression::append(PartChunks& chunks) {
     checked(place(chunks, static_cast<std::uint32_t>(number + sums.before[1])));
     output_->write(offset + sums.before[0], chunks.bytes);
   });
-  // The message contains the size of the chunks, followed by their index.
+  // Each rank sends rank 0 the total size of its chunks, followed by their index entries.
   const std::uint64_t size = chunks.bytes.size();
   std::vector<std::byte> mine(sizeof size);
   std::memcpy(mine.data(), &size, sizeof size);
@@ -304,8 +311,9 @@ void PartCompression::append(PartChunks& chunks) {
 
 // --- time steps
 
-// Returns the number of elements of an array in this part: cells that the array covers, or vertices
-// that this rank owns.
+// Returns the number of elements that this rank writes for an array. For a cell array, the elements
+// are the rank's cells that the array covers. For a point array, they are the vertices that the
+// rank owns.
 std::uint64_t PartCompression::own_elements(std::uint32_t array) const {
   if (schema_.arrays[array].location == Location::point) return uses_.own + uses_.unused.size();
   std::uint64_t sum = 0;
@@ -341,8 +349,9 @@ void PartCompression::write_steps() {
   append(chunks);
 }
 
-// Writes a step of an array. The rank with the first element chooses the reference of the step and
-// broadcasts it immediately.
+// Writes one time step of an array. Rank `chooser`, which has the first element of the array,
+// chooses the reference of the step (the data from which it is predicted). It broadcasts the
+// reference as soon as it is known, because the other ranks wait for it.
 void PartCompression::write_step(std::uint32_t array, std::uint64_t step, std::size_t chooser) {
   const bool chooses = ranks_->rank() == chooser;
   std::uint64_t basis = kNoBasis;
@@ -399,8 +408,8 @@ void PartCompression::feed_step(std::uint32_t array, std::uint64_t step,
   }
 }
 
-// Returns the elements of a cell array in this part, in file order, as in CoveredOrder. Used if
-// cells have moved.
+// Returns the indices of the elements of a cell array that belong to this rank, in file order, as
+// CoveredOrder does. Needed only if the compressor has changed the order of cells.
 NumberList& PartCompression::moved_elements(std::uint32_t array) {
   const auto [found, fresh] = moved_.try_emplace(schema_.arrays[array].blocks, *spool_);
   NumberList& list = found->second;
@@ -422,7 +431,8 @@ NumberList& PartCompression::moved_elements(std::uint32_t array) {
 
 // --- data after the mesh
 
-// Collective. Returns the new numbers of the vertices or cells to which an extra of rank 0 refers.
+// Collective. Returns the vertex or cell numbers in an extra of rank 0, with their new numbers. The
+// result is empty if the extra does not need to be renumbered.
 PartCompression::FreshReferences PartCompression::fresh_references(const Extra& extra) {
   FreshReferences out;
   const bool of_cells = extra.refers == Reference::cell;
@@ -500,7 +510,8 @@ SizeReport compress_with_ranks(Ranks& ranks, JoinedMesh& mesh, SharedOutput& out
   mesh.hold_cells(
       Shares(mesh.info().cells(), options.segment_cells, ranks.size()).range(ranks.rank()));
   Schema schema;
-  // All ranks read together, so all ranks run the same trials.
+  // JoinedMesh needs all ranks for each read. Therefore every rank runs the same trials, not only
+  // rank 0.
   ranks.together([&] { schema = schema_to_write(mesh, options, spool); });
   return PartCompression(ranks, mesh, output, std::move(schema), options, spool, &mesh).run();
 }

@@ -28,7 +28,8 @@ namespace {
 
 // --- messages between ranks
 
-// Returns the items of all ranks, in the order of ranks, on every rank. For small numbers of items.
+// Collective. Returns the items of all ranks, in the order of ranks, on every rank. Use it only for
+// short lists, because every rank stores the items of all ranks.
 template <class Item>
 std::vector<Item> united(Ranks& ranks, const std::vector<Item>& mine) {
   std::vector<Item> all;
@@ -37,7 +38,8 @@ std::vector<Item> united(Ranks& ranks, const std::vector<Item>& mine) {
   return all;
 }
 
-// Joins the losses of all ranks without repetitions. Only rank 0 receives the result.
+// Collective. Merges the lists of lost data of all ranks and removes duplicates. Returns the result
+// on rank 0, and an empty list on the other ranks.
 LossList united_losses(Ranks& ranks, const LossList& mine) {
   std::string text;
   for (const std::string& loss : mine) text += loss + '\n';
@@ -87,16 +89,17 @@ class Part {
   MeshInfo whole_;  // schema, counts, times and extras of the whole mesh
   CellRange range_;
   std::unique_ptr<PieceMesh> piece_;
-  std::vector<BlocksById::Key> blocks_;  // blocks of all ranks; used if an array has the block ids
+  // Blocks of all ranks. Empty if no array contains the block ids.
+  std::vector<BlocksById::Key> blocks_;
   std::uint64_t lost_vertices_ = 0;
   std::optional<Translation> translation_;
 };
 
 void Part::open() {
   if (options_.input == "-" || options_.output == "-")
-    wrong_use("ranks need files; IN or OUT is standard input or output");
+    wrong_use("shm_mpi cannot use standard input or standard output: IN and OUT must be files");
   if (output_format(options_.output, options_.format).name != "exodus")
-    wrong_use("ranks write the parts of a decomposed Exodus mesh: name it " + options_.output +
+    wrong_use("shm_mpi decompress writes only Exodus files: name the output " + options_.output +
               ".e, or use --format exodus");
   check_places({{options_.input}, part_name(options_.output, ranks_.size(), ranks_.rank())},
                options_.force);
@@ -132,7 +135,7 @@ void Part::stage() {
   if (whole_.cells() == 0 && ranks_.first())
     how.request.unused_vertices = true;  // this single part is the whole mesh
   else if (range_.empty())
-    how.request.cells.numbers.emplace();  // an empty list: the part has no cells
+    how.request.cells.numbers.emplace();  // select no cells, by an empty list
   else
     how.request.cells.range = CellSelection::Range{range_.first, range_.end};
   how.request.unused_vertices |= last;
@@ -155,8 +158,9 @@ void Part::decode() {
   ranks_.together([&] { stage(); });
 }
 
-// Agrees with all ranks on the blocks. If an array has the block ids, the blocks depend on the
-// cells of all ranks.
+// Collective. Merges the lists of blocks of all ranks, so that all ranks have the same list. This
+// is necessary if an array contains the block ids, because the list then depends on the cells of
+// all ranks.
 void Part::agree_on_blocks() {
   const std::size_t array = BlocksById::array_of_ids(piece_->info());
   if (array == piece_->info().schema.arrays.size()) return;  // all ranks return here, or none
@@ -165,8 +169,8 @@ void Part::agree_on_blocks() {
   blocks_ = united(ranks_, mine);
 }
 
-// Counts the vertices that no rank has: vertices that no cell uses and that were coded before the
-// last cells.
+// Collective. Counts the vertices of the whole mesh that are not in any part, because no cell uses
+// them and the program that wrote the file coded them before the last cells.
 void Part::count_vertices() {
   struct Had {
     std::uint64_t number = 0;

@@ -1,6 +1,7 @@
 // Decompression by several ranks: each rank decodes a share of the cells and writes it as its part
-// of a decomposed Exodus mesh, e.g. out.e.4.0 to out.e.4.3. Memory per rank: the memory of a piece
-// (PieceMesh), 16 to 24 bytes for each of its vertices, and a bit for each vertex that it owns.
+// of a decomposed Exodus mesh, e.g. out.e.4.0 to out.e.4.3. Memory per rank: the memory of a
+// PieceMesh with the rank's cells, 16 to 24 bytes for each of its vertices, and one bit for each
+// vertex number that the rank owns (see NumberOwners).
 #pragma once
 
 #include <cstddef>
@@ -15,9 +16,9 @@
 
 namespace shm::converters {
 
-// Returns the cells of part `part` of `parts`. Shares are equal, except that the end of a share is
-// moved to the beginning of a segment if there is one nearby, so that fewer segments are decoded
-// twice.
+// Divides the cells into `parts` ranges of about equal size and returns range number `part`. The
+// end of a range is moved to the beginning of a segment if one is nearby, so that fewer segments
+// are decoded twice.
 CellRange part_range(const std::vector<SegmentInfo>& segments, std::uint64_t cells,
                      std::size_t parts, std::size_t part);
 

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMessage = std::size_t{1} << 26;  // maximum size of a message in bytes
 constexpr int kTag = 1;
 
-// Errors inside MPI end the program, because that is MPI's default.
+// By MPI's default, an error in an MPI function ends the program.
 
 std::vector<std::byte> packed(const Error& error) {
   std::vector<std::byte> bytes;
@@ -65,8 +65,8 @@ std::pair<std::size_t, std::size_t> place_of_process(int* argc, char*** argv) {
 MpiRanks::MpiRanks(int* argc, char*** argv) : MpiRanks(place_of_process(argc, argv)) {}
 
 MpiRanks::~MpiRanks() {
-  // mpirun ends all processes when one exits with an error, so wait until all processes have
-  // arrived here.
+  // When one process exits with an error code, mpirun ends all other processes. Therefore wait here
+  // until all processes have finished their work.
   MPI_Barrier(MPI_COMM_WORLD);
   MPI_Finalize();
 }
@@ -121,7 +121,7 @@ auto MpiRanks::sums(std::vector<std::uint64_t> values) -> Sums {
   const int count = static_cast<int>(values.size());
   Sums sums{std::vector<std::uint64_t>(values.size()), values};
   MPI_Exscan(values.data(), sums.before.data(), count, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
-  // MPI_Exscan leaves the result on rank 0 undefined.
+  // MPI_Exscan does not define the result on rank 0, which must be 0.
   if (first()) sums.before.assign(values.size(), 0);
   MPI_Allreduce(MPI_IN_PLACE, sums.all.data(), count, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
   return sums;

@@ -15,14 +15,14 @@ namespace shm::converters {
 
 class MpiRanks final : public Ranks {
  public:
-  // Initializes MPI; the destructor finalizes it. A process may have at most one object.
+  // Initializes MPI. The destructor finalizes MPI. A process may create only one MpiRanks object.
   MpiRanks(int* argc, char*** argv);
   ~MpiRanks() override;
-  // Ends all processes immediately. Used for errors outside of calls in which ranks agree on
-  // errors.
+  // Ends all processes immediately. For errors that occur on one rank outside of together(), the
+  // function in which ranks agree on errors.
   [[noreturn]] static void abort(int code);
-  // Ends all processes with the exit code that `complain` returns. If `complain` runs out of
-  // memory, reports that instead.
+  // Calls `complain`, which reports an error and returns an exit code, and ends all processes with
+  // this exit code. If `complain` runs out of memory, abort_with() reports that instead.
   [[noreturn]] static void abort_with(const std::function<int()>& complain) noexcept;
 
   void uninterrupted(const std::function<void()>& calls) override;

@@ -40,8 +40,8 @@ SharedOutput::SharedOutput(Ranks& ranks, std::string path)
   }
   name = ranks.broadcast(std::move(name));
   const std::string temporary(reinterpret_cast<const char*>(name.data()), name.size());
-  // Each rank opens the file separately, because a collective open that fails on one rank might
-  // block the others.
+  // Each rank opens the file by itself. If all ranks opened it in one collective call and the call
+  // failed on one rank, the other ranks might wait forever.
   ranks.together([&] {
     check(MPI_File_open(MPI_COMM_SELF, temporary.c_str(), MPI_MODE_WRONLY, MPI_INFO_NULL,
                         &handle_->file),

@@ -1,5 +1,5 @@
-// SharedOutput: one file that all ranks write with MPI-IO. A temporary file is renamed to the final
-// name when it is complete.
+// SharedOutput: one file that all ranks write with MPI-IO. They write to a temporary file, which is
+// renamed to the final name when it is complete.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ namespace shm::converters {
 
 class SharedOutput {
  public:
-  // Collective. Rank 0 creates a temporary file next to `path`, which all ranks must see. `ranks`
-  // is borrowed. Throws SharedFailure (output).
+  // Collective. Rank 0 creates a temporary file in the folder of `path`. All ranks must see this
+  // folder. `ranks` is borrowed. Throws SharedFailure (output).
   SharedOutput(Ranks& ranks, std::string path);
   ~SharedOutput();
   SharedOutput(const SharedOutput&) = delete;

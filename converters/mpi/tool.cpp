@@ -1,5 +1,5 @@
-// shm_mpi: compression and decompression by the ranks of an MPI program. The exit codes are those
-// of shm.
+// Main program of shm_mpi, which compresses and decompresses meshes with the ranks of an MPI
+// program. The exit codes are those of shm.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
@@ -32,11 +32,11 @@ ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
   CompressOptions how;
   ranks.together([&] {
     if (command.input == "-" || command.output == "-")
-      wrong_use("ranks need files; IN or OUT is standard input or output");
+      wrong_use("shm_mpi cannot use standard input or standard output: IN and OUT must be files");
     if (command.order == "free" || !command.cell_order.empty())
       wrong_use("--order free needs the whole mesh in the memory of one process: use shm compress");
     if (command.segment_cells == 0)
-      wrong_use("--segment-cells N is required: ranks share the mesh by segments");
+      wrong_use("--segment-cells N is required, because each rank codes whole segments");
     how = command.how();
   });
   const auto start = std::chrono::steady_clock::now();
@@ -80,14 +80,14 @@ ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
   return kDone;
 }
 
-// Removes the options for several files and for removing IN, because ranks share one file and keep
-// it.
+// Removes the options that are not meaningful for shm_mpi: --recursive and --stdout, because it
+// processes exactly one file, and --rm and --keep, because it never removes this file.
 void leave_out_many_files(CLI::App& command) {
   for (const char* const option : {"--recursive", "--stdout", "--rm", "--keep"})
     command.remove_option(command.get_option(option));
 }
 void take_one_file(FileCommand& command) {
-  if (command.files.size() != 1) wrong_use("ranks share one file, but several IN are given");
+  if (command.files.size() != 1) wrong_use("shm_mpi processes one file, but several IN are given");
   command.input = command.files.front();
 }
 
@@ -102,7 +102,7 @@ int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
   compress->description(
       "Compress one mesh with all ranks. The file is the same as that of shm compress with the\n"
       "same options. --segment-cells must be given, because ranks share the segments. --order is\n"
-      "keep or stream; --threads is the number per rank (default: 1)");
+      "keep or stream. --threads is the number of threads per rank (default: 1)");
   compress->footer(
       "Examples:\n"
       "  mpirun -n 4 shm_mpi compress rotor.e --segment-cells 262144\n"
@@ -111,8 +111,8 @@ int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
   CLI::App* decompress = commands.decompress.add_to(app);
   decompress->description(
       "Write the mesh of a .shm file as a decomposed Exodus mesh with one part per rank: 4 ranks\n"
-      "write OUT.4.0 to OUT.4.3. Each rank decodes its share of the cells. Number maps contain\n"
-      "the numbers in the whole mesh");
+      "write OUT.4.0 to OUT.4.3. Each rank decodes its share of the cells. The number\n"
+      "maps contain the global number of each node and element");
   decompress->remove_option(decompress->get_option("--threads"));
   leave_out_many_files(*compress);
   leave_out_many_files(*decompress);
@@ -147,7 +147,7 @@ int complain(const Commands& commands, Error error) {
 
 int guarded_run(int argc, char** argv) {
   MpiRanks ranks(&argc, &argv);
-  // Called after MPI_Init(), because MPI installs signal handlers of its own.
+  // Call this after MPI_Init(), because MPI installs signal handlers of its own.
   remove_outputs_on_signals();
   Commands commands;
   try {
@@ -156,7 +156,8 @@ int guarded_run(int argc, char** argv) {
     if (ranks.first()) complain(commands, failure.error());
     return exit_code(failure.error().code);
   } catch (...) {
-    // An error occurred on a single rank, while other ranks wait in collective calls.
+    // The error occurred on this rank only. The other ranks wait in collective calls, so all ranks
+    // must be ended.
     MpiRanks::abort_with([&] { return complain(commands, current_error()); });
   }
 }
@@ -165,7 +166,8 @@ int guarded_run(int argc, char** argv) {
 }  // namespace shm::converters
 
 int main(int argc, char** argv) {
-  // SIGXFSZ is ignored, so that writing beyond the file size limit is an ordinary error.
+  // SIGXFSZ is ignored, so that a write beyond the file size limit returns an error instead of
+  // ending the process.
   std::signal(SIGXFSZ, SIG_IGN);
   return shm::converters::guarded_run(argc, argv);
 }

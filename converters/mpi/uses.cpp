@@ -11,7 +11,7 @@ struct VertexUse {
   std::uint64_t number = 0, first = 0, last = 0;
 };
 
-// Finds the first and the last use of each vertex within the cells of this part.
+// For each vertex of this part, finds the first and the last cell of the part that use it.
 std::vector<VertexUse> uses_in(MeshSource& mesh, const CellRange& range, PartUses& out) {
   std::vector<VertexUse> uses;
   for_cells(mesh, range, [&](const CellBatch& batch, std::uint64_t first_cell) {
@@ -29,7 +29,8 @@ std::vector<VertexUse> uses_in(MeshSource& mesh, const CellRange& range, PartUse
   return uses;
 }
 
-// First and last uses, in the whole mesh, of the vertices whose numbers this rank owns.
+// For each vertex number that this rank owns, the first and the last cell of the whole mesh that
+// use the vertex.
 class OwnedUses {
  public:
   explicit OwnedUses(const NumberOwners& owners)
@@ -52,11 +53,11 @@ class OwnedUses {
   std::vector<VertexUse> uses_;
 };
 
-// Collects the numbers of all ranks on one rank, in pieces of bounded size. The ranges of owners
-// ascend with their ranks.
+// Collective. Collects the vertex numbers of all ranks, and returns them in ascending order on rank
+// `rank`. Ranks send their numbers in pieces of bounded size.
 std::vector<std::uint64_t> collect(Ranks& ranks, const std::vector<std::uint64_t>& numbers,
                                    std::size_t rank) {
-  // Number of items per piece, summed over all ranks.
+  // Maximum count of numbers that all ranks together send in one round.
   constexpr std::size_t kAtOnce = std::size_t{1} << 17;
   const std::size_t piece = std::max<std::size_t>(kAtOnce / ranks.size(), 1);
   std::vector<std::uint64_t> all;
@@ -80,7 +81,8 @@ std::uint32_t VertexTable::find_or_add(std::uint64_t number) {
   std::uint32_t& slot = slots_[slot_of(number)];
   if (slot == kAbsent) {
     if (numbers_.size() == kAbsent)
-      throw Failure(ErrorCode::over_limit, "2^32 vertices on one rank: use more ranks");
+      throw Failure(ErrorCode::over_limit,
+                    "a rank has more than 2^32 - 1 vertices: use more ranks");
     slot = static_cast<std::uint32_t>(numbers_.size());
     numbers_.push_back(number);
   }

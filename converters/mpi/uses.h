@@ -1,5 +1,5 @@
-// PartUses: the vertices of some cells of a mesh, and their first and last uses in the whole mesh,
-// including cells of other ranks.
+// PartUses: the vertices that a rank's cells use. For each vertex, it stores whether cells of
+// earlier ranks use it, and the last cell of the whole mesh that uses it.
 #pragma once
 
 #include <cstddef>
@@ -23,8 +23,8 @@ class VertexTable {
     if (slots_.empty()) return kAbsent;
     return slots_[slot_of(number)];
   }
-  // Returns the index of a vertex, which is added if it is new. Throws Failure (over_limit) for
-  // more than 2^32 - 2 vertices.
+  // Returns the index of a vertex. Adds the vertex if it is new. Throws Failure (over_limit) for
+  // more than 2^32 - 1 vertices.
   std::uint32_t find_or_add(std::uint64_t number);
   const std::vector<std::uint64_t>& numbers() const { return numbers_; }
 
@@ -38,23 +38,25 @@ class VertexTable {
   void grow();
 
   std::vector<std::uint64_t> numbers_;
-  std::vector<std::uint32_t> slots_;  // hash table; its size is a power of two
+  std::vector<std::uint32_t> slots_;  // hash table of indices; its size is a power of two
 };
 
 struct PartUses {
   VertexTable vertices;
-  // Properties of vertices, by index in the table:
-  std::vector<std::uint64_t> last;  // the last cell of the mesh that uses the vertex
-  std::vector<bool> imported;       // true if a cell before the range uses the vertex
+  // `last` and `imported` have one entry for each vertex in `vertices`, at the same index.
+  std::vector<std::uint64_t> last;  // last cell of the whole mesh that uses the vertex
+  std::vector<bool> imported;       // true if a cell before this rank's range uses the vertex
   std::uint64_t own = 0;            // number of vertices that are not imported
 
-  // Only on rank `last_rank`: the vertices that no cell of the mesh uses, ascending.
+  // Numbers of the vertices that no cell of the mesh uses, ascending. Empty except on rank
+  // `last_rank` of find_uses().
   std::vector<std::uint64_t> unused;
-  // Number of cells of each block in the range.
+  // For each block, the number of its cells in the range of find_uses().
   std::vector<std::uint64_t> block_cells;
 };
 
-// Calls visit(batch, first cell number) for all batches of cells in the range.
+// Reads the cells in `range` in batches. Calls visit(batch, number of its first cell) for each
+// batch.
 template <class Visit>
 void for_cells(MeshSource& mesh, const CellRange& range, Visit&& visit) {
   constexpr std::uint64_t kBatchCells = 8192;
@@ -67,8 +69,9 @@ void for_cells(MeshSource& mesh, const CellRange& range, Visit&& visit) {
   }
 }
 
-// Finds the uses of the vertices of the cells in `range`. Collective: ranks must have consecutive
-// ranges. Throws SharedFailure.
+// Finds the vertices that the cells in `range` use, and determines which of these vertices are also
+// used by cells of other ranks. Collective: the ranges of the ranks must be consecutive. Throws
+// SharedFailure.
 PartUses find_uses(Ranks& ranks, MeshSource& mesh, const CellRange& range, std::size_t last_rank);
 
 }  // namespace shm::converters

@@ -1,4 +1,5 @@
-// A module for the decimater of OpenMesh. Include it only in sources that have OpenMesh.
+// A module for the decimater of OpenMesh. Include this header only in sources that are compiled
+// with OpenMesh.
 #pragma once
 
 #include <OpenMesh/Core/Geometry/QuadricT.hh>
@@ -9,15 +10,15 @@
 
 namespace shm::converters {
 
-// Quadric error module. Like OpenMesh's ModQuadricT, it measures the distance of a collapsed vertex
-// from the original planes. It differs in three ways:
-// - Sums that are slightly negative because of rounding count as 0. ModQuadricT treats negative
-// sums as forbidden collapses and would not decimate plane parts.
+// Quadric error module. Like OpenMesh's ModQuadricT, it measures the distance between a collapsed
+// vertex and the planes of the original faces. It differs from ModQuadricT in three ways:
+// - If rounding makes an error slightly negative, it is treated as 0. ModQuadricT forbids collapses
+//   with a negative error, so it would not decimate flat regions.
 // - Boundary edges add a plane perpendicular to their face. Without this plane, the boundary of a
-// sheet would not keep its outline.
-// - A collapse may not turn over or flatten a triangle.
+//   sheet would not keep its outline.
+// - Collapses that would flip or flatten a triangle are not allowed.
 //
-// Coordinates must be about -1..1.
+// Scale the coordinates to about -1..1 before decimation.
 template <class MeshType>
 class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
  public:
@@ -67,9 +68,9 @@ class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
   using Place = typename MeshType::Point;
   using Quadric = OpenMesh::Geometry::QuadricT<double>;
 
-  // Small weight that makes short edges come first if everything is plane. Otherwise one vertex
-  // would absorb all other vertices one by one, and its growing number of faces would be checked
-  // each time.
+  // Small weight of the edge length in the error. In a flat region all other errors are 0, so this
+  // weight makes short edges collapse first. Without it, one vertex could absorb all others one by
+  // one, and each collapse would check all faces around this vertex.
   static constexpr double kShortFirst = 1e-9;
 
   static Place normal_of(const Place& a, const Place& b, const Place& c) {
@@ -85,8 +86,8 @@ class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
     this->mesh().property(quadrics_, vertex) += quadric;
   }
 
-  // Returns true if the collapse turns over or flattens a triangle around the removed vertex.
-  // Ignores the triangles that the collapse removes.
+  // Returns true if the collapse flips or flattens a triangle around the removed vertex. Ignores
+  // the triangles that the collapse removes.
   bool turns_any(const CollapseInfo& collapse) {
     MeshType& mesh = this->mesh();
     for (auto side = mesh.cvoh_iter(collapse.v0); side.is_valid(); ++side) {

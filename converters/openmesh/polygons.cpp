@@ -13,8 +13,8 @@
 namespace shm::converters {
 namespace {
 
-// Largest number of corners of a surface. A polygon with n corners becomes n - 2 triangles, and
-// OpenMesh numbers halfedges, two per side, with an int.
+// Largest number of corners of a surface. OpenMesh numbers halfedges with an int. A polygon with n
+// corners becomes n - 2 triangles, and each side of a triangle needs two halfedges.
 constexpr std::size_t kMostCorners = (std::size_t{1} << 30) / 3;
 
 Vector place_of(const Surface& surface, std::uint32_t vertex) {
@@ -27,8 +27,8 @@ bool is_in_float32(const Vector& place) {
   return std::all_of(place.begin(), place.end(), [](double x) { return std::fabs(x) <= kMost; });
 }
 
-// Converts the faces of a surface one by one to polygons. The polygons still refer to the vertices
-// of the surface.
+// Converts the faces of a surface to polygons, one by one. The corners of these polygons are still
+// vertices of the surface; CornerJoiner duplicates vertices later.
 class PolygonMaker {
  public:
   PolygonMaker(const Surface& surface, bool triangles, Polygons& out)
@@ -68,7 +68,7 @@ class PolygonMaker {
     return static_cast<std::size_t>(std::unique(sorted_.begin(), sorted_.end()) - sorted_.begin());
   }
 
-  // Returns the corner that all triangles of the face's fan share.
+  // Chooses the corner that all triangles share when the face is split into a fan.
   std::size_t fan_corner() const {
     if (ring_.size() != 4)
       return static_cast<std::size_t>(std::min_element(places_.begin(), places_.end()) -
@@ -92,8 +92,8 @@ class PolygonMaker {
     for (std::size_t i = 1; i + 1 < count; ++i) {
       const std::array<std::uint32_t, 3> triangle = {ring_[turn], ring_[(turn + i) % count],
                                                      ring_[(turn + i + 1) % count]};
-      // A polygon that contains a vertex twice may have triangles with equal corners, which are
-      // left out.
+      // If a polygon contains a vertex twice, some of its triangles may have two equal corners.
+      // These triangles are left out.
       if (different(triangle) == 3) add_polygon(f, triangle);
     }
   }
@@ -111,9 +111,10 @@ class PolygonMaker {
   std::vector<Vector> places_;
 };
 
-// Assigns vertices to corners. At first each corner has a separate vertex. Corners are united along
-// edges where faces stay connected. Around a vertex, a corner has at most one face before it and
-// one after it, so united corners form one fan.
+// Assigns a vertex to each corner of the polygons. At first, each corner has its own vertex. If two
+// faces stay connected along an edge, their corners at each end of this edge are merged into one
+// vertex. Each face at a vertex is connected to at most one previous and one next face, so the
+// faces around a merged vertex form one fan.
 class CornerJoiner {
  public:
   explicit CornerJoiner(Polygons& polygons) : polygons_(polygons) {}
@@ -122,8 +123,8 @@ class CornerJoiner {
     list_edges();
     taken_out_.assign(polygons_.face_count(), false);
     join_along_edges();
-    // A fan may reach a face a second time. If that face is removed from the fan, the rest of the
-    // fan is valid.
+    // A fan may contain two corners of the same face, which is not allowed. Such faces are removed
+    // from their fans, and the remaining faces are joined again.
     if (take_out_rejoined()) join_along_edges();
     number();
   }
@@ -131,7 +132,7 @@ class CornerJoiner {
  private:
   // A side of a face, from one corner to the next.
   struct Side {
-    std::uint32_t low, high;  // vertices of the side, the lower one first
+    std::uint32_t low, high;  // vertices of the side: the lower and the higher number
     std::uint32_t from, to;   // corners at the ends of the side
     std::uint32_t face;
   };

@@ -43,7 +43,8 @@ struct SurfaceTraits : OpenMesh::DefaultTraits {
 using PolygonMesh = OpenMesh::PolyMesh_ArrayKernelT<SurfaceTraits>;
 using TriangleMesh = OpenMesh::TriMesh_ArrayKernelT<SurfaceTraits>;
 
-// Stream buffer for OpenMesh's writers, which do not check for errors. Stores the first error.
+// Stream buffer to which OpenMesh's writers write. The writers do not check for errors, so this
+// class stores the first error.
 class SinkBuffer final : public std::streambuf {
  public:
   explicit SinkBuffer(ByteSink& sink) : sink_(&sink), buffer_(std::size_t{1} << 16) { empty(); }
@@ -60,7 +61,7 @@ class SinkBuffer final : public std::streambuf {
     pbump(1);
     return letter;
   }
-  int sync() override { return 0; }  // does nothing, because the writers flush after some lines
+  int sync() override { return 0; }  // OpenMesh's writers flush too often
 
  private:
   void empty() { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
@@ -107,13 +108,14 @@ class SurfaceMesh {
   SurfaceMesh(const Surface& surface, const Polygons& polygons)
       : surface_(surface), polygons_(polygons) {
     mesh_.add_property(block_, "block");
-    // The property is made persistent, because writers store only persistent properties.
+    // OpenMesh's writers store a property only if it is persistent.
     mesh_.property(block_).set_persistent(true);
     mesh_.add_property(vertex_of_);
     mesh_.add_property(face_of_);
   }
 
-  // Adds the faces to the mesh. Returns ErrorCode::unsupported if OpenMesh does not accept a face.
+  // Adds the polygons to the mesh. Returns ErrorCode::unsupported if OpenMesh does not accept a
+  // polygon.
   Result<void> fill(const Progress& progress) {
     const std::size_t faces = polygons_.face_count(), sides = polygons_.corners.size();
     mesh_.reserve(polygons_.vertices.size(), sides / 2 + sides / 4, faces);
@@ -139,8 +141,8 @@ class SurfaceMesh {
     return {};
   }
 
-  // Decimates until at most `left` triangles are left, or until no further triangle can be removed.
-  // The mesh must consist of triangles.
+  // Decimates the mesh until it has at most `left` triangles, or until no further edge can be
+  // collapsed. The mesh must consist of triangles.
   void decimate(std::uint64_t left, const Progress& progress) {
     using Module = OutlineQuadrics<MeshType>;
     const std::uint64_t before = mesh_.n_faces();
@@ -209,8 +211,8 @@ class SurfaceMesh {
             surface_.coordinate(vertex, 2)};
   }
 
-  // Moves the middle of the mesh to 0 and scales its largest side to -1..1, so that fourth powers
-  // of coordinates stay finite.
+  // Moves the centre of the mesh to the origin, and scales it so that the longest side of its
+  // bounding box extends from -1 to 1. Fourth powers of the scaled coordinates stay finite.
   void to_unit_places() {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     OpenMesh::Vec3d least(kFar, kFar, kFar), most(-kFar, -kFar, -kFar);

@@ -1,4 +1,4 @@
-// Surfaces in file formats of other programs, written by OpenMesh: PLY, STL, OBJ.
+// Writes surfaces as PLY, STL or OBJ files, using the writers of OpenMesh.
 #pragma once
 
 #include <cstdint>
@@ -14,45 +14,51 @@
 
 namespace shm::converters {
 
-// File formats. PLY: binary, little-endian; a face has up to 255 corners, and the index of its
-// element block as the property `block`. STL: binary, triangles. OBJ: text. All coordinates are
-// float32, because OpenMesh's writers support no other type.
+// File formats. PLY files are binary (little-endian), faces have up to 255 corners, and the face
+// property `block` is the index of the element block. STL files are binary and contain triangles.
+// OBJ files are text. All coordinates are float32, because OpenMesh's writers support no other
+// type.
 enum class SurfaceFormat : std::uint8_t { ply, stl, obj };
 
-// Returns the format that "ply", "stl" or "obj" means, and nothing for other words.
+// Returns the format with the name `word`: "ply", "stl" or "obj". Returns nothing for any other
+// word.
 std::optional<SurfaceFormat> surface_format(std::string_view word);
 
 // Returns true if this build has OpenMesh.
 bool can_write_surfaces();
 
 struct SurfaceColours {
-  bool of_points = false;        // true: one colour per vertex; false: one per face of the surface
+  bool of_points = false;        // true if `colours` are colours of vertices, not of faces
   std::span<const Rgb> colours;  // borrowed
 };
 
 struct SurfaceFileOptions {
   SurfaceFormat format = SurfaceFormat::ply;
-  // Number of triangles after decimation, at least 1. A surface with fewer triangles is not
-  // decimated, but its quads and polygons are split. Vertices that remain keep their positions.
+  // Target number of triangles, at least 1. If the target is set, all quads and polygons are split
+  // into triangles, and the surface is decimated if it has more triangles than the target. Vertices
+  // that remain keep their positions. If the target is not set, the surface is not decimated.
   std::optional<std::uint64_t> decimate;
   const SurfaceColours* colours = nullptr;  // borrowed; only PLY supports colours
 };
 
 struct WrittenSurface {
-  std::uint64_t vertices = 0, faces = 0;  // numbers of vertices and faces in the file
-  std::uint64_t triangles_before = 0;     // number of triangles before decimation; 0: no decimation
-  std::uint64_t rounded = 0;              // number of vertices whose position is rounded to float32
+  std::uint64_t vertices = 0, faces = 0;  // counts of vertices and faces in the file
+  // Number of triangles before decimation; 0 without decimation.
+  std::uint64_t triangles_before = 0;
+  std::uint64_t rounded = 0;  // number of vertices whose position is rounded to float32
 
-  // Counts with the same meaning as in Polygons.
+  // Counts with the meanings that Polygons describes.
   std::uint64_t copies = 0, lines_and_points = 0, collapsed = 0, not_finite = 0;
 };
 
-// Writes the polygons of a surface (see polygons_of()) to `out`, front to back. The caller commits
-// `out`. Needs about 400 bytes per face in addition to the surface. Equal surfaces give equal
-// bytes. Not thread safe, because OpenMesh's writers are global.
+// Converts a surface to polygons (see polygons_of()) and writes them to `out` sequentially. The
+// caller commits `out`. Needs about 400 bytes per face in addition to the surface. Identical
+// surfaces result in identical files. Not thread safe, because OpenMesh's writers are global
+// objects.
 //
-// Returns ErrorCode::unsupported if this build has no OpenMesh; over_limit if the surface is too
-// large for OpenMesh; misuse for colours with a format other than PLY; and the errors of `out`.
+// Returns ErrorCode::unsupported if the program was built without OpenMesh, over_limit if the
+// surface is too large for OpenMesh, misuse if colours are requested for a format other than PLY,
+// or an error of `out`.
 Result<WrittenSurface> write_surface(const Surface& surface, const SurfaceFileOptions& options,
                                      ByteSink& out, const Progress& progress = {});
 

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::uint32_t kNoFace = 6;
 
-// Table of the two corners that two adjacent faces share, i.e. of their edge. For opposite faces
-// both entries are equal.
+// For two adjacent faces f and g, kEdgeBetween[f][g] contains the two corners of their common edge.
+// If f and g do not share exactly one edge, the entry is not used.
 constexpr auto kEdgeBetween = [] {
   std::array<std::array<std::array<std::uint8_t, 2>, 6>, 6> table{};
   for (std::size_t f = 0; f < 6; ++f)
@@ -25,7 +25,7 @@ constexpr auto kEdgeBetween = [] {
   return table;
 }();
 
-// Faces of each corner, as bits: bit f is set if the corner is on face f.
+// For each corner of a hexahedron, a bit set of its faces: bit f is set if the corner is on face f.
 constexpr auto kFacesOfCorner = [] {
   std::array<std::uint8_t, 8> table{};
   for (std::size_t f = 0; f < 6; ++f)
@@ -39,7 +39,8 @@ bool all_different(const std::array<std::uint32_t, 4>& v) {
          v[2] != v[3];
 }
 
-// Returns the face of a hexahedron that has the edge between two vertices and is not `not_this`.
+// Returns the face of a hexahedron that contains the edge between the vertices `a` and `b`, but is
+// neither the face `not_this` nor the face opposite it.
 std::uint32_t face_at_edge(const std::array<std::uint32_t, 8>& corners, std::uint32_t a,
                            std::uint32_t b, std::uint32_t not_this) {
   std::uint32_t at_a = 0, at_b = 0;
@@ -62,8 +63,8 @@ CellGraph::CellGraph(const Cells& cells, const Progress& progress, Spool* spool,
     join_sorted(*spool, sort_bytes, progress);
     return;
   }
-  // The faces are joined in slices of vertices, so that the table of faces being joined stays
-  // small.
+  // Each pass finds the equal faces whose lowest vertex number is in one range (slice), so that the
+  // table of faces stays small.
   constexpr std::uint64_t kSliceCells = 1 << 18, kMostSlices = 8;
   const std::uint64_t slices =
       std::clamp<std::uint64_t>(cells.size() / kSliceCells, 1, kMostSlices);
@@ -91,7 +92,8 @@ void CellGraph::for_each_face(Visit&& visit) const {
   }
 }
 
-// Joins the faces whose lowest vertex is in [begin, end).
+// Finds equal faces among all faces whose lowest vertex is in [begin, end), and makes their cells
+// neighbours.
 void CellGraph::join_slice(std::uint64_t begin, std::uint64_t end) {
   // Bucket sort by lowest vertex: first count the faces, then distribute them.
   std::vector<std::uint32_t> end_of(end - begin + 1, 0);
@@ -108,12 +110,14 @@ void CellGraph::join_slice(std::uint64_t begin, std::uint64_t end) {
     join(std::span(faces).subspan(first, end_of[v] - first));
 }
 
-// Joins all faces in the same way, but with an external sort in bounded memory.
+// Finds all equal faces and makes their cells neighbours, as join_slice() does for a part of the
+// faces. Uses an external sort, which needs a bounded amount of memory.
 void CellGraph::join_sorted(const Spool& spool, std::size_t sort_bytes, const Progress& progress) {
   ExternalSorter sorted(spool.directory(), sizeof(Candidate), sort_bytes);
   if (progress) progress("joining faces", 0, 2);
   for_each_face([&](std::uint32_t lowest, const Candidate& face) {
-    // The hash keeps the groups small even if one vertex is the lowest vertex of very many faces.
+    // Only faces with the same sort key are compared with each other. The key contains a hash, so
+    // that few faces have the same key even if very many faces have the same lowest vertex.
     const std::uint64_t hash = hash_of(0, face.others()) >> 32;
     sorted.add(std::uint64_t{lowest} << 32 | hash, reinterpret_cast<const std::byte*>(&face));
   });
@@ -130,7 +134,8 @@ void CellGraph::join_sorted(const Spool& spool, std::size_t sort_bytes, const Pr
   join(faces);
 }
 
-// Joins equal faces in `faces`, all of which have the same lowest vertex.
+// Finds equal faces in `faces` and makes their cells neighbours. All faces must have the same
+// lowest vertex.
 void CellGraph::join(std::span<Candidate> faces) {
   constexpr std::size_t kManyFaces = 64;
   if (faces.size() > kManyFaces) return join_many(faces);
@@ -149,7 +154,8 @@ void CellGraph::join(std::span<Candidate> faces) {
   }
 }
 
-// Does the same as join() in O(n log n) time, because a vertex may have any number of faces.
+// Does the same as join(), but in O(n log n) time, for long lists of faces. A list may have any
+// length, because any number of faces may have the same lowest vertex.
 void CellGraph::join_many(std::span<Candidate> faces) {
   std::stable_sort(faces.begin(), faces.end(),
                    [](const Candidate& a, const Candidate& b) { return a.others() < b.others(); });
@@ -163,7 +169,8 @@ void CellGraph::join_many(std::span<Candidate> faces) {
   }
 }
 
-// Joins the occurrences of one face in several cells in pairs, in the mesh's order of cells.
+// `faces` are the occurrences of one face in several cells. Makes these cells neighbours in pairs,
+// in the mesh's order of cells.
 void CellGraph::join_same(std::span<CellFace> faces) {
   if (faces.size() < 2) return;
   if (faces.size() > 2)
@@ -202,7 +209,8 @@ Frame CellGraph::carried(std::uint32_t cell, const Frame& frame, std::uint32_t f
                          CellFace to) const {
   Frame result{};
   const auto corners = cells_->hexahedron(cell), corners_there = cells_->hexahedron(to.cell());
-  std::uint32_t used = 0;  // bit a is set if axis a of the neighbour is used
+  // Bit a is set if a direction of the result is along axis a of the neighbour.
+  std::uint32_t used = 0;
   std::array<bool, 3> known{};
   for (std::size_t a = 0; a < 3; ++a) {
     std::uint32_t there;
@@ -217,7 +225,8 @@ Frame CellGraph::carried(std::uint32_t cell, const Frame& frame, std::uint32_t f
     used |= 1u << (there >> 1);
     known[a] = true;
   }
-  // Collapsed hexahedra may leave a direction undetermined. Such a direction gets any unused axis.
+  // If a hexahedron is collapsed, a direction may be undetermined. It is then set along an axis
+  // that no other direction of the result uses.
   for (std::size_t a = 0; a < 3; ++a)
     for (std::uint32_t axis = 0; axis < 3 && !known[a]; ++axis) {
       if (used >> axis & 1) continue;

@@ -1,8 +1,8 @@
 // CellGraph: stores which hexahedra share a face, and converts directions in a hexahedron to
-// directions in the hexahedron across a face. Needs
-// 24 bytes of memory per cell. While the graph is built, it needs up to 96 more bytes for each of
-// 2^18 hexahedra (for an eighth of all hexahedra if that is more), and half a byte per vertex. All
-// tables may be in a spool; neighbouring cells should then have close numbers.
+// directions in the neighbouring hexahedron across a face. Needs 24 bytes of memory per cell. While
+// the graph is built, it needs additional memory: half a byte per vertex, and up to 96 bytes for
+// each of 2^18 hexahedra (or for an eighth of all hexahedra, if that is more). All tables may be in
+// a spool. In that case, neighbouring cells should have close numbers, so that access is fast.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ namespace shm::converters {
 inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kFacesByDirection = {
     {{0, 3, 7, 4}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 2, 6, 7}, {0, 1, 2, 3}, {4, 5, 6, 7}}};
 
-// A face of a cell, or no face. Fits into 32 bits because cell numbers are below 2^29.
+// A face of a cell, or no face (`code` 0). Fits into 32 bits because cell numbers are below 2^29.
 struct CellFace {
   std::uint32_t code = 0;
   CellFace() = default;
@@ -32,33 +32,37 @@ struct CellFace {
   std::uint32_t face() const { return (code - 1) & 7; }
 };
 
-// Three faces of a hexahedron. The neighbours across them are ahead, beside and above.
+// A local coordinate system of a hexahedron: the three faces in the directions ahead, beside and
+// above.
 using Frame = std::array<std::uint8_t, 3>;
 
 class CellGraph {
  public:
-  // Borrows the cells and the spool. Without a spool, all tables are in memory. `sort_bytes`:
-  // memory for a sort of all faces if there is a spool.
+  // Borrows the cells and the spool. If `spool` is null, all tables are in memory. Otherwise,
+  // `sort_bytes` is the memory limit for sorting the faces.
   explicit CellGraph(const Cells& cells, const Progress& progress = {}, Spool* spool = nullptr,
                      std::size_t sort_bytes = 0);
 
   const Cells& cells() const { return *cells_; }
-  // Removes the connections between cells of different blocks.
+  // Removes the links between neighbouring cells of different blocks.
   void cut_between_blocks();
 
-  // Returns the same face as a face of the neighbouring cell.
+  // Returns the neighbouring cell across a face, and the index of the shared face within this
+  // neighbour. Returns an empty CellFace if there is no neighbour.
   CellFace across(std::uint32_t cell, std::uint32_t face) const {
     return neighbours_[6 * std::uint64_t{cell} + face];
   }
-  // Carries `frame` to the neighbour `to` across `face`. Each direction of the frame either
-  // continues straight or stays on the same side.
+  // Converts `frame`, a frame of `cell`, to the corresponding frame of the neighbour `to` across
+  // `face`. The direction that crosses `face` continues straight ahead in the neighbour. Each of
+  // the two other directions becomes the direction of the neighbour's face that meets the original
+  // face at an edge of `face`.
   Frame carried(std::uint32_t cell, const Frame& frame, std::uint32_t face, CellFace to) const;
   int degree(std::uint32_t cell) const;
 
  private:
-  // A face that is searched for in other cells, without its lowest vertex: the vertex diagonally
-  // opposite the lowest vertex, and the other two, the lower one first. Together with the lowest
-  // vertex they identify the face.
+  // A face that may occur in two cells. Its lowest vertex, which is stored elsewhere, and the three
+  // vertices stored here identify it: `opposite` is diagonally opposite the lowest vertex, and
+  // `low` and `high` are the other two vertices, in ascending order.
   struct Candidate {
     std::uint32_t opposite, low, high;
     CellFace face;

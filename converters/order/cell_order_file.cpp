@@ -18,7 +18,7 @@ CellSequence read_cell_order(const std::string& path, std::uint64_t cells) {
     throw Failure(
         Error{.code = ErrorCode::corrupt, .detail = what, .section = place, .file = path});
   };
-  // Each number needs at least a digit and a line end.
+  // Each number needs at least two bytes: a digit and a newline.
   const std::uint64_t least_bytes = cells < 2 ? cells : 2 * cells - 1;
   if (input.size() < least_bytes)
     throw Failure(ErrorCode::truncated,

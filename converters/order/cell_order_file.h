@@ -1,4 +1,5 @@
-// A text file with an order of cells. Each line has the number of the next cell, counted from 0.
+// Reads a text file that contains an order of cells. Each line contains the number of one cell,
+// counted from 0.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +9,9 @@
 
 namespace shm::converters {
 
-// Reads an order of cells. Throws Failure, which names file and line, unless the file contains each
-// number below `cells` exactly once and nothing more. The code is truncated if numbers are missing
-// at the end, otherwise corrupt.
+// Reads an order of cells. The file must contain each number below `cells` exactly once, and no
+// other text. Otherwise throws Failure, which names the file and the line. Its code is
+// ErrorCode::truncated if the file has too few numbers, and ErrorCode::corrupt otherwise.
 CellSequence read_cell_order(const std::string& path, std::uint64_t cells);
 
 }  // namespace shm::converters

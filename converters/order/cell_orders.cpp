@@ -26,7 +26,8 @@ constexpr auto kUnpacked = [] {
   return table;
 }();
 
-// Visits hexahedra one by one and stores the frame of each visit.
+// Records the hexahedra in the order in which they are visited, each with its frame (the local
+// directions ahead, beside and above).
 class Traversal {
  public:
   Traversal(const CellGraph& graph, Spool* spool)
@@ -50,8 +51,9 @@ class Traversal {
     std::uint32_t cell;
     Frame frame;
   };
-  // Finds the next cell in direction `axis` of the frame, or in the opposite direction if `back`.
-  // Returns false if that cell does not exist or has been visited.
+  // Finds the next cell in direction `axis` (ahead, beside or above) of the frame of `from`, or in
+  // the opposite direction if `back` is true. Returns false if that cell does not exist or has been
+  // visited.
   bool step(const Step& from, std::size_t axis, bool back, Step& to) const {
     const std::uint32_t face = from.frame[axis] ^ (back ? 1u : 0u);
     const CellFace across = graph_->across(from.cell, face);
@@ -62,8 +64,9 @@ class Traversal {
   bool step(std::uint32_t from, std::size_t axis, bool back, Step& to) const {
     return step(Step{from, frame(from)}, axis, back, to);
   }
-  // Walks as far as possible without passing a cell twice. A row may be a ring, and may cross
-  // itself.
+  // Returns the last cell of a straight walk. The walk stops at a boundary, at a visited cell, and
+  // at a cell that this walk has already passed, because a row may be a ring or cross itself.
+  // Stores the number of steps in `length`, unless it is null.
   Step farthest(const Step& from, std::size_t axis, bool back, std::uint32_t* length = nullptr) {
     ++walk_;
     Step current = from, next;
@@ -81,7 +84,7 @@ class Traversal {
   const CellGraph* graph_;
   std::vector<bool> visited_;
   BigArray<std::uint8_t> frames_;   // frame of each visited cell
-  BigArray<std::uint32_t> passed_;  // for each cell, number of the last walk that passed it
+  BigArray<std::uint32_t> passed_;  // for each cell, the number of the last walk that passed it
   std::uint32_t walk_ = 0;
   CellList order_;
 };
@@ -92,7 +95,8 @@ class RimFinder {
  public:
   RimFinder(const CellGraph& graph, Spool* spool)
       : graph_(&graph), reached_(graph.cells().size(), false), queue_(spool) {}
-  // Returns the cell at the rim. Call this at most once for each component.
+  // Returns a cell at the rim of the component of `first`. Call this at most once for each
+  // component.
   std::uint32_t operator()(std::uint32_t first) {
     std::uint64_t position = queue_.size();
     queue_.push_back(first);
@@ -113,12 +117,13 @@ class RimFinder {
  private:
   const CellGraph* graph_;
   std::vector<bool> reached_;
-  CellList queue_;  // cells of all components, one after the other
+  CellList queue_;  // cells of all components searched so far
 };
 
-// Returns a frame whose directions point away from the rim. Layers are stacked along the shortest
-// axis (`layers_along` 0) to the longest axis (2). Rows are parallel to the longer of the other two
-// axes.
+// Returns a frame (directions ahead, beside and above) for a cell at the rim of the mesh. The
+// directions point into the mesh. `layers_along` selects the axis along which layers are stacked: 0
+// is the shortest axis of the mesh at this cell, 1 the middle axis, and 2 the longest axis. Rows
+// are parallel to the longer of the other two axes.
 Frame frame_at(const CellGraph& graph, Traversal& traversal, std::uint32_t cell,
                std::size_t layers_along) {
   Frame frame = kPlainFrame;
@@ -135,8 +140,8 @@ Frame frame_at(const CellGraph& graph, Traversal& traversal, std::uint32_t cell,
   return {frame[3 - above - beside], frame[beside], frame[above]};
 }
 
-// For each component, calls start(cell, frame) for an unvisited cell at its rim. Components are in
-// the mesh's order of cells.
+// Calls start(cell, frame) for a cell at the rim of each connected component, in the mesh's order
+// of cells. `start` must visit all cells of the component.
 template <class Start>
 void for_each_component(const CellGraph& graph, Traversal& traversal, std::size_t layers_along,
                         Spool* spool, Start&& start) {
@@ -165,8 +170,9 @@ class Sweep {
   using Step = Traversal::Step;
   CellList& order() { return walk_.order(); }
 
-  // Visits the layers above the visited layers, then the layers below. Cells that can only be
-  // reached with a turned frame come last.
+  // Visits all cells of a component: the layer of `seed`, then the layers above, then the layers
+  // below. Cells that cannot be reached in this way come last. They are found ahead of or beside
+  // visited cells.
   void sweep(const Step& seed) {
     std::uint64_t above = order().size(), below = above, aside = above;
     row(walk_.farthest(seed, kBeside, true));
@@ -192,8 +198,9 @@ class Sweep {
     }
   }
 
-  // Visits the next layer, in the order of the cells of the previous layer from `begin` on. Returns
-  // the index of the layer's first cell.
+  // Visits the layer above a visited layer (the layer below it if `down` is true). `begin` is the
+  // index of the first cell of the visited layer. Returns the index of the first cell of the new
+  // layer.
   std::uint64_t image_of_layer(std::uint64_t begin, bool down) {
     const std::uint64_t end = order().size();
     Step next;
@@ -203,7 +210,8 @@ class Sweep {
     return end;
   }
 
-  // Visits rows beside the cells from `begin` on, until there are no more rows.
+  // Completes a layer. `begin` is the index of the first visited cell of the layer. Visits the rows
+  // beside visited cells of the layer until no unvisited row is found.
   void complete_layer(std::uint64_t begin) {
     std::uint64_t scan = begin, scan_back = begin;
     Step next;
@@ -253,7 +261,8 @@ CellList breadth_first_order(const CellGraph& graph, Spool* spool) {
 CellList enclosed_first_order(const CellGraph& graph, Spool* spool) {
   Traversal walk(graph, spool);
   BigArray<std::uint8_t> shared(spool, graph.cells().size());
-  // Lists of cells, by number of shared faces. Outdated entries stay in the lists.
+  // waiting[n] lists unvisited cells that share n faces with visited cells. When n changes, the old
+  // entry stays in its list.
   std::vector<BigArray<CellFace>> waiting;
   for (int faces = 0; faces <= 6; ++faces) waiting.emplace_back(spool);
   const auto come = [&](std::uint32_t cell, const Frame& frame) {
@@ -286,13 +295,15 @@ CellList enclosed_first_order(const CellGraph& graph, Spool* spool) {
 CellList with_others_in_place(const Cells& cells, CellList hexahedra, Spool* spool,
                               std::size_t sort_bytes) {
   if (hexahedra.size() == cells.size()) return hexahedra;
-  // For each vertex, 1 + index of the first hexahedron that uses it; 0: no hexahedron uses it.
+  // For each vertex, 1 plus the index in `hexahedra` of the first hexahedron that uses it, or 0 if
+  // no hexahedron uses it.
   BigArray<std::uint32_t> birth(spool, cells.vertices());
   for (std::uint64_t position = 0; position < hexahedra.size(); ++position)
     for (const std::uint32_t v : cells.cell(hexahedra[position]))
       if (birth[v] == 0) birth.set(v, static_cast<std::uint32_t>(position + 1));
-  // Sorts the other cells by the hexahedron after which they are inserted, then in the mesh's
-  // order. Cells with vertices that no hexahedron uses come last.
+  // Sorts the other cells by the hexahedron after which they are inserted. Cells that are inserted
+  // after the same hexahedron stay in the mesh's order. Cells with a vertex that no hexahedron uses
+  // come last.
   constexpr std::uint32_t kNever = ~std::uint32_t{0};
   ExternalSorter others(spool != nullptr ? spool->directory() : std::string(), sizeof kNever,
                         spool != nullptr ? sort_bytes : std::numeric_limits<std::size_t>::max());

@@ -1,7 +1,7 @@
-// Orders of the cells of a mesh that are better for an encoder than the original order. All orders
-// are exact functions of the mesh. They use integers, and coordinates only after rounding to
-// integers. Ties are resolved by the lower number in the mesh. The same mesh therefore always has
-// the same order, whether its cells are in memory or in a spool.
+// Functions that order the cells of a mesh so that the mesh compresses better. The result is the
+// same on every machine, and does not depend on whether the cells are in memory or in a spool: all
+// computations use integers (coordinates are rounded to integers first), and ties are resolved by
+// the lower cell number.
 #pragma once
 
 #include <array>
@@ -16,35 +16,40 @@
 
 namespace shm::converters {
 
-// Numbers of cells in the mesh, in the new order.
+// Cell numbers of the mesh, in a new order.
 using CellSequence = std::vector<std::uint32_t>;
-// Numbers of cells as in Cells, in the new order, possibly in a spool.
+// Cell numbers of a Cells object, in a new order. The list may be in a spool.
 using CellList = BigArray<std::uint32_t>;
 
-// The functions below keep their tables and the order in `spool`, or in memory if it is null.
+// The functions below store their tables and the result in `spool`. If `spool` is null, everything
+// is in memory.
 
-// Breadth-first order over shared faces. Neighbours are visited in the directions of a frame that
-// is carried from cell to cell.
+// Returns the order of a breadth-first search across shared faces. Each cell has a frame
+// (directions ahead, beside and above), which it inherits from the cell from which it was reached.
+// The neighbours of a cell are visited in the order of these directions.
 CellList breadth_first_order(const CellGraph& graph, Spool* spool = nullptr);
 
-// Sweeps through a block of cells: first straight to the end of a row, then along the row beside
-// it, then through the layer above in the same order, as long as rows and layers can be followed.
-// Layers are stacked along the shortest (0), the middle (1) or the longest axis (2), measured at
-// the first cell of the component.
+// Returns the order of a sweep through the cells: cell after cell along a row, row after row
+// through a layer, and layer after layer, as long as rows and layers can be followed.
+// `layers_along` selects the axis along which layers are stacked: 0 is the shortest axis, 1 the
+// middle axis, and 2 the longest axis. The axes are measured at the first cell of each connected
+// component.
 CellList swept_order(const CellGraph& graph, std::size_t layers_along, Spool* spool = nullptr);
 
-// The next cell is, among the neighbours of all previous cells, the cell that shares most faces
-// with them. Of several such cells, the cell whose number of shared faces changed last is chosen.
+// Returns a greedy order: the next cell is the cell that shares the most faces with the cells
+// before it. If several cells share equally many faces, the next cell is the one whose number of
+// shared faces increased most recently.
 CellList enclosed_first_order(const CellGraph& graph, Spool* spool = nullptr);
 
-// Order along a Hilbert curve through the centres of cells. Needs 12 bytes per vertex and 60 bytes
-// per cell. `mesh`: mesh that has the vertices in the numbering of `cells`. `sort_bytes`: memory
-// for a sort if there is a spool.
+// Returns the order of the cells along a Hilbert curve through their centres. Needs 12 bytes per
+// vertex and 60 bytes per cell. The vertices of `mesh` must have the same numbers as in `cells`.
+// `sort_bytes` is the memory limit for sorting; it is ignored if `spool` is null.
 CellList hilbert_order(const Cells& cells, MeshSource& mesh, Spool* spool = nullptr,
                        std::size_t sort_bytes = 0);
 
-// Inserts each cell that is not a hexahedron directly after the first hexahedron after which all
-// its vertices have occurred.
+// Returns the list `hexahedra` with all other cells of the mesh inserted. Each of these cells is
+// inserted as early as possible: directly after the hexahedron with which the last of its vertices
+// occurs.
 CellList with_others_in_place(const Cells& cells, CellList hexahedra, Spool* spool = nullptr,
                               std::size_t sort_bytes = 0);
 

@@ -9,17 +9,20 @@
 namespace shm::converters {
 namespace {
 
-// Sizes of the delay buffer in the order in which they are tried. The next size is tried only if
-// the previous size is worthwhile: if a larger buffer saves something, a smaller buffer does too.
+// Sizes of the delay buffer in cells, in the order in which they are tried. The next size is tried
+// only if the previous size is worthwhile, because a larger buffer saves bytes only if a smaller
+// buffer does too.
 constexpr std::array<std::uint32_t, 2> kDelays = {256, 1024};
-// Smallest number of cells for which buffers are tried.
+// Smallest number of cells of a mesh for which delay buffers are tried.
 constexpr std::uint64_t kFewestCells = 24000;
 constexpr std::uint64_t kRunCells = 2048, kMostRuns = 16;
-constexpr std::uint64_t kShare = 20;  // the sample of a large mesh contains at most 1 of 20 cells
+// The sample of a large mesh contains at most 1/20 of its cells.
+constexpr std::uint64_t kShare = 20;
 
-// Returns the runs of the sample. They are spread over the mesh, beginning with its first cell. The
-// cells of a run keep their order, which determines the effect of a delay buffer. Runs are longer
-// than the buffers.
+// Returns the runs of consecutive cells that form the sample. The runs are spread over the mesh,
+// and the first run begins at the first cell. The effect of a delay buffer depends on the order of
+// the cells. Therefore the cells of a run stay in the mesh's order, and a run is longer than the
+// largest buffer.
 std::vector<CellRun> runs_of(std::uint64_t cells) {
   const std::uint64_t count = std::clamp<std::uint64_t>(cells / kShare / kRunCells, 1, kMostRuns);
   std::vector<CellRun> runs;

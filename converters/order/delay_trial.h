@@ -1,4 +1,4 @@
-// Tests on a sample of the cells whether a delay buffer makes a mesh smaller.
+// Tests on a sample of the cells whether a delay buffer makes the compressed mesh smaller.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +9,19 @@
 
 namespace shm::converters {
 
-// Encodes a mesh that has the arrays of the source, with a delay buffer of `delay` cells. Returns
-// the sizes.
+// Encodes `part`, a sample with the same arrays as the source, with a delay buffer of `delay`
+// cells. Returns the sizes of the encoded data.
 using DelayCoder = std::function<SizeReport(MeshSource& part, std::uint32_t delay)>;
 
-// Fraction of the bytes that a delay buffer must save. Savings of less than a percent would be
-// within the error of the sample. For fast codecs, a buffer doubles the time, because cells take as
-// long in the buffer as in the codec. Fast levels therefore require larger savings.
+// Fraction of the encoded size that a delay buffer must save: kWorthwhileAtBest at level `best`,
+// kWorthwhile at all other levels. A saving below 1% could be a sampling error. Levels other than
+// `best` require a larger saving, because the buffer needs about as much time per cell as a fast
+// codec, i.e. it doubles the compression time.
 inline constexpr double kWorthwhile = .03, kWorthwhileAtBest = .01;
 
 // Returns the size of the delay buffer, in cells, for which the sample is smallest. Returns 0 (no
-// buffer) if no buffer saves the fraction `worthwhile` of the bytes, or if the mesh is small.
-// Memory is proportional to the sample.
+// buffer) if no buffer saves at least the fraction `worthwhile` of the encoded size, or if the mesh
+// is small. The memory needed is proportional to the size of the sample.
 std::uint32_t find_delay(MeshSource& mesh, double worthwhile, const DelayCoder& code);
 
 }  // namespace shm::converters

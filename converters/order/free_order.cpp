@@ -12,11 +12,11 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kSampleCells = 1 << 16;
-// Approximate limit for the values of a sample, in bytes.
+// Approximate maximum size of the values of a sample, in bytes.
 constexpr std::uint64_t kSampleBytes = std::uint64_t{256} << 20;
 
-// Orders count as equally small if their size exceeds the smallest size by at most this fraction.
-// Of such orders, the order with the fewest active vertices is chosen.
+// Orders are considered equally good if their encoded size exceeds the smallest size by at most
+// this fraction. Among these orders, the order with the fewest active vertices is chosen.
 constexpr double kNegligible = 1.0 / 256;
 
 std::uint32_t sample_size(const MeshInfo& info) {
@@ -43,7 +43,7 @@ Trial best_of(const std::vector<Trial>& trials) {
   return *best;
 }
 
-// A sample of a mesh that can be coded in any order.
+// A sample of a mesh. Encodes its cells in several orders and compares the sizes.
 class OrderTrials {
  public:
   OrderTrials(MeshSource& mesh, const CellGraph& graph)
@@ -54,7 +54,8 @@ class OrderTrials {
 
   bool is_whole() const { return picked_.size() == cells_->size(); }
 
-  // Finds the best order of the sample as if it were the whole mesh.
+  // Computes every order of the sample as if the sample were the whole mesh, and returns the best
+  // of these orders.
   Trial best(const TrialCoder& code, const Progress& progress) {
     CellOrderer orderer(sample_.cells(), sample_);
     std::vector<Trial> trials;
@@ -66,7 +67,7 @@ class OrderTrials {
     return best_of(trials);
   }
 
-  // Codes the sample in the order that its cells have in an order of the whole mesh.
+  // Encodes the sample with its cells in the same order as in `whole`, an order of the whole mesh.
   Trial trial_of_whole(const CellOrdering& ordering, const CellList& whole,
                        const TrialCoder& code) {
     std::vector<bool> is_picked(cells_->size(), false);
@@ -93,7 +94,7 @@ class OrderTrials {
   }
 
   const Cells* cells_;
-  CellSequence picked_;  // cell numbers of the sample in the mesh, ascending
+  CellSequence picked_;  // numbers that the cells of the sample have in the mesh, ascending
   SampleMesh sample_;
   std::size_t steps_;
 };
@@ -134,7 +135,8 @@ CellList CellOrderer::operator()(const CellOrdering& ordering) {
   if (room_.spool == nullptr) return order(ordering, nullptr);
   using Kind = CellOrdering::Kind;
   if (ordering.kind != Kind::stored && ordering.kind != Kind::hilbert)
-    graph(ordering.within_blocks);  // the graph is built first, because it needs the memory
+    graph(ordering.within_blocks);  // build the graph before `scratch` exists, because the graph
+                                    // needs the memory
   Spool scratch(room_.spool->directory(), room_.memory / 2);
   const CellList made = order(ordering, &scratch);
   CellList kept(room_.spool);
@@ -175,8 +177,10 @@ std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, Me
   if (first.ordering.kind == CellOrdering::Kind::stored) return std::nullopt;
   CellList order = whole(first.ordering);
   if (trials.is_whole() || first.ordering.kind != CellOrdering::Kind::swept) return order;
-  // A sample does not show which axis is long. The other axes are therefore tried on the whole
-  // mesh.
+  // The best order of the sample has layers along one axis, e.g. the longest axis of the sample.
+  // This need not be the best choice for the whole mesh, because the sample may have other
+  // proportions. Therefore the order of the whole mesh is computed with layers along each of the
+  // three axes, and these orders are compared on the sample.
   Trial best = trials.trial_of_whole(first.ordering, order, code);
   for (CellOrdering other = first.ordering; const int along : {0, 1, 2}) {
     if (along == first.ordering.layers_along) continue;

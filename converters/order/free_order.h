@@ -1,9 +1,10 @@
-// Order::free in the writer: finds, by trials, the order of cells with the smallest file. It codes
-// a sample of the mesh in the original order and in every other known order. The order in which all
-// data of the sample needs the fewest bytes is used for the whole mesh. While orders are computed,
-// 115 bytes per cell, 8 per vertex, and the sample with its values are in memory. Afterwards the
-// cells and their order are in memory, 36 bytes per hexahedron. If that exceeds the limit, all
-// tables are in a spool, and the resulting order is the same; see spooled_mesh.h.
+// Implements the option --order free (Order::free): finds by trials the order of cells that results
+// in the smallest file. A sample of the mesh is encoded in the original order and in every order of
+// cell_orders.h. The order in which all data of the sample needs the fewest bytes is used for the
+// whole mesh. The search needs 115 bytes of memory per cell, 8 bytes per vertex, and the sample
+// with its values. After the search, the cells and their order need 36 bytes per hexahedron. If
+// that exceeds the memory limit, all tables are in a spool (see spooled_mesh.h). The spool does not
+// affect the resulting order.
 #pragma once
 
 #include <cstddef>
@@ -26,25 +27,25 @@ namespace shm::converters {
 struct CellOrdering {
   enum class Kind : std::uint8_t { stored, breadth_first, swept, enclosed_first, hilbert };
   Kind kind = Kind::stored;
-  std::uint8_t layers_along = 0;  // axis along which layers are stacked; used by swept orders only
-  bool within_blocks = false;     // true: keeps connected parts of a block together
+  std::uint8_t layers_along = 0;  // argument of swept_order(); not used by other kinds
+  bool within_blocks = false;     // if true, cells of different blocks are not neighbours
 };
 
-// Returns all orderings that are worth a trial for these cells. The first one is the original
-// order.
+// Returns all orderings that should be tried for these cells. The first is the original order.
 std::vector<CellOrdering> cell_orderings(const Cells& cells);
 
-// Memory for the search.
+// Memory limits of the search.
 struct SearchRoom {
-  // Spool for the resulting orders; null: all tables are in memory, without a limit.
+  // Spool for the resulting orders. If it is null, all tables are in memory, without a limit.
   Spool* spool = nullptr;
-  std::size_t memory = 0;  // bytes for spools of temporary tables, in addition to `spool`
+  std::size_t memory = 0;  // limit for temporary tables in bytes, in addition to `spool`
 };
 
-// Computes orders of one mesh. Orderings `within_blocks` must be requested last.
+// Computes orders of one mesh. Request all orderings with `within_blocks` last: if an ordering
+// without `within_blocks` follows, the cell graph must be rebuilt.
 class CellOrderer {
  public:
-  // Borrows `cells` and `mesh`. `mesh`: mesh that has the vertices in the numbering of `cells`.
+  // Borrows `cells` and `mesh`. The vertices of `mesh` must have the same numbers as in `cells`.
   CellOrderer(const Cells& cells, MeshSource& mesh, Progress progress = {},
               const SearchRoom& room = {})
       : cells_(&cells), mesh_(&mesh), progress_(std::move(progress)), room_(room) {}
@@ -64,18 +65,19 @@ class CellOrderer {
   bool cut_ = false;
 };
 
-// Encodes a mesh that has the arrays of the source. Returns the sizes of the encoded data.
+// Encodes `part`, a sample with the same arrays as the source. Returns the sizes of the encoded
+// data.
 using TrialCoder = std::function<SizeReport(MeshSource& part)>;
 
-// Returns the best order, or nothing if that is the original order. `cells`: the cells of `mesh`,
-// in its own or another numbering. `located`: mesh that has the vertices in the numbering of
-// `cells`; may be `mesh` itself.
+// Returns the best order of cells, or nothing if that is the original order. `cells` contains the
+// cells of `mesh`, possibly with other numbers. `located` must have the same vertices as `mesh`,
+// with the same numbers as in `cells`; it may be `mesh` itself.
 std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, MeshSource& located,
                                         const TrialCoder& code, const Progress& progress = {},
                                         const SearchRoom& room = {});
 
-// Returns the size of a sample in the best order, divided by its size when it is coded by
-// `code_as_is`.
+// Encodes a sample of the mesh by `code` in the best order, and by `code_as_is` in the original
+// order. Returns the first size divided by the second.
 double share_in_free_order(MeshSource& mesh, const CellTable& cells, const TrialCoder& code,
                            const TrialCoder& code_as_is);
 

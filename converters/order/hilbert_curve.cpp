@@ -1,4 +1,5 @@
-// Computes the Hilbert curve in the transpose form of John Skilling (2004).
+// Computes positions along a Hilbert curve with the algorithm of John Skilling (2004), which uses
+// the "transpose" form of the position.
 #include "order/hilbert_curve.h"
 
 #include <algorithm>
@@ -55,7 +56,7 @@ CurveGrid::CurveGrid(MeshSource& mesh) {
 CurvePlace CurveGrid::place(const std::array<double, 3>& point) const {
   CurvePlace places;
   for (std::size_t c = 0; c < 3; ++c) {
-    // The place is infinite if the box is extremely small.
+    // The grid position is infinite if the box is extremely small.
     const double place = (point[c] / 2 - low_[c] / 2) * scale_;
     places[c] = place >= 0 && place < (1u << kAxisBits) ? static_cast<std::uint32_t>(place)
                                                         : (1u << kAxisBits) - 1;

@@ -1,4 +1,4 @@
-// A Hilbert curve through the box of a mesh, with 2^20 grid positions along each axis.
+// A Hilbert curve through the bounding box of a mesh, with 2^20 grid positions along each axis.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@ namespace shm::converters {
 
 using CurvePlace = std::array<std::uint32_t, 3>;
 
-// Returns the position of a place along the curve, below 2^60.
+// Returns the position of a grid point along the curve, a number below 2^60.
 std::uint64_t along_curve(CurvePlace place);
 
-// A grid over the box of the points, with the same spacing along all axes.
+// A grid over the bounding box of a mesh, with the same spacing along all axes.
 class CurveGrid {
  public:
   explicit CurveGrid(MeshSource& mesh);  // reads the points once

@@ -26,7 +26,8 @@ CellList hilbert_order(const Cells& cells, MeshSource& mesh, Spool* spool, std::
   });
   const std::string directory = spool != nullptr ? spool->directory() : std::string();
   if (spool == nullptr) sort_bytes = std::numeric_limits<std::size_t>::max() / 2;
-  // Sort by number first, so that cells at equal positions keep the mesh's order.
+  // Sort by cell number before sorting by position, so that cells with equal positions on the curve
+  // stay in the mesh's order.
   ExternalSorter by_number(directory, sizeof(Keyed), sort_bytes / 2);
   for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
     std::array<std::uint64_t, 3> sum{};

@@ -1,6 +1,6 @@
 // ReorderedMesh: a mesh with its cells in another order. Vertices keep their numbers. Cell data,
-// and extras that refer to cells, are reordered with the cells. The object keeps in memory the
-// cells, their new order, each static cell array, and one step of one stepped array.
+// and extras that refer to cells, are reordered with the cells. Without a spool, the object keeps
+// in memory each static cell array that has been read, and one step of one stepped array.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,9 @@ namespace shm::converters {
 
 class ReorderedMesh final : public MeshSource {
  public:
-  // Borrows all arguments. `cells`: the cells of `mesh` in its numbering. `order` contains each
-  // cell once. With a spool, no values are kept in memory; they are read one by one.
+  // Borrows all arguments. `cells` must contain the cells of `mesh`, and `order` each cell once. If
+  // `spool` is not null, no values are kept in memory; each value is read from `mesh` when it is
+  // needed.
   ReorderedMesh(MeshSource& mesh, const Cells& cells, const CellList& order,
                 Spool* spool = nullptr);
 
@@ -38,7 +39,8 @@ class ReorderedMesh final : public MeshSource {
     std::vector<std::byte> bytes;  // values in file order
   };
   const Values& values(std::size_t array, std::uint64_t step);
-  // Returns the indices of the elements of an array on some blocks, in the new order of cells.
+  // For an array that covers only some blocks: returns the index of each of its elements in `mesh`,
+  // in the new order of cells.
   const CellList& elements(std::size_t array);
 
   MeshSource* mesh_;
@@ -48,7 +50,7 @@ class ReorderedMesh final : public MeshSource {
   MeshInfo info_;
   std::uint64_t next_cell_ = 0;
   std::map<std::size_t, Values> static_values_;
-  Values step_values_;  // values of the stepped array and step that were read last
+  Values step_values_;  // cache of the last read: one stepped array at one step
   std::map<std::vector<std::uint32_t>, CellList> elements_;  // elements by covered blocks
 };
 

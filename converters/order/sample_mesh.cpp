@@ -14,13 +14,14 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kSampleElements = 65536;
-// Largest number of elements in a gap that is read and discarded instead of splitting a read. A
-// file packed in chunks may have to unpack a whole chunk per read.
+// Two needed elements are read in one call if at most this number of unneeded elements is between
+// them. Each read of a file with compressed chunks may have to unpack a whole chunk.
 constexpr std::uint64_t kMostUnwanted = 16384;
 
 using Read = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
 
-// Returns the elements that are marked in `picked`. Reads all elements front to back.
+// Returns the values of the elements that are marked in `picked`, reading elements in ascending
+// order.
 std::vector<std::byte> take(const std::vector<bool>& picked, std::size_t stride, const Read& read) {
   std::vector<std::byte> taken, piece;
   for (std::uint64_t first = 0; first < picked.size(); first += kSampleElements) {
@@ -40,7 +41,7 @@ std::vector<std::byte> take(const std::vector<bool>& picked, std::size_t stride,
   return taken;
 }
 
-// Returns the elements with the given numbers, which must ascend.
+// Returns the values of the elements with the given indices, which must ascend.
 std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size_t stride,
                             const Read& read) {
   std::vector<std::byte> taken(numbers.size() * stride), piece;
@@ -59,8 +60,9 @@ std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size
   return taken;
 }
 
-// Adds up to `count` cells around cell `first` to `picked`, which is indexed by numbers of the
-// mesh. If the region cannot grow over faces, it continues at the next cell by number.
+// Marks up to `count` cells around cell `first` in `picked`, which is indexed by cell numbers of
+// the mesh. If the region cannot grow across faces, it continues at the cell with the next higher
+// number.
 void grow_region(const CellGraph& graph, std::uint32_t first, std::uint32_t count,
                  std::vector<bool>& picked) {
   const Cells& cells = graph.cells();
@@ -81,7 +83,7 @@ void grow_region(const CellGraph& graph, std::uint32_t first, std::uint32_t coun
   }
 }
 
-// Adds up to `count` cells that are not hexahedra and whose vertices all belong to picked cells.
+// Marks up to `count` cells that are not hexahedra and whose vertices all belong to marked cells.
 void add_others(MeshSource& mesh, std::uint32_t count, std::vector<bool>& picked) {
   const std::vector<BlockInfo>& blocks = mesh.info().schema.blocks;
   std::vector<bool> has_vertex(mesh.info().vertices, false);
@@ -151,8 +153,9 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
   mesh.rewind_cells();
 }
 
-// Numbers of the sample's vertices in the whole mesh, ascending. To find the elements of cell
-// arrays, each run also has the number of cells of each block before the run and in it.
+// Elements of the whole mesh that belong to the sample. `vertices` contains vertex numbers,
+// ascending. For each run of cells, `before` and `inside` count the cells of each block before the
+// run and in the run. These counts determine the elements of cell arrays.
 struct SampleMesh::Elements {
   struct Run {
     std::vector<std::uint64_t> before, inside;  // number of cells of each block
@@ -232,8 +235,8 @@ SampleMesh::Elements SampleMesh::take_runs(MeshSource& mesh, const std::vector<C
   return elements;
 }
 
-// Adds the cells and renumbers their vertices. Returns the numbers of these vertices in the whole
-// mesh.
+// Adds cells to the sample and renumbers their vertices. Returns the numbers that these vertices
+// have in the whole mesh, ascending.
 std::vector<std::uint64_t> SampleMesh::take_corners(const std::vector<std::uint64_t>& corners,
                                                     const std::vector<std::uint64_t>& corner_begin,
                                                     const std::vector<std::uint32_t>& cell_blocks) {
@@ -261,7 +264,8 @@ void SampleMesh::choose_steps(const MeshInfo& whole) {
   info_.step_times.resize(steps_.size());
 }
 
-// Adds the picked cells. Returns a bit for each vertex: true if a picked cell uses it.
+// Adds the picked cells to the sample. Returns, for each vertex of the whole mesh, whether a picked
+// cell uses it.
 std::vector<bool> SampleMesh::take_cells(MeshSource& mesh, const std::vector<bool>& picked) {
   const std::uint64_t all_vertices = info_.vertices;
   std::vector<std::uint64_t> corners, corner_begin = {0};

@@ -1,4 +1,4 @@
-// SampleMesh: a part of a mesh in memory, small enough for trials.
+// SampleMesh: a small part of a mesh, in memory, on which options of the encoder are tried.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +14,11 @@
 
 namespace shm::converters {
 
-// Returns the numbers of about `count` cells in ascending order. They form two regions that grow
-// over shared faces. Cells that are not hexahedra are included if all their vertices are in these
-// regions. Returns all cells if the mesh has no more than `count`. `mesh`: mesh of the cells of the
-// graph; the result contains its numbers. Needs one bit per vertex and cell.
+// Chooses about `count` cells for a sample and returns their numbers in `mesh`, ascending. The
+// hexahedra form two regions that are connected by shared faces. Up to `count` other cells are
+// included if all their vertices are in these regions. Returns all cells if the mesh has at most
+// `count` cells. `graph` must be the graph of the cells of `mesh`. Needs one bit per vertex and
+// cell.
 CellSequence sample_of_cells(const CellGraph& graph, MeshSource& mesh, std::uint32_t count);
 
 // A run of consecutive cells in file order.
@@ -25,18 +26,18 @@ struct CellRun {
   std::uint64_t first = 0, count = 0;
 };
 
-// A sample of a mesh: some cells with their vertices and all arrays. Stepped arrays have the first,
-// the middle and the last step. Extras are present only if the sample is the whole mesh and every
+// A sample of a mesh: some of its cells with their vertices, and all its arrays. It contains the
+// first, the middle and the last time step. It has extras only if it is the whole mesh and every
 // vertex is used.
 class SampleMesh final : public MeshSource {
  public:
-  // `picked`: cell numbers in ascending order. Reads the cells, points and values of `mesh` once,
-  // and the cells once more for each set of blocks that arrays cover. Needs one bit per vertex and
-  // cell.
+  // `picked` contains cell numbers in ascending order. Reads the cells, points and values of `mesh`
+  // once. If arrays cover only some blocks, reads the cells once more for each combination of
+  // covered blocks. Needs one bit per vertex and cell.
   SampleMesh(MeshSource& mesh, const CellSequence& picked);
-  // `runs`: runs of cells, ascending and disjoint. Memory is proportional to the sample; only the
-  // pieces around its vertices are read. Throws Failure (corrupt) if a cell has an invalid vertex
-  // number.
+  // The runs must be ascending and disjoint. The memory needed is proportional to the size of the
+  // sample. Only the pieces of coordinates and values that contain elements of the sample are read.
+  // Throws Failure (corrupt) if a cell has an invalid vertex number.
   SampleMesh(MeshSource& mesh, const std::vector<CellRun>& runs);
 
   const CellTable& cells() const { return cells_; }
@@ -61,14 +62,16 @@ class SampleMesh final : public MeshSource {
   MeshInfo info_;
   CellTable cells_;
   std::vector<std::byte> points_;
-  // Values by array and step (0 for static arrays).
+  // Values of the sample: arrays_[a][s] are the values of array a at step s (s is 0 for static
+  // arrays).
   std::vector<std::vector<std::vector<std::byte>>> arrays_;
-  std::vector<std::uint64_t> steps_;  // number in the source of each step of the sample
+  std::vector<std::uint64_t> steps_;  // for each step of the sample, its number in the source
   std::uint32_t next_cell_ = 0;
 };
 
-// Estimates the size in bytes of a sample with all of `steps` steps. `sizes` are the sizes with the
-// steps of the sample. Assumes that the average size of a step is the same.
+// Estimates the encoded size in bytes that the sample would have with all `steps` time steps of the
+// mesh. `sizes` are the encoded sizes of the sample with its own steps. Assumes that the other
+// steps have the same average size.
 double bytes_of_all_steps(const SizeReport& sizes, const MeshInfo& sample, std::size_t steps);
 
 }  // namespace shm::converters

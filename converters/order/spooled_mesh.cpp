@@ -18,11 +18,12 @@ namespace {
 constexpr std::uint64_t kElementsAtOnce = 16384;
 constexpr std::uint32_t kRecordNodes = 8;
 
-// A record for up to eight nodes of a cell. A cell with more nodes has several consecutive records.
+// A record for sorting the cells, which contains up to eight nodes of one cell. A cell with more
+// nodes has several consecutive records.
 struct CellRecord {
   std::uint32_t number, block;
   std::uint32_t count;  // number of nodes in this record
-  bool last;            // true for the last record of the cell
+  bool last;            // true if this is the last record of the cell
   std::array<std::uint32_t, kRecordNodes> nodes;
 };
 
@@ -77,9 +78,9 @@ bool SpooledMesh::all_hexahedra() const {
   return std::find(hexahedral_.begin(), hexahedral_.end(), false) == hexahedral_.end();
 }
 
-// Calls visit(first, part) for parts of the inverse of `list`, in ascending order. Each part fits
-// into memory. `list` contains the old number for each new number; part[i] is the new number of old
-// number `first + i`.
+// Computes the inverse of `list`, which contains the old number for each new number. Calls
+// visit(first, part) for consecutive parts of the inverse, each of which fits into memory: part[i]
+// is the new number of the vertex or cell with the old number `first + i`.
 template <class Visit>
 void SpooledMesh::for_each_part(const Numbers& list, Visit&& visit) const {
   const std::uint64_t most = std::max<std::uint64_t>(sort_bytes_ / sizeof(std::uint32_t), 1);
@@ -95,7 +96,7 @@ void SpooledMesh::for_each_part(const Numbers& list, Visit&& visit) const {
   }
 }
 
-// Returns a bit for each vertex: true if a cell uses it.
+// Returns, for each vertex, whether a cell uses it.
 std::vector<bool> SpooledMesh::used_vertices() const {
   std::vector<bool> used(info_.vertices);
   std::uint64_t cell = 0;
@@ -109,7 +110,8 @@ std::vector<bool> SpooledMesh::used_vertices() const {
 
 void SpooledMesh::sort_vertices(const Progress& progress) {
   if (progress) progress("sorting vertices", 0, 2);
-  // Vertices that no cell uses come last, in the mesh's order, because writers write them last.
+  // Vertices that no cell uses come last, in the mesh's order, because the writer also stores them
+  // last.
   constexpr std::uint64_t kUnused = ~std::uint64_t{0};
   const std::vector<bool> used = used_vertices();
   const CurveGrid grid(*mesh_);
@@ -138,8 +140,7 @@ void SpooledMesh::sort_vertices(const Progress& progress) {
   }
 }
 
-// Returns the corners of all cells in the mesh's order of cells. The corners are new vertex
-// numbers.
+// Returns the corners of all cells as new vertex numbers. The cells are in the mesh's order.
 SpooledMesh::Numbers SpooledMesh::renumbered_corners(Spool& spool, const Progress& progress) {
   Numbers corners(&spool);
   for_each_part(old_vertex_, [&](std::uint64_t first, const std::vector<std::uint32_t>& part) {
@@ -190,7 +191,7 @@ void SpooledMesh::sort_cells(const Progress& progress) {
   }
 }
 
-// Adds the cell whose nodes are in nodes_.
+// Adds a cell with the nodes in nodes_.
 void SpooledMesh::add_cell(std::uint32_t number, std::uint32_t block) {
   std::array<std::uint32_t, 8> corners{};
   if (hexahedral_[block] && nodes_.size() >= corners.size())
@@ -239,7 +240,8 @@ bool SpooledMesh::next_cells(CellBatch& out, std::size_t max_cells) {
 }
 
 // Returns the new number of each element of an array, in the mesh's order. If the array covers only
-// some blocks, the results are only sort keys.
+// some blocks, the numbers are cell numbers instead of indices of elements. The caller uses them
+// only as sort keys.
 SpooledMesh::Numbers& SpooledMesh::places_of(std::size_t array) {
   const ArrayInfo& info = info_.schema.arrays[array];
   if (info.location == Location::point) return new_vertex_;
@@ -257,7 +259,7 @@ void SpooledMesh::take_values(std::size_t array, std::uint64_t step, PagedArray&
   const std::size_t stride = info_.array_stride(array);
   const std::uint64_t elements = info_.array_elements(array);
   const Numbers& places = places_of(array);
-  // Use half of the memory, because a Writer or Reader is active at the same time.
+  // The sort uses half of the memory, because a Writer or Reader is active at the same time.
   ExternalSorter sorted(spool_->directory(), stride, sort_bytes_ / 2);
   std::vector<std::byte> piece;
   for (std::uint64_t first = 0; first < elements; first += kElementsAtOnce) {

@@ -1,12 +1,13 @@
-// SpooledMesh: a mesh in a spool whose vertices and cells are renumbered, so that neighbours in
-// space have close numbers. It makes it possible to search and traverse a mesh that is stored
-// without order and does not fit into memory.
+// SpooledMesh: a copy of a mesh in a spool. Its vertices and cells are renumbered so that
+// neighbours in space have close numbers. A mesh that is stored without order and does not fit into
+// memory can then be searched and traversed efficiently.
 //
 // Vertices are numbered along a Hilbert curve, and cells by the lowest of their vertices. The
-// construction uses sorts and sequential passes. It reads the points twice. It reads the cells once
-// for each part of the new numbers that fits into memory, and once more. It reads each array, or
-// each step of a stepped array, once when it is requested. The orders of cells that are found do
-// not depend on these numbers. If coordinates are not positions, the search is only slower.
+// construction uses sorts and sequential passes. It reads the points twice. The table of new vertex
+// numbers is processed in parts that fit into memory: the construction reads the cells once for
+// each part, and once more. An array, or a step of a stepped array, is read when it is first
+// requested. The numbering does not affect the result of a search for an order of cells. If the
+// coordinates are not positions in space, the search is slower, but its result is the same.
 #pragma once
 
 #include <array>
@@ -28,16 +29,17 @@ namespace shm::converters {
 
 class SpooledMesh final : public MeshSource, public Cells {
  public:
-  // Borrows `mesh` and `spool`. `sort_bytes`: memory for sorts, in addition to the spool. Requires
-  // fits(): the numbers of cells and of vertices of the mesh are below the limits of Cells. Throws
-  // Failure (corrupt) if a cell has an invalid vertex number.
+  // Borrows `mesh` and `spool`. `sort_bytes` is the memory limit for sorts, in addition to the
+  // memory of the spool. Requires that fits() returns true, i.e. the numbers of cells and vertices
+  // are below the limits of Cells. Throws Failure (corrupt) if a cell has an invalid vertex number.
   SpooledMesh(MeshSource& mesh, Spool& spool, std::size_t sort_bytes,
               const Progress& progress = {});
   static bool fits(const MeshInfo& info) {
     return info.cells() < kMostCells && info.vertices < kMostVertices;
   }
 
-  // Functions of MeshSource, in the new numbers. Extras are renumbered.
+  // Functions of MeshSource. All vertex and cell numbers are the new numbers, including those in
+  // extras.
   const MeshInfo& info() const override { return info_; }
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
     points_.read(first, count, out);
@@ -47,8 +49,8 @@ class SpooledMesh final : public MeshSource, public Cells {
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
-  // Functions of Cells. number_of() and with_number() are fast for neighbours, and for all cells in
-  // ascending order.
+  // Functions of Cells. number_of() and with_number() are fast if consecutive calls are for
+  // neighbouring cells, or for all cells in ascending order.
   std::uint32_t size() const override { return static_cast<std::uint32_t>(old_cell_.size()); }
   std::uint64_t vertices() const override { return info_.vertices; }
   std::uint32_t block(std::uint32_t cell) const override {
@@ -68,7 +70,7 @@ class SpooledMesh final : public MeshSource, public Cells {
 
  private:
   using Numbers = BigArray<std::uint32_t>;
-  // Values of an array; of a stepped array, the values of one step.
+  // Values of a static array, or of a stepped array at one step.
   struct Values {
     std::uint64_t step = 0;
     std::optional<PagedArray> held;
@@ -90,10 +92,10 @@ class SpooledMesh final : public MeshSource, public Cells {
   std::size_t sort_bytes_;
   MeshInfo info_;
   std::vector<bool> hexahedral_;  // true for each block of hexahedra
-  bool plain_;                    // true: all cells are hexahedra with eight nodes
+  bool plain_;                    // true if all cells are hexahedra with eight nodes
   Numbers old_vertex_, new_vertex_, old_cell_, new_cell_;
   PagedArray points_;
-  Numbers blocks_;  // block of each cell; empty if there is one block
+  Numbers blocks_;  // block of each cell; empty if the mesh has only one block
   BigArray<std::array<std::uint32_t, 8>> hexahedra_;  // corners of hexahedra; zeros for other cells
   mutable CellStore all_cells_;                       // all cells; empty if plain_
   std::vector<std::uint64_t> nodes_;                  // nodes of the cell that is being added
@@ -106,13 +108,14 @@ class SpooledMesh final : public MeshSource, public Cells {
   std::map<std::vector<std::uint32_t>, Numbers> places_;
 };
 
-// Returns true if the mesh must be a SpooledMesh: without a spool, a search for an order of cells,
-// and reading in that order, would need more than `memory` bytes. Returns false if SpooledMesh does
-// not support the mesh.
+// Returns true if a SpooledMesh is needed, because `memory` bytes are not enough to search for an
+// order of cells, and to read the mesh in that order, without a spool. Returns false if SpooledMesh
+// does not support the mesh.
 bool must_be_spooled(const MeshInfo& info, std::size_t memory);
 
-// Divides `memory` bytes among the parts of a search with spools. The rest is for the program
-// itself, and a Writer or Reader.
+// Memory limits in bytes for the parts of a search that uses spools. Parts that are active at the
+// same time need less than `memory` bytes together. The rest is for the program itself and for a
+// Writer or Reader.
 struct SpooledSearch {
   explicit SpooledSearch(std::size_t memory)
       : mesh_bytes(memory / 4),
@@ -123,10 +126,10 @@ struct SpooledSearch {
         cache_bytes(memory / 16) {}
   std::size_t mesh_bytes;    // bytes for the spool of the mesh
   std::size_t sort_bytes;    // bytes for the sorts that renumber the mesh
-  std::size_t order_bytes;   // bytes for spools and sorts while orders are computed
+  std::size_t order_bytes;   // bytes for spools and sorts while orders of cells are computed
   std::size_t coding_bytes;  // bytes for the spool of the Writer that runs after the search
-  std::size_t table_bytes;   // bytes for the spool of tables of a comparison, if there is no Writer
-  std::size_t cache_bytes;   // bytes for vertex records and values of a step in the comparison
+  std::size_t table_bytes;   // bytes for the tables of a comparison of two meshes
+  std::size_t cache_bytes;   // bytes for vertex records and values in a comparison
 };
 
 }  // namespace shm::converters

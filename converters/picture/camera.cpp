@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Turns a normal so that the plane of x and y is viewed from above, with x to the right. Other
-// planes are viewed from the front and from the right.
+// Reverses the normal of a plane if necessary, so that the plane is viewed from above, from the
+// front or from the right, depending on the largest component of the normal.
 Vector facing(Vector normal) {
   std::size_t along = 0;
   for (std::size_t i = 1; i < 3; ++i)
@@ -28,7 +28,8 @@ std::optional<Vector> unit(const Vector& vector) {
   for (const double part : vector)
     if (!std::isfinite(part)) return std::nullopt;
   if (most == 0) return std::nullopt;
-  // Scale first, because squares of very large or very small numbers would overflow or become 0.
+  // Scale the vector first, because squares of very large or very small numbers would overflow or
+  // underflow.
   Vector scaled = {vector[0] / most, vector[1] / most, vector[2] / most};
   const double length = std::sqrt(dot(scaled, scaled));
   for (double& part : scaled) part /= length;
@@ -67,7 +68,8 @@ void Camera::measure() {
   }
   half_ = 0;
   for (std::size_t i = 0; i < 3 && least[0] <= most[0]; ++i) {
-    // Divide first, because sums and differences of the largest numbers are infinite.
+    // Divide by 2 before adding or subtracting, because sums and differences of very large numbers
+    // may overflow.
     middle_[i] = least[i] / 2 + most[i] / 2;
     half_ = std::max(half_, most[i] / 2 - least[i] / 2);
   }
@@ -89,13 +91,15 @@ std::optional<Vector> Camera::place(std::uint32_t vertex) const {
   for (std::size_t i = 0; i < 3; ++i) {
     point[i] = surface_.coordinate(vertex, i);
     if (!std::isfinite(point[i])) return std::nullopt;
-    // Clamp, because halves of denormal numbers may have an error as large as the mesh.
+    // Clamp the result: if the coordinates are denormal numbers, the rounding error of middle_ may
+    // be as large as the mesh.
     point[i] = std::clamp((point[i] - middle_[i]) / half_, -2.0, 2.0);
   }
   return point;
 }
 
-// Returns the normal of the largest polygon if all vertices are in its plane.
+// Returns the normal of the plane that contains all vertices of the surface, or nothing if there is
+// no such plane.
 std::optional<Vector> Camera::normal_of_plane() const {
   constexpr double kThick = 1e-6;
   Vector normal{};
@@ -105,7 +109,8 @@ std::optional<Vector> Camera::normal_of_plane() const {
     const Vector of_face = normal_of(polygon);
     if (dot(of_face, of_face) > dot(normal, normal)) normal = of_face;
   }
-  // Without polygons, try the axes, because the mesh may be flat along one of them.
+  // Try the normal of the largest polygon first. Then try the three axes, because a mesh without
+  // polygons may be flat along one of them.
   std::array<std::optional<Vector>, 4> tried = {unit(normal), Vector{0, 0, 1}, Vector{0, 1, 0},
                                                 Vector{1, 0, 0}};
   std::array<double, 4> least, most;
@@ -129,7 +134,8 @@ std::optional<Vector> Camera::normal_of_plane() const {
 void Camera::turn(const Vector& view, std::size_t up) {
   view_ = view;
   constexpr double kAlong = .999;
-  // If the view is along the axis that points up, use y instead, or z if that axis is y.
+  // If the viewing direction is parallel to the axis `up`, another axis must point up in the
+  // picture: y, or z if `up` is y.
   if (std::fabs(view[up]) > kAlong) up = up == 1 ? 2 : 1;
   Vector above{};
   above[up] = 1;
@@ -138,7 +144,8 @@ void Camera::turn(const Vector& view, std::size_t up) {
 }
 
 void Camera::fit(const PictureFrame& frame) {
-  // A mesh narrower than this fraction of its size is not enlarged.
+  // The scale is computed as if the drawing were at least this wide and high, in units of place().
+  // This limits the scale if a mesh is seen edge-on and has almost no width or height.
   constexpr double kNarrow = 1e-9;
   std::array<double, 2> least = {kInfinity, kInfinity}, most = {-kInfinity, -kInfinity};
   for (std::size_t v = 0; v < surface_.vertices(); ++v) {
@@ -160,7 +167,7 @@ void Camera::fit(const PictureFrame& frame) {
 }
 
 RasterPoint Camera::seen(const Vector& place) const {
-  // Largest distance from the left and from the top; larger distances are reduced to this one.
+  // Positions are clamped to -kFar..kFar.
   static constexpr double kFar = 1 << 24;
   const auto whole = [](double number) {
     return static_cast<std::int64_t>(std::clamp(number, -kFar, kFar) + kFar + .5) -

@@ -1,5 +1,5 @@
-// Camera: projects the vertices of a mesh onto a picture, with parallel rays. The mesh is as large
-// as the frame allows.
+// Camera: projects the vertices of a mesh onto a picture, using a parallel projection. The mesh is
+// scaled so that it fills the part of the picture that is available for it.
 #pragma once
 
 #include <array>
@@ -25,13 +25,14 @@ inline Vector cross(const Vector& a, const Vector& b) {
 inline Vector minus(const Vector& a, const Vector& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
-// Returns a normal vector whose length is twice the area of the polygon. For a polygon that is not
-// plane, returns the sum over its fan of triangles.
+// Returns a normal vector whose length is twice the area of the polygon. If the polygon is not
+// planar, it is split into a fan of triangles, and the sum of their normal vectors is returned.
 Vector normal_of(std::span<const Vector> polygon);
 // Scales a vector to length 1. Returns nothing if its length is 0 or not finite.
 std::optional<Vector> unit(const Vector& vector);
 
-// Default viewing directions, by the axis that points up: from the right, the front and above.
+// Default directions from the mesh to the viewer, indexed by the axis that points up. The mesh is
+// seen from the right, the front and above.
 inline constexpr std::array<Vector, 3> kUsualViews = {{{1, -1, 2}, {1, 1, 2}, {1, -2, 1}}};
 
 // The part of a picture that the mesh may fill, in pixels.
@@ -41,22 +42,25 @@ struct PictureFrame {
 
 class Camera {
  public:
-  // Looks at the finite vertices of `surface`. `view`: direction to the viewer, of any length
-  // except 0. Without it, a plane surface is viewed along its normal, and any other surface along
-  // its direction in kUsualViews. `up`: 0 to 2, the axis that points up in the picture.
+  // Chooses direction and scale so that all finite vertices of `surface` are visible in `frame`.
+  // `view` is the direction from the mesh to the viewer; its length is ignored but must not be 0.
+  // If `view` is empty, a plane surface is viewed along its normal, and any other surface along
+  // kUsualViews[up]. `up` is the axis that points up in the picture (0 to 2).
   Camera(const Surface& surface, const std::optional<Vector>& view, std::size_t up,
          const PictureFrame& frame);
 
-  // Returns the position of a vertex in the coordinates of the drawing: relative to the middle of
-  // the mesh, -1..1 along its largest side. Returns nothing if a coordinate is not finite.
+  // Returns the position of a vertex in normalized coordinates: the centre of the mesh's bounding
+  // box is at the origin, and the longest side of the box extends from -1 to 1. Returns nothing if
+  // a coordinate is not finite.
   std::optional<Vector> place(std::uint32_t vertex) const;
-  // Stores the positions of all corners of a face in `out`. Returns false if a coordinate is not
-  // finite.
+  // Stores the normalized positions of all corners of a face in `out`. Returns false if a
+  // coordinate is not finite.
   bool place(std::span<const std::uint32_t> face, std::vector<Vector>& out) const;
   // Projects a result of place().
   RasterPoint seen(const Vector& place) const;
 
-  // Return perpendicular vectors of length 1: to the right, up, and to the viewer.
+  // right(), up() and view() return vectors of length 1, which are perpendicular to each other.
+  // view() points to the viewer.
   const Vector& right() const { return right_; }
   const Vector& up() const { return up_; }
   const Vector& view() const { return view_; }
@@ -71,7 +75,7 @@ class Camera {
   Vector middle_{};
   double half_ = 1;  // half the length of the largest side
   Vector right_{}, up_{}, view_{};
-  double scale_ = 1;  // number of raster units per unit of place()
+  double scale_ = 1;  // number of raster position units per unit of place()
   double left_ = 0, top_ = 0;
 };
 

@@ -34,9 +34,11 @@ constexpr std::array<Rgb, 16> kValues = {{{0x44, 0x01, 0x54},
                                           {0xa5, 0xdb, 0x36},
                                           {0xd2, 0xe2, 0x1b},
                                           {0xfd, 0xe7, 0x25}}};
-constexpr std::uint32_t kSteps = 17;  // number of colours of viridis from one entry to the next
+// Number of steps in the original viridis palette between two consecutive entries of kValues.
+constexpr std::uint32_t kSteps = 17;
 
-// Returns the colour at the fraction `part` / `of` of the way from `a` to `b`.
+// Interpolates linearly between two colours. The result is `a` if `part` is 0, and `b` if `part`
+// equals `of`.
 Rgb between(Rgb a, Rgb b, std::uint32_t part, std::uint32_t of) {
   const auto mixed = [&](std::uint8_t from, std::uint8_t to) {
     return static_cast<std::uint8_t>((from * (of - part) + to * part + of / 2) / of);

@@ -1,4 +1,5 @@
-// Colours in pictures: colours of element blocks and of values, and the effect of light.
+// Computes the colours in pictures, which represent element blocks or values, and applies light to
+// them.
 #pragma once
 
 #include <cstdint>
@@ -7,17 +8,17 @@
 
 namespace shm::converters {
 
-// Returns the colour of an element block by its index. There are seven hues that people with
-// red-green colour blindness can distinguish, then the same hues darker, then lighter; then the
-// colours repeat.
+// Returns the colour of an element block by its index. The first seven colours have hues that
+// people with red-green colour blindness can distinguish. The next seven colours have the same hues
+// but are darker, and the next seven are lighter. After these 21 colours, the list repeats.
 Rgb block_colour(std::uint32_t block);
 
-// Returns the colour of a value. `share`: 0 for the least value to 1 for the greatest value.
-// Lightness increases monotonically. For NaN, returns kNoValue.
+// Returns the colour of a value. `share` is 0 for the least value and 1 for the greatest value.
+// Lightness increases with `share`. Returns kNoValue if `share` is NaN.
 Rgb value_colour(double share);
 inline constexpr Rgb kNoValue = {150, 150, 150};
 
-// Returns a colour under light of the intensity `light`, 0..256.
+// Returns the colour scaled by `light` / 256. `light` is the intensity of the light, 0..256.
 Rgb lit(Rgb colour, std::uint32_t light);
 
 }  // namespace shm::converters

@@ -30,7 +30,7 @@ std::string shortened(std::string text, std::size_t most) {
 
 std::string legend_number(double value) {
   std::array<char, 32> text{};
-  const double shown = value == 0 ? 0 : value;  // replaces -0 by 0
+  const double shown = value == 0 ? 0 : value;  // replaces -0 with 0
   const auto end =
       std::to_chars(text.data(), text.data() + text.size(), shown, std::chars_format::general, 6);
   return {text.data(), end.ptr};

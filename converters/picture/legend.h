@@ -12,8 +12,8 @@
 namespace shm::converters {
 
 struct Legend {
-  std::string name;                 // name of the array; UTF-8, but any bytes are allowed
-  std::optional<ShownRange> range;  // range of the values; nothing: there are no finite values
+  std::string name;                 // name of the array, usually UTF-8; may contain any bytes
+  std::optional<ShownRange> range;  // range of the values; empty if there are no finite values
 };
 
 // Formats a number with six digits, like printf's %g.
@@ -23,7 +23,8 @@ std::string legend_number(double value);
 // if the picture is too small for a legend.
 std::uint32_t legend_height(std::uint32_t width, std::uint32_t height);
 
-// Draws the legend. Draws nothing if the picture is too small. Shortens names that are too long.
+// Draws the legend at the lower edge of `image`, unless the picture is too small. Shortens the name
+// of the array if it is too long.
 void draw_legend(Image& image, const Legend& legend);
 
 }  // namespace shm::converters

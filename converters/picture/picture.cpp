@@ -24,7 +24,8 @@ class Painter {
 
   const Raster& raster() const { return raster_; }
 
-  // Draws a face. Returns false if nothing of the face can be drawn.
+  // Draws a face. Returns false if the face cannot be drawn, because it has no area or a corner
+  // that is not finite.
   bool add_face(std::size_t f) {
     if (!see(f)) return false;
     const std::size_t corners = seen_.size();
@@ -64,9 +65,10 @@ class Painter {
  private:
   static constexpr std::uint32_t kLightOfLines = 200;
 
-  // Projects the corners of a face. Returns false if a corner is not finite. Begins with the corner
-  // that has the least position, so that a face looks the same whichever corner comes first in the
-  // surface.
+  // Projects the corners of a face and stores them in places_ and seen_. Returns false if a corner
+  // is not finite. The corners are rotated so that the corner with the lowest x (if equal, the
+  // lowest y, then z) comes first. A face therefore looks the same no matter which of its corners
+  // comes first in the surface.
   bool see(std::size_t f) {
     const auto face = surface_.face(f);
     if (!camera_.place(face, places_)) return false;
@@ -94,9 +96,9 @@ class Painter {
     return paint;
   }
 
-  // Returns the intensity of light on a face: light from the viewer, a weaker lamp over the left
-  // shoulder so that the sides of a box differ, and some ambient light. If colours represent
-  // values, the shades differ less.
+  // Returns the intensity of the light on a face. The light has three parts: light from the viewer,
+  // a weaker lamp above the viewer's left shoulder, which makes the sides of a box look different,
+  // and some ambient light. If colours represent values, shading is weaker.
   std::uint32_t light_on(const Vector& normal) const {
     const double facing = dot(normal, camera_.view());
     const double sideways = std::max(0.0, (facing < 0 ? -1 : 1) * dot(normal, lamp_));
@@ -105,12 +107,12 @@ class Painter {
     return static_cast<std::uint32_t>(std::clamp(light, 0.0, 1.0) * 256 + .5);
   }
 
-  // Returns the intensity of light of a face's outline; 256: no outline. If all outlines are
-  // requested, outlines of narrow faces are lighter, because most samples of these faces are on
-  // outlines and would form a dark spot.
+  // Returns the intensity of the light on the outline of a face, or 256 if the face has no outline.
+  // If outlines of all faces are requested, those of narrow faces are lighter. Otherwise groups of
+  // narrow faces would look like dark spots, because most of their samples are on outlines.
   std::uint32_t light_of_outline() const {
-    // kDark is an intensity of at most 256, kLeast is a fraction of kDark, and kNarrow and kWide
-    // are in pixels.
+    // kDark is the amount by which an outline is darker than its face, out of 256. kLeast is the
+    // smallest fraction of kDark that is used. kNarrow and kWide are widths of faces in pixels.
     constexpr double kDark = 150, kLeast = .25, kNarrow = 4, kWide = 8;
     std::int64_t area = 0;  // twice the area
     double longest = 0;
@@ -162,7 +164,7 @@ Result<Picture> draw_picture(const Surface& surface, const PictureOptions& optio
       draw(f);
       if (painter.raster().work() > most_work)
         return Error{.code = ErrorCode::over_limit,
-                     .detail = "too many faces lie over each other: drawing stopped at face " +
+                     .detail = "too many faces overlap: drawing stopped at face " +
                                std::to_string(f) + " of " + std::to_string(surface.faces())};
       if (progress && f % kFacesAtOnce == 0) progress("drawing", f, surface.faces());
     }

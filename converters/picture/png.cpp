@@ -22,8 +22,8 @@ std::uint32_t number_of(Rgb colour) {
   return std::uint32_t{colour.red} << 16 | std::uint32_t{colour.green} << 8 | colour.blue;
 }
 
-// Returns the colours of an image in ascending order. Returns an empty list if a palette cannot
-// hold all of them.
+// Returns the different colours of an image in ascending order, or an empty list if they are too
+// many for a palette.
 std::vector<std::uint32_t> palette_of(const Image& image) {
   std::vector<std::uint32_t> palette;
   const Rgb* before = nullptr;
@@ -45,7 +45,8 @@ std::uint8_t place_in(std::span<const std::uint32_t> palette, Rgb colour) {
   return static_cast<std::uint8_t>(position - palette.begin());
 }
 
-// Memory into which libpng writes. Its size is the maximum size of the file.
+// Buffer into which libpng writes. The size of `bytes` is the maximum size of the file; `size` is
+// the number of bytes written so far.
 struct Target {
   std::vector<std::byte> bytes;
   std::size_t size = 0;
@@ -67,8 +68,8 @@ struct Form {
   std::uint8_t* row;                       // buffer for the palette indices of a row
 };
 
-// Returns false if libpng fails. libpng returns by longjmp, so no local variable here may have a
-// destructor.
+// Writes all rows of the image. Returns false if libpng fails. In that case libpng returns to this
+// function by longjmp(), so no local variable may have a destructor.
 bool write_rows(png_structp png, png_infop about, const Image& image, const Form& form) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   const std::span<const std::uint32_t> palette = form.palette;
@@ -101,8 +102,8 @@ bool write_rows(png_structp png, png_infop about, const Image& image, const Form
   return true;
 }
 
-// Returns the PNG file. Returns an empty result if libpng failed for lack of memory; the target is
-// always large enough.
+// Returns the PNG file, or an empty result if libpng ran out of memory. No other error can occur,
+// because the buffer is large enough for every image.
 std::vector<std::byte> file_of(const Image& image, const Form& form) {
   png_image size{};  // used to compute the maximum size
   size.width = image.width;
@@ -126,8 +127,8 @@ Result<std::vector<std::byte>> png_of(const Image& image) {
   static_assert(sizeof(Rgb) == 3);
   const std::vector<std::uint32_t> palette = palette_of(image);
   std::vector<std::uint8_t> row(palette.empty() ? 0 : image.width);
-  // Faces with a single colour compress best without filters. Smooth colours compress best with
-  // filters.
+  // A picture of faces with uniform colours compresses best without filters. A picture with colour
+  // gradients compresses best with filters. Therefore both are tried if there is no palette.
   std::vector<std::byte> file = file_of(image, {palette, PNG_FILTER_NONE, row.data()});
   if (palette.empty() && !file.empty()) {
     std::vector<std::byte> filtered = file_of(image, {palette, PNG_ALL_FILTERS, row.data()});
@@ -135,7 +136,7 @@ Result<std::vector<std::byte>> png_of(const Image& image) {
   }
   if (file.empty())
     return Error{.code = ErrorCode::over_limit,
-                 .detail = "the picture needs more memory than there is"};
+                 .detail = "there is not enough memory for the picture"};
   return file;
 }
 

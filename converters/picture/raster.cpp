@@ -13,21 +13,24 @@ std::int64_t floor_div(std::int64_t a, std::int64_t b) {  // b > 0
 }
 std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return -floor_div(-a, b); }
 
-// Returns the first sample whose centre is not before `place`.
+// first_sample() returns the index of the first sample whose centre is at or after the position
+// `place`. last_sample() returns the index of the last sample whose centre is at or before `place`.
 std::int64_t first_sample(std::int64_t place) { return ceil_div(place - kMiddle, kSubSamples); }
 std::int64_t last_sample(std::int64_t place) { return floor_div(place - kMiddle, kSubSamples); }
 
-// A half-plane bounded by an edge. value(x, y) is 0 on the edge and positive inside. All values are
-// below 2^52.
+// An edge of a triangle, and the half-plane that it bounds. value(x, y) is 0 on the edge and
+// positive on the inner side. All values are below 2^52.
 struct Edge {
   std::int64_t of_x, of_y, constant;
-  std::int64_t least;         // least value of a sample that belongs to the triangle
-  std::int64_t outline = -1;  // samples up to this value are on the outline
+  std::int64_t least;         // a sample is inside if value() at its centre is at least this
+  std::int64_t outline = -1;  // a sample is on the outline if value() is at most this
 
   Edge(const RasterPoint& from, const RasterPoint& to)
       : of_x(from.y - to.y), of_y(to.x - from.x), constant(-(of_x * from.x + of_y * from.y)) {
-    // Rows are counted downwards. An edge that goes up has the inside on its right, so it is a left
-    // edge. An edge that goes to the right has the inside below, so it is an upper edge.
+    // Samples on an edge belong to the triangle only if the edge is a left or an upper edge. y
+    // increases downwards, and the inside is on the right of the edge's direction. Therefore an
+    // edge that goes up is a left edge, and a horizontal edge that goes to the right is an upper
+    // edge.
     const bool owns = of_x > 0 || (of_x == 0 && of_y > 0);
     least = owns ? 0 : 1;
   }
@@ -39,9 +42,10 @@ struct Edge {
                                     static_cast<double>(of_y) * static_cast<double>(of_y));
     outline = static_cast<std::int64_t>(length * static_cast<double>(kSubSamples));
   }
-  // Restricts the samples first..last of the row at `y` to those inside the half-plane.
+  // Shortens the range first..last of the samples in the row at `y` to the samples inside the
+  // half-plane.
   void cut(std::int64_t y, std::int64_t& first, std::int64_t& last) const {
-    // The value at the position of sample i is of_x * kSubSamples * i + rest.
+    // At the centre of sample i of the row, value() is slope * i + rest.
     const std::int64_t slope = of_x * kSubSamples, rest = value(kMiddle, y);
     if (slope > 0)
       first = std::max(first, ceil_div(least - rest, slope));
@@ -52,11 +56,11 @@ struct Edge {
   }
 };
 
-// Linear interpolation of a value that is known at three corners.
+// Interpolates a value linearly over a triangle, from its values at the three corners.
 struct Plane {
   double of_x, of_y, constant, least, most;
 
-  // `area`: twice the area of the triangle, not 0.
+  // `area` is twice the area of the triangle. It must not be 0.
   Plane(const std::array<RasterPoint, 3>& corners, const std::array<double, 3>& values,
         double area) {
     const auto across = [&](std::size_t i) {
@@ -73,8 +77,8 @@ struct Plane {
     least = std::min({values[0], values[1], values[2]});
     most = std::max({values[0], values[1], values[2]});
   }
-  // Returns the value at a position. The value is clamped, because in narrow triangles a sample
-  // centre may be outside the corners, where extrapolation is far off.
+  // Returns the interpolated value at a position, clamped to the range of the corner values. In a
+  // narrow triangle, rounding could otherwise lead to a value far outside this range.
   double at(double x, double y) const {
     return std::clamp(of_x * x + (of_y * y + constant), least, most);
   }
@@ -149,7 +153,7 @@ void Raster::add_line(const RasterPoint& from, const RasterPoint& to, const Pain
   const double length = std::sqrt(across * across + down * down);
   if (length < static_cast<double>(kSubSamples)) return add_point(from, paint);
   constexpr double kHalfWidth = static_cast<double>(kSubSamples * kSamples) / 2;
-  // Rounds away from 0, so that both sides are at the same distance.
+  // Rounds away from 0, so that both sides of the line have the same distance from its centre.
   const auto whole = [](double number) {
     return static_cast<std::int64_t>(number < 0 ? number - .5 : number + .5);
   };

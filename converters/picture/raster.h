@@ -1,6 +1,7 @@
-// Raster: samples with a depth, four per pixel, and functions that draw on them. Positions are
-// integers in units of 1/256 of a sample, so the set of samples that a triangle covers is exact:
-// triangles that share an edge leave no sample between them uncovered and cover no sample twice.
+// Raster: a grid of samples, four per pixel, each with a colour and a depth, and functions that
+// draw on it. Positions are integers in units of 1/256 of the distance between samples, so that the
+// set of samples that a triangle covers is computed exactly. If two triangles share an edge, each
+// sample on the edge belongs to exactly one of them.
 #pragma once
 
 #include <array>
@@ -20,9 +21,10 @@ inline constexpr std::uint32_t kMostPixels = 4096;  // maximum width and height 
 
 // A position on the raster.
 struct RasterPoint {
-  // Distance from the left and from the top, -2^24..2^24.
+  // Distances from the left and from the top of the picture, -2^24..2^24 (kSubSamples units per
+  // sample).
   std::int64_t x = 0, y = 0;
-  double depth = 0;  // depth; finite, and larger if the point is nearer to the viewer
+  double depth = 0;  // finite; larger values are nearer to the viewer
   double share = 0;  // value for Paint::by_value: 0..1, or NaN
 };
 
@@ -30,9 +32,11 @@ struct RasterPoint {
 struct Paint {
   Rgb colour;
   std::uint32_t light = 256;  // intensity of light, see lit()
-  bool by_value = false;      // true: uses value_colour() of the points' shares instead of `colour`
+  // If true, the colour is value_colour() of the interpolated RasterPoint::share, and `colour` is
+  // not used.
+  bool by_value = false;
 
-  // Intensity of light for samples at most one sample away from an outline, 0..256.
+  // Intensity of light (0..256) for samples whose distance from an outline is at most one sample.
   std::uint32_t outline_light = 256;
 };
 
@@ -42,27 +46,29 @@ class Raster {
   // pixel.
   Raster(std::uint32_t width, std::uint32_t height);
 
-  // Draws a triangle. A sample belongs to the triangle if its centre is inside, or on an upper or
-  // left edge. Corners may be in either orientation. `outlines`: bit e is set if the edge from
-  // corner e to the next corner is an outline. Returns false if the triangle has no area.
+  // Draws a triangle, whose corners may be clockwise or counter-clockwise. A sample belongs to the
+  // triangle if its centre is inside, or on an upper or left edge. Bit e of `outlines` is set if
+  // the edge from corner e to the next corner is an outline. Returns false if the triangle has no
+  // area.
   bool add_triangle(const std::array<RasterPoint, 3>& corners, const Paint& paint,
                     unsigned outlines = 0);
-  // Draws a line, one pixel wide, with square ends. A line shorter than a sample is drawn like a
-  // point.
+  // Draws a line, one pixel wide, with square ends. If the line is shorter than the distance
+  // between two samples, a point is drawn.
   void add_line(const RasterPoint& from, const RasterPoint& to, const Paint& paint);
   // Draws a disc with a diameter of two pixels.
   void add_point(const RasterPoint& point, const Paint& paint);
 
-  // Returns the number of samples and rows visited so far, which is a measure of the time.
+  // Returns the number of samples and rows visited so far, as a measure of the time spent drawing.
   std::uint64_t work() const { return work_; }
   bool is_empty() const;
-  // Returns the image. Each pixel is the mean of its samples. Stores the number of pixels on which
-  // something was drawn in `covered`.
+  // Returns the image, in which the colour of each pixel is the mean of its samples. Stores the
+  // number of pixels on which something was drawn in `covered`.
   Image image(std::uint64_t& covered) const;
 
  private:
-  // kFar: depth of samples on which nothing was drawn. kSameDepth: smaller differences of depth are
-  // ignored, so that of coincident faces the one drawn first stays visible.
+  // kFar is the depth of samples on which nothing was drawn. A new sample replaces an old sample
+  // only if it is nearer by more than kSameDepth. Therefore, if two faces coincide, the face that
+  // is drawn first stays visible.
   static constexpr float kFar = -1e30F;
   static constexpr float kSameDepth = 1e-6F;
   struct Sample {

@@ -1,4 +1,5 @@
-// Surface: the drawable parts of a mesh, in the form in which a reader already has them.
+// Surface: the points, edges and polygons of a mesh that can be drawn. It refers to arrays that a
+// reader has already filled.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +11,18 @@
 
 namespace shm::converters {
 
-// A surface. All spans are borrowed. Offsets must ascend from 0 to the number of corners, and
-// corners must be valid vertices.
+// All spans are borrowed. The offsets in `face_begin` must ascend from 0 to the number of corners,
+// and all corners must be valid vertex numbers.
 struct Surface {
   ScalarType coordinate_type = ScalarType::float64;  // float32 or float64
   std::span<const std::byte> xyz;                    // 3 coordinates per vertex
-  std::span<const std::uint64_t>
-      face_begin;  // offset of each face in `corners`, then the end; or empty
-  std::span<const std::uint32_t> corners;  // vertices of faces; a face with 1 corner is a point,
-                                           // with 2 an edge, with 3 or more a polygon
-  std::span<const std::uint32_t> blocks;   // block index of each face
+  // Offset of each face in `corners`, followed by the size of `corners`. May be empty if there are
+  // no faces.
+  std::span<const std::uint64_t> face_begin;
+  // Vertex numbers of the corners of all faces. A face with 1 corner is a point, a face with 2
+  // corners an edge, and a face with 3 or more corners a polygon.
+  std::span<const std::uint32_t> corners;
+  std::span<const std::uint32_t> blocks;  // block index of each face
 
   std::size_t faces() const { return blocks.size(); }
   std::size_t vertices() const { return xyz.size() / (3 * scalar_bytes(coordinate_type)); }

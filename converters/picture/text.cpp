@@ -7,7 +7,7 @@ namespace {
 
 constexpr char kFirst = ' ', kLast = '~';
 
-// The glyphs, with 35 bits each, row by row from the upper left corner.
+// The glyphs. Each glyph has 35 bits, one per pixel, row by row from the upper left corner.
 constexpr std::array<std::uint64_t, kLast - kFirst + 1> kGlyphs = {
     0x000000000, 0x108421004, 0x294a00000, 0x295f57d4a, 0x11f4717c4, 0x672222273, 0x325264e4d,
     0x108400000, 0x088842082, 0x208210888, 0x009575480, 0x0084f9080, 0x000001844, 0x0000f8000,

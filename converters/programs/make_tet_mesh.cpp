@@ -1,7 +1,8 @@
 // shm_make_tet_mesh POINTS OUT.vtk: generates an irregular hexahedral mesh for tests and
-// benchmarks. TetGen connects random points in the unit cube by tetrahedra. Each tetrahedron
-// becomes four hexahedra, one per corner, which extend to the middles of its edges, faces and body.
-// The result is deterministic. This is a separate program, because TetGen's licence is the AGPL.
+// benchmarks. TetGen connects random points in the unit cube by tetrahedra. Each tetrahedron is
+// split into four hexahedra, one per corner. Their other vertices are the midpoints of the edges,
+// the centres of the faces and the centre of the tetrahedron. The result is deterministic. This is
+// a separate program, because TetGen's licence is the AGPL.
 #define TETLIBRARY  // use tetgen.h as a library
 #include <tetgen.h>
 
@@ -39,7 +40,8 @@ void tetrahedralize_points(std::uint64_t count, tetgenio& out) {
   tetrahedralize(quiet, &in, &out);
 }
 
-/// Creates middle vertices, one for each set of corners.
+// Creates the vertices in the middle of edges, faces and tetrahedra. Each set of corners has one
+// such vertex.
 class Middles {
  public:
   explicit Middles(HexMesh& mesh) : mesh_(&mesh) {}
@@ -70,8 +72,8 @@ HexMesh split_in_four(const tetgenio& tets) {
   for (int i = 0; i < tets.numberofpoints; ++i)
     mesh.points.push_back(
         {tets.pointlist[3 * i], tets.pointlist[3 * i + 1], tets.pointlist[3 * i + 2]});
-  // For each corner, the other three corners, ordered so that their orientation is the same when
-  // seen from each corner.
+  // For each corner of a tetrahedron, the other three corners. Seen from the first corner, these
+  // three are always in the same rotational order (clockwise or counter-clockwise).
   constexpr std::array<std::array<std::size_t, 3>, 4> kOthers = {
       {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
   Middles middle(mesh);

@@ -7,11 +7,12 @@ namespace make_mesh {
 
 namespace {
 
-// Numbers items by their vertices in sorted order. Equal items get equal numbers.
+// Assigns numbers to edges and faces, which are identified by two or three vertices in any order.
+// The same vertices always get the same number.
 class Numbering {
  public:
   explicit Numbering(Id first) : next_(first) {}
-  // Returns the number of an item, and true if the item is new.
+  // Returns the number of an edge or face, and true if it is new.
   std::pair<Id, bool> number(Id a, Id b, Id c = std::numeric_limits<Id>::max()) {
     std::array<Id, 3> key{a, b, c};
     std::sort(key.begin(), key.end());
@@ -42,7 +43,8 @@ Mesh make_ogrid(std::uint64_t cells) {
   return sweep(disk(rounded(side), rounded(0.92 * side)), rounded(1.94 * side), pipe);
 }
 
-// Numbers and directions of the points on the surface of an n x n x n cube, for a cubed sphere.
+// Numbers the grid points on the surface of an n x n x n cube, and computes their directions from
+// the centre. The points are projected onto a sphere (cubed sphere).
 class SphereSurface {
  public:
   explicit SphereSurface(Id n) : n_(n) {}
@@ -58,8 +60,9 @@ class SphereSurface {
   std::vector<Point3> directions;
 
  private:
-  // Maps grid line `i` to a coordinate -1..1 on the cube. Uses equal angles instead of equal
-  // lengths, so that cells are not much smaller at the cube's corners.
+  // Maps grid line `i` to a coordinate -1..1 on the cube. The angles between grid lines, seen from
+  // the centre, are equal. If the distances were equal, cells would be much smaller at the cube's
+  // corners.
   double warp(Id i) const { return std::tan(kPi / 4 * (2.0 * i / n_ - 1)); }
   Id n_;
   std::unordered_map<std::uint64_t, Id> numbers_;
@@ -101,8 +104,8 @@ Mesh make_shell(std::uint64_t cells) {
   return mesh;
 }
 
-// Generates the cubes of a lattice that are inside a thick gyroid. The mesh has many handles and a
-// staircase boundary.
+// Generates the cubes of a lattice that are inside a thickened gyroid surface. The mesh has many
+// handles and a staircase boundary.
 Mesh make_voxel(std::uint64_t cells) {
   const Id n = std::max<Id>(2, rounded(side_for(cells, 0.39)));
   const auto inside = [n](Id i, Id j, Id k) {
@@ -123,7 +126,8 @@ Mesh make_voxel(std::uint64_t cells) {
   return mesh;
 }
 
-// Splits each counter-clockwise triangle into three quads. The resulting points have any valence.
+// Splits each counter-clockwise triangle into three quads. A point of the resulting mesh may have
+// any number of neighbours.
 Plane split_triangles(std::vector<Point2> points, const std::vector<std::array<Id, 3>>& triangles) {
   Plane plane;
   plane.points = std::move(points);
@@ -152,8 +156,8 @@ Plane split_triangles(std::vector<Point2> points, const std::vector<std::array<I
 
 // Generates an irregular quad mesh of a plate with two holes, swept along a curve.
 Mesh make_swept(std::uint64_t cells) {
-  // There are two triangles per square, and three quads per triangle. 86 % of the squares are
-  // outside the holes. The number of layers is half the number of squares on a side.
+  // Number of cells: each square has two triangles, each triangle has three quads, and 86 % of the
+  // squares are outside the holes. The number of layers is half the number of squares on a side.
   const double side = side_for(cells, 6 * 0.86 * 0.5);
   const Id n = std::max<Id>(2, rounded(side)), layers = rounded(0.5 * side);
   Random random(1);
@@ -189,8 +193,8 @@ Mesh make_swept(std::uint64_t cells) {
 
 // Splits each cube of a jittered lattice into six tetrahedra around its main diagonal.
 std::vector<Tetrahedron> cube_tetrahedra(Id n) {
-  // Corners of a cube are numbered by the bits x, y, z. Each walk goes from corner 0 to corner 7
-  // along three edges.
+  // The three bits of a corner number are the corner's x, y and z. Each walk goes from corner 0 to
+  // corner 7 along three edges, and its four corners form a tetrahedron.
   constexpr std::array<std::array<Id, 4>, 6> kWalks{
       {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
   std::vector<Tetrahedron> tetrahedra;
@@ -207,8 +211,8 @@ std::vector<Tetrahedron> cube_tetrahedra(Id n) {
   return tetrahedra;
 }
 
-// Splits each tetrahedron into four hexahedra. The new points come after the old points: middles of
-// edges, then of faces, then of tetrahedra.
+// Splits each tetrahedron into four hexahedra. The new points are numbered after the old points:
+// first the midpoints of edges, then the centres of faces, then the centres of tetrahedra.
 Mesh split_tetrahedra(std::vector<Point3> points, const std::vector<Tetrahedron>& tetrahedra) {
   Mesh mesh;
   mesh.points = std::move(points);
@@ -224,7 +228,8 @@ Mesh split_tetrahedra(std::vector<Point3> points, const std::vector<Tetrahedron>
       const Id a = t[opposite == 0], b = t[opposite <= 1 ? 2 : 1], c = t[opposite == 3 ? 2 : 3];
       if (faces.number(a, b, c).second) mesh.points.push_back((p[a] + p[b] + p[c]) * (1.0 / 3));
     }
-  // For each corner, the other three corners, counter-clockwise as seen from outside that corner.
+  // For each corner of a tetrahedron, the other three corners, counter-clockwise as seen from that
+  // corner.
   constexpr std::array<std::array<std::size_t, 3>, 4> kOthers{
       {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
   for (const Tetrahedron& t : tetrahedra) {
@@ -257,8 +262,9 @@ Mesh make_tets(std::uint64_t cells) {
   return split_tetrahedra(std::move(points), cube_tetrahedra(n));
 }
 
-// Generates a curved lattice divided into blocks in random order, each numbered along its own axes.
-// Block-structured mesh generators produce such meshes.
+// Generates a curved lattice that is divided into blocks, as block-structured mesh generators do.
+// The blocks are in random order. Within a block, cells are numbered along the axes of the block;
+// the order and the directions of these axes are random.
 Mesh make_blocks(std::uint64_t cells) {
   constexpr Id kBlocks = 4;  // number of blocks per axis
   const Id width = rounded(side_for(cells, 1) / kBlocks), n = width * kBlocks;
@@ -291,7 +297,8 @@ Mesh make_blocks(std::uint64_t cells) {
   return mesh;
 }
 
-// Generates the O-grid with vertices and cells in random order, as some tools write it.
+// Generates the mesh of make_ogrid() with vertices and cells in random order, as some programs
+// write meshes.
 Mesh make_shuffled(std::uint64_t cells) {
   const Mesh ordered = make_ogrid(cells);
   Random random(4);

@@ -1,4 +1,4 @@
-// The families of meshes that shm_make_mesh generates, in any size.
+// The families of meshes that shm_make_mesh generates. Each family can be generated in any size.
 #pragma once
 
 #include <array>

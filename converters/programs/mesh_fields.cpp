@@ -27,7 +27,8 @@ double smooth(const Point3& p) {
   return 300 + 50 * std::sin(3 * p.x + 1) * std::cos(4 * p.y) * std::exp(-p.z);
 }
 
-// A function of position: waves over five octaves with a turbulent spectrum, and some noise.
+// A function of position that resembles turbulence: a sum of waves over five octaves, plus some
+// noise.
 class Turbulence {
  public:
   Turbulence() {

@@ -1,5 +1,5 @@
-// Values for the meshes of shm_make_mesh: smooth fields, turbulent fields, fields with a shock
-// front, and fields in patches.
+// Fields for the meshes of shm_make_mesh: smooth fields, turbulent fields, fields with a shock
+// front, and fields that are constant in patches.
 #pragma once
 
 #include <cstddef>
@@ -13,12 +13,13 @@ namespace make_mesh {
 
 struct Field {
   std::string name;
-  std::string_view type;  // type as VTK files name it, e.g. "float"
+  std::string_view type;  // name of the type in VTK files, e.g. "float"
   std::size_t components = 1;
   std::vector<double> values;  // values, which are written as `type`
 };
 
-// Return the fields of the cells or points. `fields`: one, basic or full.
+// cell_fields() and point_fields() return the fields of the cells or points. `fields` is the value
+// of the option --fields: "one", "basic" or "full". `full` is true if this value is "full".
 std::vector<Field> cell_fields(const Mesh& mesh, std::string_view fields);
 std::vector<Field> point_fields(const Mesh& mesh, bool full);
 

@@ -66,10 +66,11 @@ void shuffle(std::vector<T>& values, Random& random) {
   for (std::size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[random.below(i)]);
 }
 
-// Rounds to an integer. The result is at least 1, so that no family is empty.
+// Rounds to an integer. The result is at least 1, so that no mesh is empty.
 inline Id rounded(double value) { return std::max<Id>(1, static_cast<Id>(std::lround(value))); }
 
-// Returns the side of a shape whose number of cells is `per_cube` times the cube of its side.
+// Returns the side length n, in cells, of a shape with `cells` cells. A shape with side length n
+// has per_cube * n^3 cells.
 inline double side_for(std::uint64_t cells, double per_cube) {
   return std::cbrt(static_cast<double>(cells) / per_cube);
 }
@@ -78,13 +79,15 @@ inline double side_for(std::uint64_t cells, double per_cube) {
 Hexahedron lattice_cell(Id i, Id j, Id k, Id ni, Id nj);
 Mesh lattice(Id ni, Id nj, Id nk, const std::function<Point3(double, double, double)>& place);
 
-// Sweeps a plane through `layers` layers, one layer after the other.
+// Sweeps a plane quad mesh into `layers` layers of hexahedra, layer by layer. place(p, t) returns
+// the position of point p after the fraction t (0..1) of the sweep.
 Mesh sweep(const Plane& plane, Id layers, const std::function<Point3(Point2, double)>& place);
 
-// Returns a point of a bent, twisted pipe with a neck. `p` is in the unit disk.
+// Maps a point `p` of the unit disk to a point of a bent, twisted pipe with a neck.
 Point3 pipe(Point2 p, double along);
 
-// Returns the unit disk as an O-grid: a bulged square core, and `rings` rings of quads around it.
+// Returns an O-grid of the unit disk: a square core with bulged sides, and `rings` rings of quads
+// around the core.
 Plane disk(Id core, Id rings);
 
 // Drops unused points, and renumbers the other points in order of first use.

@@ -1,7 +1,7 @@
-// shm_spatial_sort: writes the cells of a mesh in the order of CGAL's spatial sorting, one number
-// per line, for `shm compress --order free --cell-order`. This is a separate program because of
-// CGAL's licence. The exit codes are those of shm: 0 done, 2 wrong use, 3 bad input, 4 output could
-// not be written.
+// shm_spatial_sort: sorts the cells of a mesh with CGAL's spatial sorting and writes the cell
+// numbers, one per line. `shm compress --order free --cell-order` reads this file. This is a
+// separate program because of CGAL's licence. The exit codes are those of shm: 0 done, 2 wrong use,
+// 3 bad input, 4 output could not be written.
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Spatial_sort_traits_adapter_3.h>
 #include <CGAL/hilbert_sort.h>
@@ -40,7 +40,7 @@ constexpr std::size_t kSpoolBytes = std::size_t{256} << 20;
 constexpr const char* kUsage =
     "usage: shm_spatial_sort MESH [-o FILE] [--multiscale]\n"
     "Orders the cells of a mesh along a Hilbert curve through their centres (CGAL, median policy)\n"
-    "and writes their numbers, one a line, to FILE or standard output.\n"
+    "and writes their numbers, one per line, to FILE or standard output.\n"
     "--multiscale: CGAL's spatial_sort, which puts random samples of growing size first.\n"
     "Then: shm compress MESH --order free --cell-order FILE\n";
 

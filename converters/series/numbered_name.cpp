@@ -13,9 +13,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kDigits = "0123456789";
-constexpr std::size_t kMostWidth = 20;  // largest width; no step number has more digits
+constexpr std::size_t kMostWidth = 20;  // largest N in %0Nd; no step number has more digits
 
-// Returns the length of the %d or %0Nd at the beginning of `text`, or 0 if none exists.
+// If `text` begins with %d or %0Nd, returns the length of this placeholder, otherwise 0.
 std::size_t length_of_number(std::string_view text) {
   const std::size_t end = text.find_first_not_of(kDigits, 1);
   return end != std::string_view::npos && text[end] == 'd' ? end + 1 : 0;

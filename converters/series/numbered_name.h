@@ -1,5 +1,5 @@
-// NumberedName: the name of a series of files, one for each step. It contains the number of the
-// step in printf notation: out_%d.vtu, out_%04d.vtu.
+// NumberedName: the name of a series of files with one file per time step, such as out_%d.vtu or
+// out_%04d.vtu. %d or %04d, as in printf(), represents the number of the step.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +13,12 @@ namespace shm::converters {
 
 class NumberedName {
  public:
-  // Parses a name. Returns nothing if the last part of `path` has no %d. In a name with %d, %%
-  // represents a percent sign. Throws Failure (misuse) if there is any other % or a second %d.
+  // Parses a name. Returns nothing if the last component of `path` does not contain %d (or %04d and
+  // the like). In a name that contains %d, %% represents a percent sign. Throws Failure (misuse) if
+  // the name contains any other % or a second %d.
   static std::optional<NumberedName> of(const std::string& path);
-  // A name consists of `before`, the number, which is padded with zeros to `width` digits, and
-  // `behind`.
+  // A file name consists of `before`, the number of the step padded with zeros to `width` digits,
+  // and `behind`.
   NumberedName(std::string before, std::size_t width, std::string behind)
       : before_(std::move(before)), width_(width), behind_(std::move(behind)) {}
 
@@ -27,7 +28,7 @@ class NumberedName {
     std::uint64_t number;
     std::string path;
   };
-  // Returns the existing files of the series in the order of their numbers.
+  // Returns the existing files of the series, sorted by number.
   std::vector<File> files() const;
 
  private:

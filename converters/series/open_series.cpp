@@ -27,7 +27,8 @@ bool is_collection(const std::string& path) {
   return text.find("Collection") != std::string_view::npos && looks_like_collection(read);
 }
 
-// Returns the files of a collection. Its paths are relative to its folder, as in ParaView.
+// Returns the files that a collection (.pvd) lists. Paths in the collection are relative to its
+// folder, as in ParaView.
 std::vector<SeriesFile> files_of_collection(const std::string& path) {
   std::vector<SeriesFile> files;
   for (const CollectedFile& each : read_collection(path))

@@ -11,12 +11,13 @@
 
 namespace shm::converters {
 
-// Returns the files of the series that `path` names. Returns nothing if it is the name of a single
-// mesh, or if there is no file of this name. Throws Failure if a series has no files.
+// If `path` is the name of a series or a collection, returns its files. Returns nothing if `path`
+// is the name of a single mesh, or if the file does not exist. Throws Failure if a series has no
+// files.
 std::optional<std::vector<SeriesFile>> series_of(const std::string& path);
 
-// Returns all files that are read to open `path`: the files of a series and its collection, or the
-// file itself.
+// Returns the paths of all files that are read when `path` is opened: the files of a series and the
+// .pvd file that lists them, or the single file `path`.
 std::vector<std::string> files_of(const std::string& path);
 
 // Opens a series, or a single mesh as open_mesh() does.

@@ -23,7 +23,8 @@ constexpr std::uint64_t kPieceElements = 65536;
   throw Failure(ErrorCode::unsupported, what, path);
 }
 
-// Counts the arrays of each kind. The keys of the result describe the kinds.
+// Counts the arrays with the same name, location, number of components and type. The key describes
+// these properties, for messages.
 std::map<std::string, std::size_t> kinds_of_arrays(const Schema& schema) {
   std::map<std::string, std::size_t> kinds;
   for (const ArrayInfo& array : schema.arrays)
@@ -65,7 +66,7 @@ class SeriesMesh final : public MeshSource {
 
   bool has_time() const { return has_time_; }
 
-  // Adds the step that another file contains.
+  // Adds the time step that another file of the series contains.
   void add(MeshSource& mesh, const SeriesFile& file, Spool& spool, const Remark& remark) {
     check_format(mesh.info(), file.path);
     if (mesh.info().schema.source_format != info_.schema.source_format)
@@ -83,7 +84,8 @@ class SeriesMesh final : public MeshSource {
       if (info_.schema.arrays[a].per_step) copy(steps, a);
   }
 
-  // Completes the mesh. Must be called after the last file was added.
+  // Call this after the last file has been added. Makes integer arrays static if they are the same
+  // in all files.
   void finish() {
     for (std::size_t a = 0; a < values_.size(); ++a) {
       ArrayInfo& array = info_.schema.arrays[a];
@@ -162,7 +164,8 @@ class SeriesMesh final : public MeshSource {
   Spool& spool_;
   MeshInfo info_;
   bool has_time_ = false;
-  std::vector<std::vector<PagedArray>> values_;  // values of the steps from 1 on, by array
+  // values_[a][s - 1] contains the values of array a at step s; the first file contains step 0.
+  std::vector<std::vector<PagedArray>> values_;
   std::vector<bool> changes_;  // true for each integer array that changes with time
   std::set<std::string> remarked_;
 };

@@ -1,6 +1,6 @@
-// Opens a series of files with one time step each as one mesh with time steps. Vertices, cells and
-// all other data except fields come from the first file and must be the same in all files.
-// Fields change with time, except integer arrays that are the same in all files, such as block
+// Opens a series of files, each with one time step, as one mesh with time steps. Vertices, cells
+// and all other data except fields come from the first file, and must be the same in all files.
+// Fields become stepped arrays, except integer arrays that are the same in all files, such as block
 // numbers and members of sets.
 #pragma once
 
@@ -19,25 +19,28 @@ namespace shm::converters {
 
 struct SeriesFile {
   std::string path;
-  std::optional<double> time;  // time from the collection, if there is one
+  std::optional<double> time;  // time of the step, if a collection states it
 };
 
-// Called once for each item that differs between a file and the first file. The item of the first
-// file is used for all files.
+// Receives a sentence about an item, such as a title, that differs between a file and the first
+// file. It is called at most once per item. The item of the first file is used for the whole
+// series.
 using Remark = std::function<void(const std::string& sentence)>;
 
-// Opens a series. Step times come from `files`, or from the field data of each file, or are 0, 1,
-// 2, ... The first file stays open. Each other file is opened once, one at a time, and its values
-// are written to `spool`, which must outlive the mesh. Throws Failure if a file does not belong to
-// the same series as the first file; the error states the file and the reason.
+// Opens a series. The time of each step comes from `files`, or from the field data of each file. If
+// neither contains times, the times are 0, 1, 2, ... The first file stays open. Each other file is
+// opened once, one at a time, and its values are written to `spool`, which must outlive the mesh.
+// Throws Failure if a file does not belong to the same series as the first file; the error states
+// the file and the reason.
 std::unique_ptr<MeshSource> open_series(std::span<const SeriesFile> files, Spool& spool,
                                         const Progress& progress, const Remark& remark);
 
-// Returns a single open mesh as a mesh with one step. The mesh must have a time.
+// Converts `mesh`, which has no time steps, to a mesh with one time step. Its time must be in
+// `file` or in the field data of the mesh.
 std::unique_ptr<MeshSource> series_of_one(std::unique_ptr<MeshSource> mesh, const SeriesFile& file,
                                           Spool& spool);
 
-// Returns `mesh` as a mesh in which the same arrays are stepped as in `like`.
+// Converts `mesh` so that exactly those arrays are stepped that are also stepped in `like`.
 std::unique_ptr<MeshSource> stepped_like(std::unique_ptr<MeshSource> mesh, const MeshInfo& like);
 
 }  // namespace shm::converters

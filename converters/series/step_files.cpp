@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Format of the files of a collection. Programs that read collections support no other format that
-// we write.
+// Name of the format of the files in a collection. Of the formats that shm writes, programs that
+// read collections support only this one.
 constexpr const char* kFilesFormat = "vtu";
 constexpr std::size_t kFileDigits = 4;
 

@@ -1,6 +1,6 @@
-// StepFiles: the files to which a command writes a mesh: one file, a file for each step
-// (out_%04d.vtu), or a collection (out.pvd) of files in a folder next to it (out/out_0000.vtu,
-// ...).
+// StepFiles: the output files of a command that writes a mesh. The output is a single file, a
+// series with one file per step (out_%04d.vtu), or a collection (out.pvd) that lists one file per
+// step in a folder next to it (out/out_0000.vtu, ...).
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,16 @@ namespace shm::converters {
 
 class StepFiles {
  public:
-  // `format`: format of the files; may be empty. Throws Failure (misuse) if the format cannot be
-  // derived from the name either.
+  // `format` is the name of the file format. If it is empty, the format is derived from the name of
+  // the output. Throws Failure (misuse) if that is not possible.
   StepFiles(const std::string& output, const std::string& format);
 
   const Format& format() const { return *format_; }
   bool is_one_file() const { return !name_; }
 
-  // Functions for several files. Call begin() before the first file is written, and finish() after
-  // the last one; finish() writes the collection. All of them may throw Failure (output).
+  // Call these functions if the output consists of several files: begin() before the first file is
+  // written, and finish() after the last file. finish() writes the .pvd file of a collection. These
+  // functions may throw Failure (output).
   std::vector<std::string> files_there() const;
   std::string file(std::uint64_t step) const { return name_->at(step); }
   std::string files(StepRange steps) const;  // returns e.g. "x_0003.vtu to x_0007.vtu"
@@ -39,11 +40,12 @@ class StepFiles {
   std::optional<NumberedName> name_;
 };
 
-// Returns the steps of `info` that `chosen` selects, for files with one step each. A mesh without
-// steps is written to one file, and no step can be selected.
+// Returns the steps of `info` that are written to one file each: the steps in `chosen`, or all
+// steps if `chosen` is empty. A mesh without steps is treated as one step, and no step can be
+// selected.
 StepRange steps_in_files(const MeshInfo& info, std::optional<StepRange> chosen);
-// Returns one of these steps in the form that Conversion and Translation expect. Returns nothing if
-// the mesh has no steps.
+// Returns the range that contains only `step`, in the form that Conversion and Translation expect.
+// Returns nothing if the mesh has no steps.
 std::optional<StepRange> step_in_file(const MeshInfo& info, std::uint64_t step);
 
 }  // namespace shm::converters

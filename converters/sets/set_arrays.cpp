@@ -9,11 +9,13 @@
 namespace shm::converters {
 namespace {
 
-// Limits for the total size in bytes of the arrays of all sets. An array needs one byte per vertex
-// or cell of the mesh, even if its set is small.
+// The arrays of all sets together may exceed one of these two limits, but not both: a size in
+// bytes, and a multiple of the size of the mesh. An array needs one byte per vertex or cell of the
+// mesh, even if its set is small.
 constexpr std::uint64_t kSetBytesAllowed = std::uint64_t{256} << 20, kMostOfMesh = 64;
 
-// Estimates the size in bytes of coordinates and connectivity in most formats.
+// Estimates the size in bytes that coordinates and connectivity of a mesh have in most file
+// formats.
 std::uint64_t bytes_of_mesh(const MeshInfo& info) { return 24 * info.vertices + 64 * info.cells(); }
 
 }  // namespace

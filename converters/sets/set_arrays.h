@@ -1,6 +1,7 @@
-// SetArrays: a mesh whose sets become additional arrays, for formats without sets. The array of a
-// node set or element set is 1 on the members of the set and 0 elsewhere. The array of a side set
-// has a bit for each side of a cell; side 1 is the lowest bit.
+// SetArrays: a mesh whose sets are converted to additional arrays, for formats without sets. The
+// array of a node set or element set is 1 for members of the set and 0 for all other vertices or
+// cells. The array of a side set has 8 bits for each cell: the lowest bit is 1 if side 1 of the
+// cell is in the set, the next bit stands for side 2, and so on.
 #pragma once
 
 #include <cstdint>
@@ -19,15 +20,17 @@ class SetArrays final : public ForwardingMesh {
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
   // Returns the labels of the sets that were left out. A set is left out if it contains a side
-  // number outside 1..8, since only 8 bits are available. A set is also left out if the arrays of
-  // all sets would need more than both 256 MiB and 64 times the size of the mesh.
+  // number outside 1..8, because there are only 8 bits per cell. A set is also left out if the
+  // total size of the arrays of all sets would exceed the larger of two limits: 256 MiB, and 64
+  // times the size of the mesh.
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
   bool fill(const MeshSet& set, PagedArray& marks);
 
   std::size_t own_arrays_;
-  // Values (uint8) of each added array, up to the last member of its set; all later values are 0.
+  // Values (uint8) of each added array, up to the last member of its set. The values after the last
+  // member are 0 and are not stored.
   std::vector<PagedArray> marks_;
   std::vector<std::string> left_out_;
 };

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kPiece = 16384;  // number of cells that are read together
 using Corners = std::vector<std::uint8_t>;
 
-// Corners of each side, in the side numbering of the Exodus manual.
+// Corners of each side of a cell. The sides are numbered as in the Exodus manual.
 const std::vector<Corners>& sides_of(CellShape shape, bool flat) {
   static const std::vector<Corners> none,
       triangle = {{0, 1}, {1, 2}, {2, 0}}, quad = {{0, 1}, {1, 2}, {2, 3}, {3, 0}},
@@ -35,7 +35,8 @@ const std::vector<Corners>& sides_of(CellShape shape, bool flat) {
   }
 }
 
-// Corners of the edges that have second-order nodes at their middle. The edges are in VTK's order.
+// Corners of each edge that has a node at its middle in second-order cells. The edges are in VTK's
+// order.
 const std::vector<Corners>& edges_of(CellShape shape) {
   static const std::vector<Corners> none,
       triangle = {{0, 1}, {1, 2}, {2, 0}}, quad = {{0, 1}, {1, 2}, {2, 3}, {3, 0}},
@@ -55,8 +56,8 @@ const std::vector<Corners>& edges_of(CellShape shape) {
   }
 }
 
-// Corners of the faces that have nodes at their centre. In a cell's list of nodes, these nodes come
-// after the nodes at the middle of edges.
+// Corners of each face that can have a node at its centre. In a cell's list of nodes, the nodes at
+// face centres come after the nodes at the middle of edges.
 const std::vector<Corners>& middles_of(CellShape shape) {
   static const std::vector<Corners> none, quad = {{0, 1, 2, 3}}, triangle = {{0, 1, 2}},
                                           pyramid = {{0, 1, 2, 3}},
@@ -114,8 +115,8 @@ CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, s
   const auto middle = std::find(middles.begin(), middles.end(), sorted);
   const std::size_t place =
       first_edge + edges.size() + static_cast<std::size_t>(middle - middles.begin());
-  // Adds centre nodes only to quads: Gmsh and Exodus have no common second-order triangle with a
-  // node at its centre.
+  // The node at the centre is added only if the side is a quad, because no type of second-order
+  // triangle with a node at its centre exists in both Gmsh and Exodus.
   if (middle != middles.end() && place < corners.size() && around.size() == 4)
     found.nodes.push_back(corners[place]);
   return found;
@@ -123,7 +124,7 @@ CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, s
 
 std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
                           bool flat) {
-  // Largest number of nodes of a cell to look at; nodes after these are on no side.
+  // Only the first 27 nodes of a cell can be on its sides.
   constexpr std::uint32_t kMostNodes = 27;
   if (side < 1 || side > sides_of(shape, flat).size()) return 0;
   const std::vector<std::uint64_t> corners(std::min(nodes_per_cell, kMostNodes));

@@ -1,6 +1,6 @@
-// SetCells: a mesh whose node sets and side sets become additional cells. A node becomes a point,
-// and a side becomes a face or an edge. It is used for formats in which only elements can form
-// groups.
+// SetCells: a mesh whose node sets and side sets are converted to additional cells, for formats in
+// which only elements can form groups. Each node of a set becomes a point cell, and each side
+// becomes a face or edge cell.
 #pragma once
 
 #include <cstdint>
@@ -15,18 +15,19 @@ namespace shm::converters {
 
 class SetCells final : public ForwardingMesh {
  public:
-  // `flat`: true if the mesh is two-dimensional, so that the sides of its triangles and quads are
+  // `flat` is true if the mesh is two-dimensional. The sides of its triangles and quads are then
   // edges.
   SetCells(MeshSource& source, const std::vector<MeshSet>& sets, bool flat, Spool& spool);
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override;
   // Returns the labels of the sets that could not be converted to cells, because they contain a
-  // side number that the cell does not have.
+  // side that does not exist.
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
   struct Side {
-    // `place` is the position of the side among the members of all sets.
+    // Side number `side` of cell number `cell`. `place` is the index of the side among the members
+    // of all sets.
     std::uint64_t cell, side, place;
   };
   void leave_arrays_on_own_blocks();
@@ -41,16 +42,16 @@ class SetCells final : public ForwardingMesh {
   std::vector<std::string> left_out_;
 };
 
-// Shape of a side of a cell, and the nodes of the side in VTK's order. Sides are numbered from 1,
-// as in Exodus. The list of nodes is empty if the cell does not have the requested side.
+// Shape of one side of a cell, and the nodes of the side in VTK's order. side_of_cell() numbers
+// sides from 1, as Exodus does. If the cell has no side with the given number, `nodes` is empty.
 struct CellSide {
   CellShape shape = CellShape::other;
   std::vector<std::uint64_t> nodes;
 };
 CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, std::uint64_t side,
                       bool flat);
-// Returns the number of nodes of side number `side` of cells with `nodes_per_cell` nodes. Returns 0
-// if no such side exists.
+// Returns the number of nodes on side `side` of a cell with `nodes_per_cell` nodes, or 0 if the
+// cell has no such side.
 std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
                           bool flat);
 

@@ -1,5 +1,6 @@
-// The keys of the extras in which meshes of all formats store sets. The keys of a set begin with
-// the same folder: "FORMAT/KIND_set/N/id", "FORMAT/KIND_set/N/name" and so on.
+// Parses the keys of the extras that store sets. Meshes of all formats use the same keys. All
+// extras of one set are in the same folder, i.e. their keys have the same beginning:
+// "FORMAT/KIND_set/N/id", "FORMAT/KIND_set/N/name" and so on.
 #pragma once
 
 #include <map>
@@ -15,7 +16,8 @@ namespace shm::converters {
 struct SetFolder {
   std::string_view format, kind, number;  // "exodus", "node_set", "3"
 
-  // Extras of the set, by the part of their key after the number, e.g. "id" or "name".
+  // Extras of the set. The keys of this map are the parts of the extras' keys that follow the set's
+  // number, e.g. "id" or "name".
   std::map<std::string_view, const Extra*> extras{};
 
   // Returns the extra whose key ends with `what`, such as "id", or null if the set has no such
@@ -26,16 +28,16 @@ struct SetFolder {
   }
 };
 
-// Returns the folder to which a key belongs, with an empty list of extras. Returns nothing if the
-// key belongs to no set.
+// Returns the folder that contains the extra with this key. SetFolder::extras of the result is
+// empty. Returns nothing if the extra does not belong to a set.
 std::optional<SetFolder> set_folder_of(std::string_view key);
 
-// Returns true if an extra with this key belongs to a side set, or stores the `sides` of a set of
-// edges or faces (Exodus).
+// Returns true if the extra with this key belongs to a side set, or if it is the extra `sides` of
+// an edge set or face set (Exodus).
 bool is_about_sides(std::string_view key);
 
-// Returns the folders of all sets, in the order of their first extras. Does not check the contents
-// of the extras. The result refers to `info`.
+// Returns the folders of all sets. They are in the order in which their first extras occur in
+// `info`. Does not check the contents of the extras. The result contains pointers into `info`.
 std::vector<SetFolder> set_folders(const MeshInfo& info);
 
 }  // namespace shm::converters

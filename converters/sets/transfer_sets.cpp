@@ -21,8 +21,8 @@ const char* words_of(Kind kind, bool spaced) {
   return "";
 }
 
-// Throws Failure if the sets have too many members in total. The number must be limited because a
-// cell may belong to many sets, and each set becomes a list of its cells.
+// Throws Failure if the sets have too many members in total. Each set is converted to a list of its
+// cells, and a cell may belong to many sets, so a small file could result in very long lists.
 void check_members(std::uint64_t members, std::uint64_t cells) {
   constexpr std::uint64_t kAlwaysAllowed = 1 << 22, kMostSetsOfCell = 64;
   if (members > std::max(kAlwaysAllowed, kMostSetsOfCell * cells))
@@ -81,7 +81,7 @@ void erase_set_folders(std::vector<Extra>& extras) {
 void list_members(MeshSource& mesh, std::vector<MeshSet>& sets) {
   std::vector<std::vector<MeshSet*>> of_block(mesh.info().schema.blocks.size());
   std::uint64_t members = 0;
-  // The number of cells is computed once, because it is a sum over all blocks.
+  // Compute the number of cells only once, because cells() adds up the cells of all blocks.
   const std::uint64_t cells = mesh.info().cells();
   for (MeshSet& set : sets)
     for (const std::uint32_t block : set.blocks) {

@@ -24,8 +24,8 @@ constexpr std::string_view kStandardStream = "-";
   throw Failure(ErrorCode::output, std::move(detail), path);
 }
 
-// Returns the status of the file that a path leads to, or nothing if none exists. "-" means the
-// descriptor `standard`.
+// Returns the status of the file at `path`, or nothing if there is no such file. If `path` is "-",
+// returns the status of the file descriptor `standard`.
 std::optional<struct stat> status_of(const std::string& path, int standard) {
   struct stat status {};
   const int failed =
@@ -49,8 +49,8 @@ void refuse_inputs(const std::string& path, const struct stat& output,
   }
 }
 
-// Asks the user on the terminal whether an output may be replaced. Returns false if there is no
-// terminal.
+// Asks the user on the terminal whether existing output may be replaced. Returns false if there is
+// no terminal.
 bool may_replace(const std::string& what) {
   if (::isatty(STDIN_FILENO) == 0 || ::isatty(STDERR_FILENO) == 0) return false;
   std::fprintf(stderr, "shm: %s already. Overwrite? [y/N] ", what.c_str());
@@ -59,8 +59,8 @@ bool may_replace(const std::string& what) {
   return answer[0] == 'y' || answer[0] == 'Y';
 }
 
-// Checks that the folder of an output exists. Without this check an error would only appear after
-// all the work.
+// Checks that the folder of an output exists and is writable. Without this check, the error would
+// only be found when all the work is done.
 void check_folder(const std::string& path) {
   const std::filesystem::path parent = std::filesystem::path(path).parent_path();
   const std::string folder = parent.empty() ? "." : parent.string();
@@ -71,7 +71,8 @@ void check_folder(const std::string& path) {
     refuse(path, "cannot be written: " + folder + ": " + std::strerror(errno));
 }
 
-// Checks all files of a series, and asks the user once for all of them.
+// Checks all existing output files of a series. Asks the user only once whether they may be
+// replaced.
 void check_series(const Places& places, bool force) {
   for (const std::string& path : places.series) {
     const auto status = status_of(path, STDOUT_FILENO);

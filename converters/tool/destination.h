@@ -1,6 +1,6 @@
-// Checks where a command may write. No existing file is overwritten unless the user agrees, and no
-// input of the command is ever overwritten. Both are checked before any work, by asking the
-// operating system which file a path leads to.
+// Checks where a command may write. An existing file is overwritten only if the user agrees. An
+// input of the command is never overwritten, even if the paths of input and output are different
+// names of the same file. Both rules are checked before any work.
 #pragma once
 
 #include <optional>
@@ -13,24 +13,27 @@ namespace shm::converters {
 struct Places {
   std::vector<std::string> inputs;  // paths; "-" and "" are ignored
 
-  // Path of the output. Empty if the output is not known yet, or if the input is changed in place.
+  // Path of the output. If the output is not known yet, or if the command changes its input in
+  // place, `output` is empty.
   std::optional<std::string> output;
-  bool compressed = false;  // true: the output is binary, so a terminal is refused
+  bool compressed = false;  // true if the output is binary and must not go to a terminal
 
-  // Existing output files, if the output is a name for many files.
+  // If the output is the name of a series of files, the files of the series that already exist.
   std::vector<std::string> series = {};
 };
 
-// Returns "-" if `path` is a name in /dev or /proc for standard input (`descriptor` 0) or standard
-// output (1). Otherwise returns `path`.
+// Returns "-" if `path` is a name in /dev or /proc for standard input (if `descriptor` is 0) or
+// standard output (if it is 1). Otherwise returns `path`.
 std::string standard_or(std::string path, int descriptor);
 
 // Checks an output: a file to be written, a device, a pipe, or "-". Call this before reading
 // anything. Throws Failure (output) in these cases:
-// - the output, or a file of its series, is an input, under whatever name, even with --force;
-// - a file exists, and neither --force nor an answer on the terminal allows replacing it;
+// - the output, or a file of its series, is also an input, even if the paths differ and even with
+//   --force;
+// - the output exists, and neither --force nor the user's answer on the terminal allows replacing
+//   it;
 // - the output cannot be created;
-// - compressed bytes would go to a terminal.
+// - the output is a terminal, but the command writes compressed data.
 void check_places(const Places& places, bool force);
 
 }  // namespace shm::converters

@@ -12,7 +12,7 @@
 namespace shm::converters {
 namespace {
 
-// Formats a number with six digits, for text. JSON has all digits.
+// Formats a number with six digits, for the text report. The JSON report contains all digits.
 std::string rounded(double value) {
   char text[64];
   return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6).ptr};
@@ -59,7 +59,8 @@ std::string share_text(const Finding& finding, const char* verb, const char* ver
          element_of(finding, finding.compared == 1) + " " + (finding.different == 1 ? verb : verbs);
 }
 
-// Returns the line that describes a finding. The places where the meshes differ are separate lines.
+// Returns the line of the report that describes a difference. The locations of the difference are
+// listed in separate lines.
 std::string headline(const Finding& finding) {
   const std::string& kind = finding.kind;
   if (kind == "only_in_a" || kind == "only_in_b") {
@@ -115,7 +116,8 @@ Json optional_json(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-// Returns null for values that are not finite.
+// Returns the number as JSON. Returns null if the number is not finite, because JSON has no such
+// numbers.
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json place_json(const DiffPlace& place) {

@@ -9,7 +9,7 @@ namespace shm::converters {
 
 struct DiffRun {
   std::string a, b;       // paths of the meshes
-  std::string tolerance;  // tolerance as in the report: "exact", "abs=1e-6", ...
+  std::string tolerance;  // tolerance as printed in the report: "exact", "abs=1e-6", ...
   bool match = false;
 };
 

@@ -24,7 +24,7 @@ using Box = std::array<double, 6>;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Box kNoBox = {kInfinity, kInfinity, kInfinity, -kInfinity, -kInfinity, -kInfinity};
 
-// Maps the names of array streams to array indices.
+// Maps the name of the stream of each array to the index of the array.
 std::map<std::string, std::size_t> arrays_by_stream(const Schema& schema) {
   std::map<std::string, std::size_t> arrays;
   for (std::string& name : array_stream_names(schema))
@@ -32,8 +32,9 @@ std::map<std::string, std::size_t> arrays_by_stream(const Schema& schema) {
   return arrays;
 }
 
-// Returns the kind of element for which the report shows bits per element of a stream, and the
-// number of these elements. The kind is "" if none exists.
+// The report shows the size of a stream in bits per cell, vertex or value. Returns this kind of
+// element ("cell", "vertex" or "value") and the number of elements. The kind is "" if the report
+// does not show bits per element.
 std::pair<std::string, std::uint64_t> element_of(const std::string& stream,
                                                  const std::map<std::string, std::size_t>& arrays,
                                                  const MeshInfo& info, const Totals& totals) {
@@ -56,7 +57,7 @@ std::string codecs_text(const std::vector<ConnectivityCodec>& of_segments) {
   std::map<ConnectivityCodec, std::size_t> segments;
   for (ConnectivityCodec codec : of_segments)
     if (codec != ConnectivityCodec::automatic)
-      ++segments[codec];  // codec `automatic` means that the segment has no cells
+      ++segments[codec];  // a segment with the codec `automatic` has no cells
   if (segments.empty()) return "none";
   std::string text;
   for (const auto& [codec, count] : segments) {
@@ -82,8 +83,9 @@ std::string quantization_text(const Quantization& quantization, ScalarType type)
   return text + ", error at most " + number_text(quantization.max_error(type));
 }
 
-// Adds two numbers to `json`: the number of bits per coordinate or value if the data was rounded to
-// a number of bits (otherwise 0), and the largest error (null if the data is lossless).
+// Adds two members to `json`. "bits" is the number of bits per coordinate or value, or 0 if the
+// data was not rounded to a number of bits. "max_error" is the largest error, or null if the data
+// is lossless. `prefix` precedes both names.
 void add_quantization(Json& json, const std::string& prefix, const Quantization& quantization,
                       ScalarType type) {
   const bool of_box = quantization.lossy() && quantization.bits != Quantization::kAbsolute;
@@ -143,8 +145,7 @@ Json schema_json(const MeshInfo& info) {
   return json;
 }
 
-// Returns the title of the mesh. Titles of fixed length are padded with zero bytes, which are
-// removed.
+// Returns the title of the mesh. Some formats pad titles with zero bytes, which are removed.
 std::string title_of(const MeshInfo& info) {
   Keys used;
   const Extra* const given = find_extra(info, "mesh/title");
@@ -153,7 +154,8 @@ std::string title_of(const MeshInfo& info) {
   return title.substr(0, title.find('\0'));
 }
 
-// Replaces control characters, which could move the cursor of a terminal. Names come from files.
+// Replaces control characters in a name. Names come from files, and control characters could move
+// the cursor of a terminal.
 std::string quoted(std::string name) {
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
@@ -235,7 +237,8 @@ std::string times_text(const std::vector<double>& times) {
   return text;
 }
 
-// Lists the first 100 items, one per line, then the number of items left out.
+// Lists the first 100 items, one per line. If there are more than 100 items, the last line states
+// how many items are not listed.
 template <class List, class Line>
 std::string first_of(const List& list, Line&& line) {
   constexpr std::size_t kShown = 100;
@@ -313,7 +316,7 @@ std::string coder_text(const MeshInfo& info, const Totals& totals) {
          padded(std::to_string(totals.total_bytes), 15, true) + "\n";
 }
 
-// Extends a range so that it includes all finite values of an array of numbers.
+// Extends a range so that it includes all finite numbers in `values`.
 void widen(FoundRange& range, const std::byte* values, std::size_t count, ScalarType type) {
   with_scalar(type, [&](auto zero) {
     using T = decltype(zero);

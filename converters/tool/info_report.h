@@ -1,4 +1,4 @@
-// Reports of shm info: facts about the mesh, followed by facts about its encoding.
+// Reports of shm info. They describe the mesh first, and then its encoding.
 #pragma once
 
 #include <array>
@@ -19,15 +19,16 @@ struct FoundRange {
   std::uint64_t not_finite = 0;
 };
 
-// Facts about a mesh that are not in the headers of a file.
+// Information about a mesh that is not in the headers of a file. To determine it, the values of the
+// mesh must be read.
 struct InfoExtent {
-  std::optional<std::array<double, 6>> box;  // bounding box: smallest x, y, z, then largest x, y, z
+  std::optional<std::array<double, 6>> box;  // bounding box: lowest x, y, z, then highest x, y, z
   std::vector<FoundRange> ranges;  // value ranges, one per array; empty if the values were not read
-  bool is_unreadable = false;      // the values could not be read
+  bool is_unreadable = false;      // true if the values could not be read
 };
 
-// Opens a .shm file again and reads the bounding box from its index. Ignores the last
-// `trailing_bytes` bytes of the file.
+// Opens the .shm file at `path` and returns the bounding box that is stored in its index. Ignores
+// the last `trailing_bytes` bytes of the file.
 std::optional<std::array<double, 6>> box_of_index(const std::string& path,
                                                   std::uint64_t trailing_bytes);
 // Computes the bounding box from all vertex coordinates. If `ranges` is true, also reads all values
@@ -37,11 +38,12 @@ InfoExtent measure_extent(MeshSource& mesh, bool ranges, const Progress& progres
 struct InfoReport {
   std::string path;
   const MeshInfo& info;
-  const Totals* totals;  // counts of a .shm file; null for files of other formats
+  const Totals* totals;  // counts and stream sizes of a .shm file; null for other formats
   InfoExtent extent;
 };
 std::string info_json(const InfoReport& report);
-// Formats the report as text. `verbose`: includes order, codecs, segments and streams.
+// Formats the report as text. If `verbose` is true, the report includes order, codecs, segments and
+// streams.
 std::string info_text(const InfoReport& report, bool verbose);
 
 struct MemberSummary {

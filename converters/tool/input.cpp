@@ -21,8 +21,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns true for standard input and other inputs that cannot be read twice: named pipes, such as
-// <(COMMAND) of a shell, devices and sockets.
+// Returns true if an input can be read only once. This is the case for standard input, named pipes
+// (such as <(COMMAND) in a shell), devices and sockets.
 bool is_read_once(const std::string& path) {
   std::error_code none;
   const auto status = std::filesystem::status(path, none);
@@ -30,8 +30,9 @@ bool is_read_once(const std::string& path) {
          std::filesystem::is_character_file(status) || std::filesystem::is_socket(status);
 }
 
-// Returns true if an input with these first bytes is HDF5, which cannot be opened by a name in
-// /proc.
+// Returns true if `head`, the first bytes of an input, are those of an HDF5 file. This matters if
+// the path of the input is in /proc, because the HDF5 library cannot open a file through such a
+// path.
 bool needs_name(std::span<const std::byte> head) {
   constexpr std::array<unsigned char, 4> kHdf5 = {0x89, 'H', 'D', 'F'};
   return head.size() >= kHdf5.size() && std::memcmp(head.data(), kHdf5.data(), kHdf5.size()) == 0;
@@ -44,7 +45,7 @@ bool looks_packed(std::span<const std::byte> head) {
   return bytes.starts_with(kGzip) || bytes.starts_with(kXz) || bytes.starts_with(kZstd);
 }
 
-// A source whose first bytes can be inspected before it is read.
+// A byte source whose first bytes can be inspected before they are read.
 class HeadedSource final : public ByteSource {
  public:
   HeadedSource(std::unique_ptr<ByteSource> source, const std::string& name)
@@ -69,7 +70,8 @@ class HeadedSource final : public ByteSource {
   }
 
  private:
-  static constexpr std::size_t kHead = 16;  // enough to recognize .shm files, archives and HDF5
+  // Number of first bytes that is enough to recognize .shm files, archives and HDF5 files.
+  static constexpr std::size_t kHead = 16;
   std::unique_ptr<ByteSource> source_;
   std::vector<std::byte> head_;
   std::size_t given_ = 0;

@@ -1,7 +1,8 @@
-// The mesh that a command of the tool reads: a file, standard input for "-", or a pipe, either
-// plain or packed by gzip, xz or zstd. A .shm file that is packed or comes through a pipe is
-// decoded as it arrives. Any other packed or piped input is first copied to a temporary file, since
-// its reader needs to seek. A name for many files, or a collection, is opened as a series.
+// ToolInput: opens the mesh that a command of the tool reads. The input may be a file, a pipe, or
+// standard input ("-"), and it may be packed by gzip, xz or zstd. If a .shm file is packed or comes
+// through a pipe, it is decoded as it arrives. Any other packed or piped input is first copied to a
+// temporary file, because its reader needs to seek. The name of a series, or a collection (.pvd),
+// is opened as a series of files.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +21,9 @@ namespace shm::converters {
 
 class ToolInput {
  public:
-  // Opens the input and reads its first bytes. A temporary copy is written to
-  // spool_directory(options). Its name is stored in options.spooled, for messages. Throws Failure.
+  // Opens the input and reads its first bytes. If a temporary copy is needed, it is written to
+  // spool_directory(options), and its path is stored in options.spooled, for messages. Throws
+  // Failure.
   explicit ToolInput(CommonOptions& options) : ToolInput(options, options.input) {}
   ToolInput(CommonOptions& options, const std::string& path)
       : ToolInput(options, path, options.part) {}
@@ -30,7 +32,8 @@ class ToolInput {
   ToolInput(const ToolInput&) = delete;
   ToolInput& operator=(const ToolInput&) = delete;
 
-  // The path of a file with the whole input. Requires !is_stream().
+  // Returns the path of the input file or of its temporary copy. Call this only if is_stream()
+  // returns false.
   const std::string& path() const { return path_; }
   bool is_stream() const { return stream_ != nullptr; }
   bool is_series() const { return series_.has_value(); }
@@ -39,30 +42,31 @@ class ToolInput {
   // Throws Failure if the input is not a .shm file.
   void require_shm() const;
 
-  // Opens the mesh. If the input is an archive, opens the part that the options name, or the only
-  // part. Call this once. Throws Failure.
+  // Opens the mesh. If the input is an archive, opens the member that --part names, or the only
+  // member. Call this only once. Throws Failure.
   std::unique_ptr<MeshSource> open(Spool& spool, const Progress& progress, unsigned threads = 0);
   FileSummary summarize(const Progress& progress);
 
  private:
   class Stream;
-  std::unique_ptr<Stream> stream_;   // a .shm file that comes through a pipe
+  std::unique_ptr<Stream> stream_;   // a .shm file that is packed or comes through a pipe
   std::unique_ptr<FileSink> spool_;  // temporary copy of the input
   std::optional<RemovedOnSignals> on_signals_;
   std::string name_, path_, part_;
   std::optional<std::vector<SeriesFile>> series_;
 };
 
-// Returns true if a file is packed by gzip, xz or zstd; false if it cannot be read, or can be read
-// only once.
+// Returns true if the file at `path` is packed by gzip, xz or zstd. Returns false for all other
+// files, and for files that cannot be read or can be read only once.
 bool is_packed(const std::string& path);
 
-// Returns the part of an archive with this name, or its only part. Throws Failure (misuse) that
-// lists the parts.
+// Returns the member of an archive with the name `part`. If `part` is empty, the archive must have
+// only one member, which is returned. Otherwise throws Failure (misuse) with a list of the members.
 const ArchiveMember& part_of(const std::vector<ArchiveMember>& members, const std::string& part,
                              const std::string& path);
 
-// Prints a remark to standard error, for example on a file of a series that differs from the first.
+// Prints a remark to standard error, for example that a file of a series differs from the first
+// file.
 void print_remark(const std::string& sentence);
 
 }  // namespace shm::converters

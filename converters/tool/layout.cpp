@@ -11,7 +11,8 @@
 namespace shm::converters {
 namespace {
 
-// Counts the segments that pass through each bin. Uses a difference array for each row.
+// Counts the segments (lines of vertices) that pass through each bin of the diagram. Uses a
+// difference array for each row of bins.
 class SegmentCounter {
  public:
   SegmentCounter(std::uint64_t vertices, std::uint64_t cells)
@@ -112,7 +113,8 @@ std::string percent(std::uint64_t part, std::uint64_t whole) {
 
 constexpr std::string_view kGreens[] = {"", "#c9ead3", "#8fd0a5", "#46ad6d", "#137a3e"};
 
-// Draws the bins of one level as one path of rectangles. Equal runs in consecutive rows are merged.
+// Returns an SVG path that draws all bins of one level as rectangles. Equal runs in consecutive
+// rows become one rectangle.
 std::string level_path(const LayoutRaster& raster, std::uint8_t level) {
   struct Run {
     std::size_t begin, end, top;
@@ -192,8 +194,8 @@ void add_diagram(std::string& svg, const Layout& layout, const LayoutRaster& ras
 }  // namespace
 
 bool is_scattered(const Layout& layout) {
-  // A front through a cube of n^3 cells has about n^2 vertices. The factor 4 allows for meshes that
-  // consist of several parts.
+  // If a cube of n^3 cells is traversed in layers, about n^2 vertices are active. The factor 4
+  // allows for meshes that consist of several parts.
   const double front = std::cbrt(static_cast<double>(layout.vertices));
   const double ideal = 4 * front * front;
   return static_cast<double>(layout.width) >

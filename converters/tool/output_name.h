@@ -1,5 +1,5 @@
-// Checks the extension of an output against --format. If the extension belongs to another format,
-// which can store more data, the command line is probably a mistake. The mistake is reported before
+// Checks that the extension of an output agrees with --format. If the extension belongs to another
+// format that can store more data, the command line is probably a mistake, which is reported before
 // any work.
 #pragma once
 
@@ -11,9 +11,10 @@
 
 namespace shm::converters {
 
-// Throws Failure (misuse) if the extension of `output` belongs to a format that could store data
-// which is lost in format `target`. Lost data is listed in `losses`; if the user chose no `steps`
-// and a file of format `target` holds a single step, all steps except the last are lost, too.
+// Throws Failure (misuse) if data of `mesh` is lost in format `target`, and the extension of
+// `output` belongs to a format that could store it. `losses` lists the lost data. In addition, all
+// steps except the last are lost if `steps` is empty and a file of format `target` contains a
+// single step.
 void check_output_name(const std::string& output, const Format& target, const MeshInfo& mesh,
                        std::optional<StepRange> steps, const LossList& losses = {});
 

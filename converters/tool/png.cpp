@@ -1,5 +1,6 @@
-// Renders pictures with librsvg and cairo. Both are loaded when a picture is needed: if they were
-// linked, loading their fifty libraries would take most of the start-up time of the tool.
+// Renders pictures with librsvg and cairo. Both libraries are loaded only when a picture is needed.
+// They depend on about fifty other libraries. If the tool were linked to librsvg and cairo, loading
+// all these libraries would take most of its start-up time.
 #include "base/failure.h"
 #include "base/loaded_library.h"
 #include "tool/layout.h"
@@ -17,8 +18,8 @@ namespace shm::converters {
 
 namespace {
 
-// The functions of librsvg and its dependencies that are used here. The constructor throws Failure
-// if librsvg cannot be loaded.
+// Pointers to the functions of librsvg and its dependencies that are needed here. The constructor
+// loads the libraries. It throws Failure if librsvg cannot be loaded.
 struct Rsvg {
   LoadedLibrary library{"librsvg-2.so.2"};
 #define SHM_FUNCTION(name) decltype(&::name) name = library.find<decltype(::name)>(#name)

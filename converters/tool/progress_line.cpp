@@ -65,7 +65,8 @@ Progress ProgressLine::callback() {
   };
 }
 
-// Returns the completed share of the whole work, which never decreases.
+// Returns the completed fraction of the whole work, which never decreases. `of_phase` is the
+// completed fraction of the current phase.
 double ProgressLine::share_of(std::string_view phase, double of_phase) {
   for (std::size_t index = phase_; index < phases_.size(); ++index) {
     if (phases_[index].name != phase) continue;
@@ -136,7 +137,8 @@ WatchedMesh::WatchedMesh(MeshSource& mesh, Progress progress, std::string_view n
 }
 
 void WatchedMesh::add(std::uint64_t bytes) {
-  // Bytes that are read for a second time are not counted again.
+  // The number of bytes read is capped at the size of the mesh, because some data may be read
+  // twice.
   read_ = std::min(read_ + bytes, all_);
   if (progress_) progress_(name_, read_, all_);
 }

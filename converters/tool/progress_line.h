@@ -1,4 +1,4 @@
-// Progress of a command: one line on the terminal for all of its work.
+// ProgressLine: shows the progress of a command in one line on the terminal.
 #pragma once
 
 #include <atomic>
@@ -15,14 +15,16 @@
 
 namespace shm::converters {
 
-// A phase still to come, and its share of the work. Shares need not add up to 1.
+// A future phase of the command. `share` is the relative amount of its work; the shares of all
+// phases need not add up to 1.
 struct ExpectedPhase {
   std::string name;
   double share;
 };
 
-// Shows percentage, MB/s and time left for the whole work on standard error, if that is a terminal.
-// The line is rewritten at most ten times a second and erased at the end.
+// Shows the percentage of the completed work, the speed in MB/s and the time left. It is shown only
+// if standard error is a terminal. The line is updated at most ten times a second and erased at the
+// end.
 class ProgressLine {
  public:
   explicit ProgressLine(const CommonOptions& options);
@@ -30,18 +32,21 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  // Declares the remaining phases, in order, and the number of bytes to work on. Other phases that
-  // occur in between are shown by name, and count as no work.
+  // Declares the remaining phases, in the order in which they occur, and the total number of bytes
+  // to process. If a phase occurs that was not declared, its name is shown, but the percentage does
+  // not change.
   void expect(std::vector<ExpectedPhase> phases, std::uint64_t bytes);
   Progress callback();
   void show(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 0);
-  // Shows `words` and the completed share of the whole work, for a caller that knows this share.
+  // Shows `words` and `share`, the completed fraction of the whole work. For callers that do not
+  // declare phases.
   void show_share(std::string_view words, double share);
   void wipe();
   bool is_shown() const { return shown_; }
 
-  // Makes this process, which handles one of many files, show no line. It stores the completed
-  // share, in units of 1/65536, in `share` for its parent process.
+  // Call this in a child process that handles one of many files. The process then shows no line,
+  // but stores the completed fraction of its work in `*share`, in units of 1/65536. The parent
+  // process reads it there.
   static void report_to(std::atomic<std::uint32_t>* share);
 
  private:
@@ -57,11 +62,12 @@ class ProgressLine {
   std::chrono::steady_clock::time_point begun_, last_{};
 };
 
-// Formats "42 %  12.3 MB/s  0:31 left". Speed and time are left out until they can be estimated.
+// Formats the progress as text, such as "42 %  12.3 MB/s  0:31 left". Speed and remaining time are
+// left out until they can be estimated.
 std::string progress_text(double share, std::uint64_t bytes, double seconds);
 
-// A mesh that reports how much of its data has been read, as progress of the phase `name`. The
-// phase is complete when all values have been read once.
+// A mesh that reports progress while it is read. The progress belongs to the phase `name`, which is
+// complete when the number of bytes read equals the size of the mesh.
 class WatchedMesh final : public ForwardingMesh {
  public:
   // Borrows the mesh and the name.
@@ -80,7 +86,8 @@ class WatchedMesh final : public ForwardingMesh {
   std::uint64_t read_ = 0, all_ = 0;
 };
 
-// Size in bytes of a mesh in memory: coordinates, cells, and each array with all its steps.
+// Sizes in bytes of the parts of a mesh in memory: coordinates, cells, and each array with all its
+// steps.
 struct MeshBytes {
   std::uint64_t points = 0, cells = 0;
   std::vector<std::uint64_t> arrays;

@@ -20,7 +20,7 @@ namespace {
   throw Failure(ErrorCode::output, detail, path);
 }
 
-// Describes the first difference between the two meshes. Returns an empty string if none exists.
+// Describes the first difference between the two meshes. Returns an empty string if they are equal.
 std::string first_difference(MeshSource& source, MeshSource& written, bool is_shm, Spool& spool,
                              const Progress& progress, const CellSequence* cell_order) {
   if (is_shm) {

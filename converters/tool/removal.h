@@ -1,5 +1,5 @@
-// Implements --rm: removes a source after its output has been read back and found to be the same
-// mesh.
+// Implements --rm: removes the input of a command after the output has been read back and found to
+// contain the same mesh.
 #pragma once
 
 #include <string>
@@ -10,13 +10,13 @@
 
 namespace shm::converters {
 
-// Throws Failure (output) if --rm may not remove `path`, because it is a link, a device, a pipe or
-// a series.
+// Throws Failure (output) if `path` is a link, a device, a pipe or a series of files, which --rm
+// does not remove.
 void check_removable(const std::string& path);
 
 // Reads both files from the disk and compares them as shm verify --against does, or as shm diff
-// does if `written` is not a .shm file. Removes `source` if they are equal; otherwise keeps it and
-// throws Failure (output). `cell_order`: as for compare_meshes; may be null.
+// does if `written` is not a .shm file. If the meshes are equal, removes `source`. Otherwise keeps
+// `source` and throws Failure (output). `cell_order` is passed to compare_meshes() and may be null.
 void remove_source(const std::string& source, const std::string& written, CommonOptions& options,
                    const Progress& progress, const CellSequence* cell_order = nullptr);
 

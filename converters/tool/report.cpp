@@ -23,8 +23,8 @@ std::uint64_t peak_rss_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux reports the size in KiB
 }
 
-// Returns the sizes of the arrays as a JSON object with the keys "point/NAME" or "cell/NAME", as in
-// the names of streams.
+// Returns the compressed sizes of the arrays as a JSON object. The keys are "point/NAME" or
+// "cell/NAME", which are also the names of the streams.
 Json arrays_json(const MeshInfo& info, const std::map<std::string, std::uint64_t>& streams) {
   constexpr std::string_view kPrefix = "array:";
   Json arrays = Json::object();
@@ -54,7 +54,7 @@ std::string fixed(double value, int digits) {
           std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, digits).ptr};
 }
 
-// Returns bits per element; null (JSON) if `count` is 0.
+// Returns the number of bits per element, or null (JSON) if `count` is 0.
 Json bits_each(std::uint64_t bytes, std::uint64_t count) {
   if (count == 0) return nullptr;
   return 8.0 * static_cast<double>(bytes) / static_cast<double>(count);
@@ -166,8 +166,8 @@ double bits_a_cell(const SizeReport& sizes) {
 
 std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes) {
   const std::uint64_t bytes = run.sizes.total_bytes;
-  // Without a trial, give the hint only in clear cases: there are many active vertices, and
-  // connectivity is at least a third of the file.
+  // If there was no trial, return the hint only if there are many active vertices and connectivity
+  // is at least a third of the file.
   if (!free_bytes && (run.sizes.max_active_vertices < run.sizes.vertices / 4 ||
                       connectivity_bytes(run.sizes.streams) < bytes / 3))
     return {};
@@ -210,7 +210,8 @@ std::string sound_json(const std::string& path, const MeshInfo& info, const Pari
                        std::uint64_t stray_bytes) {
   Json json;
   json["file"] = path;
-  json["sound"] = true;  // about the mesh; the parity may nevertheless be damaged
+  // "sound" is about the mesh only. The parity may be damaged even if "sound" is true.
+  json["sound"] = true;
   if (parity.there) {
     json["parity"] = true;
     json["parity_blocks"] = parity.blocks;

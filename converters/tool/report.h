@@ -1,4 +1,4 @@
-// Reports of the tool about meshes and files, as human-readable text and as JSON.
+// Formats the reports of the tool about meshes and files, as human-readable text or as JSON.
 #pragma once
 
 #include <cstddef>
@@ -25,27 +25,29 @@ struct CompressRun {
   SizeReport sizes;
 };
 std::string compress_json(const CompressRun& run, const MeshInfo& info);
-// Formats two sizes and their ratio, such as "41 bytes from 82, 2.00 times smaller". `of_what` is
-// inserted after the second size.
+// Formats two sizes and their ratio, such as "41 bytes from 82, 2.00 times smaller". If `of_what`
+// is not empty, it is inserted after the second size.
 std::string ratio_text(std::uint64_t bytes, std::uint64_t source_bytes,
                        const std::string& of_what = {});
 std::string compress_text(const CompressRun& run, const MeshInfo& info);
 
-// Returns the size of connectivity in bits per cell, including corner order, vertex and cell
-// numbers, and imports.
+// Returns the encoded size of connectivity in bits per cell. Connectivity includes corner order,
+// vertex numbers, cell numbers and imports (vertices that a segment uses but an earlier segment
+// owns).
 double bits_a_cell(const SizeReport& sizes);
-// Returns a hint that the same mesh in another order would need only `free_bytes` bytes, if that
-// size is known. Returns an empty string if the saving is too small to mention.
+// Returns a hint that --order free would make the file smaller, or an empty string if the saving
+// would be small. `free_bytes` is the file size with --order free, if a trial has measured it.
 std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes);
 
-// Return the report of shm join, as JSON and as text.
+// join_json() and join_text() return the report of shm join.
 std::string join_json(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 std::string join_text(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 
-// Reports of verify about a file that could be decoded, and about its comparison with its source.
-// `stray_bytes`: number of bytes after the end of the mesh that do not belong to it.
+// Reports of shm verify. sound_json() describes a file that could be decoded. compare_json() and
+// compare_text() describe the comparison with its source. `stray_bytes` is the number of bytes
+// after the end of the mesh that do not belong to the file.
 std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity,
                        std::uint64_t stray_bytes);
 std::string compare_json(const CompareReport& report, const std::string& source,
@@ -58,10 +60,10 @@ std::string compare_text(const CompareReport& report, const std::string& source,
 // replaced.
 std::string json_text(const nlohmann::json& json);
 
-// Formats "3 vertices, 1 hexahedron, 2 other cells".
+// Formats the numbers of vertices and cells, such as "3 vertices, 1 hexahedron, 2 other cells".
 std::string counts_text(const MeshInfo& info);
 
-// Functions and types of which reports are composed.
+// Functions and types from which the reports are composed.
 using Json = nlohmann::ordered_json;
 std::string dump(const Json& json);
 std::string plural(std::uint64_t count, const std::string& one, const std::string& many);

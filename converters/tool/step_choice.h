@@ -1,4 +1,4 @@
-// Selection of time steps by --step and --time.
+// Selects time steps by the options --step and --time.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,11 @@ namespace shm::converters {
 StepRange steps_named(const std::string& words, std::uint64_t steps, const std::string& where);
 
 struct StepChoice {
-  std::string words;           // value of --step; empty: not given
+  std::string words;           // value of --step; empty if the option was not given
   std::optional<double> time;  // value of --time, which excludes --step
 
-  // Returns the range of chosen steps, or nothing if all steps are chosen. Throws Failure (misuse)
-  // if no such steps exist.
+  // Returns the range of chosen steps, or nothing if neither --step nor --time was given. Throws
+  // Failure (misuse) if the chosen steps do not exist.
   std::optional<StepRange> in(const std::vector<double>& times) const;
 };
 

@@ -33,8 +33,10 @@ void Conversion::keep_format(MeshSource& mesh, StepRange steps, Spool& spool) {
     mesh_ = own_.get();
     return;
   }
+  // Clear the sibling, so that translate() does not pass the extras of the source on unchanged.
+  // They would describe steps that are not written.
   Capabilities target = format_.capabilities;
-  target.sibling = {};  // reset because the extras of the source describe all of its steps
+  target.sibling = {};
   translate(mesh, target, steps, spool);
   mesh_ = &elsewhere_.emplace(*mesh_, mesh.info());
 }

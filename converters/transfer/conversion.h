@@ -1,6 +1,6 @@
-// Conversion: prepares all or some time steps of a mesh for the writer of a format. A mesh of the
-// same format is passed on unchanged; any other mesh is translated. losses() lists all data of the
-// mesh that the new file will not contain.
+// Conversion: prepares a mesh, or some of its time steps, for the writer of a format. If the mesh
+// came from the same format, its data is passed to the writer unchanged. Any other mesh is
+// translated. losses() lists all data of the mesh that the new file will not contain.
 #pragma once
 
 #include <memory>
@@ -16,15 +16,15 @@
 
 namespace shm::converters {
 
-// Returns true if a file of `format` can contain only one step of the mesh. `chosen` is true if the
-// user selected a step.
+// Returns true if a file of `format` can contain only one of the time steps of the mesh. `chosen`
+// is true if the user selected steps.
 bool holds_one_step(const MeshInfo& info, const Format& format, bool chosen);
 
 class Conversion {
  public:
-  // `steps` contains the steps to write: a single step if holds_one_step() is true. If `steps` is
-  // empty, all steps are written, or only the last step if holds_one_step() is true. `mesh` and
-  // `spool` must outlive the conversion.
+  // `steps` contains the steps to write. If holds_one_step() is true, `steps` must contain a single
+  // step. If `steps` is empty, all steps are written, or only the last step if holds_one_step() is
+  // true. `mesh` and `spool` must outlive the conversion.
   Conversion(MeshSource& mesh, const Format& format, std::optional<StepRange> steps, Spool& spool);
   MeshSource& mesh() { return *mesh_; }
   const LossList& losses() const { return losses_; }

@@ -15,8 +15,9 @@
 namespace shm::converters {
 namespace {
 
-// Returns the suffix, in lower case, of the name of component `c` of a vector: "_x", "_y", "_z", or
-// "_1", "_2", ... if `numbered` is true. Vectors with more than three components have numbers.
+// Returns the suffix, in lower case, that the name of component `c` of a vector has: "_x", "_y" or
+// "_z" if `numbered` is false, and "_1", "_2", ... if `numbered` is true. Vectors with more than
+// three components have numbered suffixes.
 std::string suffix(std::size_t c, bool numbered) {
   return numbered ? "_" + std::to_string(c + 1) : std::string("_") + "xyz"[c];
 }
@@ -41,7 +42,7 @@ int dimension_of(CellShape shape) {
   }
 }
 
-// Returns true if two arrays are equal except for their names.
+// Returns true if the properties of two arrays are equal, except for their names.
 bool alike(const ArrayInfo& a, const ArrayInfo& b) {
   ArrayInfo renamed = b;
   renamed.name = a.name;
@@ -84,9 +85,9 @@ void JoinedArrays::make_block_numbers_unique() {
   }
 }
 
-// Returns the number of arrays, starting at `first`, that together are the components of one
-// vector: 2 or 3 arrays with the suffixes _x, _y, _z, or at least 4 arrays with numbers as
-// suffixes. Returns 1 if the array is not part of a vector.
+// Returns the number of consecutive arrays, starting at array `first`, that are the components of
+// one vector: 2 or 3 arrays with the suffixes _x, _y, _z, or at least 4 arrays with the suffixes
+// _1, _2, ... Returns 1 if no vector starts at array `first`.
 std::size_t JoinedArrays::run_of_columns(std::size_t first) const {
   const auto& arrays = source_.info().schema.arrays;
   const ArrayInfo& head = arrays[first];
@@ -125,8 +126,8 @@ void JoinedArrays::add(std::size_t first, std::size_t columns) {
   parts_.push_back(std::move(parts));
 }
 
-// Makes array names unique. Names may coincide because an array that had a role may have the same
-// name as another array.
+// Makes array names unique. Names may be equal because some formats distinguish arrays by their
+// roles (e.g. number map or attribute) in addition to their names.
 void JoinedArrays::make_names_unique() {
   UniqueNames names;
   for (ArrayInfo& array : info_.schema.arrays) array.name = names.take(array.location, array.name);

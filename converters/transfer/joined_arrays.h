@@ -1,7 +1,7 @@
-// JoinedArrays: adapts the arrays of a mesh to another format. Arrays v_x, v_y, v_z with one
-// component become one array v with three components. Arrays whose role only their own format
-// defines (maps, tags, attributes) become plain arrays; arrays that have no meaning in other
-// formats are dropped.
+// JoinedArrays: adapts the arrays of a mesh to another format. Three arrays v_x, v_y, v_z with one
+// component each become one array v with three components. If an array has a role that only its
+// source format defines (such as a map, tags or attributes), the role is removed, and the array
+// becomes a plain array. Arrays that have no meaning in other formats are dropped.
 #pragma once
 
 #include <cstddef>
@@ -15,9 +15,9 @@ namespace shm::converters {
 
 class JoinedArrays final : public ForwardingMesh {
  public:
-  // `join`: true to join arrays of one component into vectors. `distinct`: true to give different
-  // numbers to blocks with different names or dimensions. `maps`: number maps that keep their
-  // roles; null if none exist.
+  // If `join` is true, arrays of one component are joined into vectors. If `distinct` is true,
+  // blocks with the same number but different names or dimensions get different numbers. `maps`
+  // describes the number maps that keep their roles; it may be null.
   JoinedArrays(MeshSource& source, bool join, bool distinct, const NumberMaps* maps = nullptr);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
@@ -29,7 +29,7 @@ class JoinedArrays final : public ForwardingMesh {
   void make_block_numbers_unique();
 
   const NumberMaps* maps_;
-  // For each array of the result, the indices of its source arrays.
+  // For each array of the result, the indices of the source arrays from which it is made.
   std::vector<std::vector<std::size_t>> parts_;
   std::vector<std::byte> column_;
 };

@@ -10,7 +10,7 @@ namespace shm::converters {
 
 namespace {
 
-// Returns true if a set consists only of whole blocks that have the same name as the set.
+// Returns true if a set consists of whole blocks, all of which have the same name as the set.
 bool is_named_blocks(const MeshInfo& info, const MeshSet& set) {
   return set.members.empty() && !set.blocks.empty() && !set.name.empty() &&
          std::all_of(set.blocks.begin(), set.blocks.end(), [&](std::uint32_t block) {

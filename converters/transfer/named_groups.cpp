@@ -12,7 +12,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns the default id of a set that has no stored id (shm/sets.h): the set's number plus one.
+// Returns the id of a set for which no id is stored: the number of the set plus one, as in
+// shm/sets.h.
 std::string one_more(const std::string& number) {
   std::uint64_t value = 0;
   return TextInput::parse(number, value) ? std::to_string(value + 1) : number;
@@ -46,7 +47,8 @@ NamedGroup named_group(const SetFolder& folder, const MeshInfo& info) {
 
 std::vector<NamedGroup> named_groups_of(const MeshInfo& info) {
   std::vector<NamedGroup> sets, others = source_format(info).named_groups(info);
-  // Ids and names of the groups that the extras of the source format describe in more detail.
+  // Ids and names of the groups that the source format describes in extras of its own. A set of
+  // whole blocks with the same id and name is not listed again.
   std::set<std::pair<std::string, std::string>> known;
   for (const NamedGroup& group : others) known.emplace(group.id, group.name);
   for (const SetFolder& folder : set_folders(info)) {

@@ -18,8 +18,8 @@ OwnSteps::OwnSteps(MeshSource& source, StepRange steps, std::vector<Extra> extra
   info_.extras = std::move(extras);
   const SourceFormat& format = source_format(source.info());
   if (steps.size() > 1 || format.describes_steps(source.info())) return;
-  // No array changes with time in a file with one step. The times 0, 1, 2, ... are only step
-  // numbers, unless the source format stores a time; such step numbers are removed.
+  // A file with one step has no arrays that change with time. If the step times are 0, 1, 2, ...
+  // and the source format does not store a time, they are only step numbers and are removed.
   for (ArrayInfo& array : info_.schema.arrays) array.per_step = false;
   Keys used;
   const std::vector<double>& times = source.info().step_times;

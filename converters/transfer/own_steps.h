@@ -1,5 +1,6 @@
-// OwnSteps: a mesh reduced to some of its time steps, for a writer of its source format or of .shm
-// files. Its extras describe only these steps.
+// OwnSteps: a mesh that contains only some time steps of another mesh. It is written in the source
+// format or as a .shm file, so its extras stay in the source format. They describe only the chosen
+// steps.
 #pragma once
 
 #include <memory>
@@ -11,7 +12,7 @@ namespace shm::converters {
 
 class OwnSteps final : public ChosenSteps {
  public:
-  // Returns null if the source format cannot determine which of its extras belong to which step.
+  // Returns null if the source format cannot determine which extras belong to which step.
   static std::unique_ptr<OwnSteps> of(MeshSource& source, StepRange steps);
 
  private:

@@ -1,5 +1,4 @@
-// Helpers for writing pieces of a mesh (some of its cells). take_sets() moves the sets out of the
-// extras; FromElsewhere presents the piece as a mesh without a source format.
+// Helpers for writing a piece of a mesh, i.e. some of its cells.
 #pragma once
 
 #include <vector>
@@ -10,15 +9,15 @@
 
 namespace shm::converters {
 
-// Removes the sets from the extras of a mesh and returns the sets. Also removes the extras that can
-// be derived from blocks.
+// Removes the extras that store sets from `whole`, and returns these sets. Also removes the extras
+// that can be derived from blocks.
 std::vector<MeshSet> take_sets(MeshInfo& whole);
 
-// A piece of a mesh, without the name of its source format. If a writer of that format saw the
-// name, it would expect the extras of a whole file.
+// A piece of a mesh from which the name of the source format is removed. If the name were present,
+// the writer of the source format would expect the extras of a whole file.
 class FromElsewhere final : public ForwardingMesh {
  public:
-  // `whole` describes the mesh of which `source` is a piece.
+  // `source` is a piece of the mesh that `whole` describes.
   FromElsewhere(MeshSource& source, const MeshInfo& whole);
 };
 

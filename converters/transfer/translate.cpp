@@ -25,8 +25,8 @@ namespace {
 
 constexpr std::uint64_t kPieceElements = 16384;
 
-// Adds a step time to a mesh without time steps whose format stores a time in an extra. All arrays
-// without a role become stepped arrays.
+// Converts a mesh without time steps to a mesh with one time step. The source format stores the
+// time of the step in an extra. All arrays without a role become stepped arrays.
 class AtTime final : public ForwardingMesh {
  public:
   AtTime(MeshSource& source, double time) : ForwardingMesh(source) {
@@ -66,8 +66,9 @@ bool beyond_doubles(MeshSource& mesh, std::size_t a) {
   return false;
 }
 
-// Throws Failure (over_limit) if cell arrays that cover only a few of very many blocks would become
-// too large when they are extended to all cells.
+// Call this if the target format requires that cell arrays cover all cells. Throws Failure
+// (over_limit) if arrays that cover only a few of very many blocks would become too large when they
+// are extended to all cells.
 void check_filling(const MeshInfo& info) {
   constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{1} << 30, kMostGrowth = 64;
   std::uint64_t held = 0, filled = 0;
@@ -140,8 +141,8 @@ void Translation::choose_steps(std::optional<StepRange> steps) {
   } else if (count == 0 && !is_sibling()) {
     if (const auto time = source_.time(from_, used_)) add(std::make_unique<AtTime>(*mesh_, *time));
   }
-  // Reads the time only to mark its extra as used. Files that are part of a series also have such
-  // an extra.
+  // The result of time() is not needed here. The call marks the extra that stores the time as used;
+  // files of a series have this extra, too.
   if (count > 0 && !source_.describes_steps(from_)) source_.time(from_, used_);
 }
 
@@ -193,8 +194,8 @@ void Translation::report_arrays() {
                       std::to_string(info.step_times.size()) + ")");
 }
 
-// Reports blocks that received a new number because another block had the same number. A format
-// that stores block numbers as an array could not distinguish such blocks.
+// Reports the blocks whose number was changed because another block had the same number. A format
+// that stores block numbers as an array could not distinguish blocks with equal numbers.
 void Translation::report_numbers(const std::vector<BlockInfo>& before) {
   const auto& now = mesh_->info().schema.blocks;
   for (std::size_t b = 0; b < now.size(); ++b)

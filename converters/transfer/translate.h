@@ -1,7 +1,8 @@
 // Translation: adapts a mesh of one format to the writer of another format so that as much data as
-// possible is retained, and lists the losses. A sibling format (Capabilities::sibling) is an
-// exception: its writer accepts meshes of the source format unchanged. Such a writer receives the
-// mesh with its extras, reduced to one step if the target's files contain one step.
+// possible is retained, and lists the losses. There is one exception: if the source format is the
+// sibling of the target format (Capabilities::sibling), the target's writer accepts the mesh
+// unchanged, with all extras of the source format, except that only one time step is kept if a file
+// of the target format can contain only one.
 //
 // Extras of the translated mesh that the writers of all formats may use:
 //   mesh/title               text
@@ -25,11 +26,11 @@ namespace shm::converters {
 
 class Translation {
  public:
-  // `steps` contains the steps to translate: a single step if files of the target contain one step.
-  // If `steps` is empty, all steps are translated, or only the last step if files of the target
-  // contain one step. `source` and `spool` must outlive the translation. `format` is the name of
-  // the target format in the list of losses. `blocks` lists the blocks that other parts of a
-  // decomposed mesh have (see BlocksById).
+  // `steps` contains the steps to translate. If a file of the target format can contain only one
+  // step, `steps` must contain a single step. If `steps` is empty, all steps are translated, or
+  // only the last step if a file can contain only one. `source` and `spool` must outlive the
+  // translation. `format` is the name of the target format, for messages about losses. If the
+  // source is a part of a decomposed mesh, `blocks` lists the blocks of all parts (see BlocksById).
   Translation(MeshSource& source, const std::string& format, const Capabilities& target,
               std::optional<StepRange> steps, Spool& spool,
               const std::vector<BlocksById::Key>& blocks = {});
@@ -60,7 +61,7 @@ class Translation {
   MeshSource* mesh_;
   std::vector<std::unique_ptr<MeshSource>> layers_;
   std::vector<Extra> extras_;  // extras of the translated mesh
-  Keys used_;                  // keys of the source's extras that the translated mesh contains
+  Keys used_;                  // keys of those extras of the source that have been translated
   LossList losses_;
 };
 

@@ -57,7 +57,7 @@ class Numbering {
  private:
   bool plain_ = true;
   std::uint64_t count_ = 0;
-  // Pairs of number and index, sorted by number; empty while the numbers are 1, 2, 3, ...
+  // Pairs (number, index), sorted by number. Empty as long as the numbers are 1, 2, 3, ...
   std::vector<std::pair<std::int64_t, std::uint64_t>> by_id_;
 };
 
@@ -114,7 +114,7 @@ class UcdMesh final : public MeshSource {
   Spool* spool_;
   MeshInfo info_;
   PagedArray points_;
-  CellStore cells_;  // cells of the file; a block number here is an index into kCellTypes
+  CellStore cells_;  // cells of the file; here, the block of a cell is its index in kCellTypes
   PagedArray node_ids_, cell_ids_, materials_;
   Numbering node_numbers_, cell_numbers_;
   std::vector<std::unique_ptr<PagedArray>> data_;
@@ -157,7 +157,7 @@ void UcdMesh::comments() {
 
 void UcdMesh::nodes(std::uint64_t count) {
   input_.enter("nodes");
-  // A line of a node has at least four numbers and their separators.
+  // The line of a node consists of at least 8 bytes: four numbers and their separators.
   input_.expect_room(count, 8, "nodes");
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto id = input_.number<std::int64_t>();
@@ -195,8 +195,8 @@ void UcdMesh::cells(std::uint64_t count) {
     cell_ids_.append(1, reinterpret_cast<const std::byte*>(&id));
     materials_.append(1, reinterpret_cast<const std::byte*>(&material));
   }
-  // The result is ignored, because cell numbers may repeat: some programs number quads and
-  // hexahedra separately.
+  // The result (false if two cells have the same number) is ignored, because cell numbers may
+  // repeat: some programs number quads and hexahedra separately.
   cell_numbers_.finish();
 }
 
@@ -228,9 +228,9 @@ void UcdMesh::find_blocks() {
   }
 }
 
-// Returns the index of the node or cell to which row `row` of a data section belongs; `id` is its
-// number. Rows usually are in the order of nodes or cells. Numbers may repeat only if the rows are
-// in this order.
+// Returns the index of the node or cell with the number `id`, to which row `row` of a data section
+// belongs. Usually, the rows are in the order of the nodes or cells, and the result is `row`. Cell
+// numbers may repeat only if the rows are in this order.
 std::uint64_t UcdMesh::element_of_row(Location location, std::uint64_t row, std::int64_t id) {
   const bool point = location == Location::point;
   if ((point ? node_ids_ : cell_ids_).get<std::int64_t>(row) == id) return row;
@@ -277,7 +277,7 @@ void UcdMesh::data(Location location, std::uint64_t values, std::uint64_t elemen
   for (std::uint64_t i = 0; i < elements; ++i) {
     const std::uint64_t element = element_of_row(location, i, input_.number<std::int64_t>());
     if (seen[static_cast<std::size_t>(element)])
-      input_.fail(ErrorCode::corrupt, "has values of one node or cell twice");
+      input_.fail(ErrorCode::corrupt, "the section has values for the same node or cell twice");
     seen[static_cast<std::size_t>(element)] = true;
     for (std::size_t a = 0; a < arrays.size(); ++a) {
       piece.resize(sizes[a]);
@@ -315,7 +315,7 @@ void UcdMesh::add_array(std::string name, std::string role, Location location, S
 }  // namespace
 
 // Returns true for the header of a legacy VTK file, in upper or lower case. Compares the whole
-// header, because comments in UCD files may begin with the same word.
+// header, because a comment in a UCD file may begin with the word "VTK".
 static bool is_vtk_header(std::string_view text) {
   constexpr std::string_view kHeader = "# vtk datafile version";
   return text.size() >= kHeader.size() &&

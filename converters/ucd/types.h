@@ -27,8 +27,8 @@ inline constexpr std::array<CellType, 8> kCellTypes = {{
     {"hex", CellShape::hexahedron, 8},
 }};
 
-// Moves the apex of a pyramid from the first position (its place in a file) to the last position
-// (its place in the model).
+// Moves the apex of a pyramid from the first position (UCD's order) to the last position (the
+// model's order).
 inline void to_model_order(const CellType& type, std::span<std::uint64_t> nodes) {
   if (type.shape == CellShape::pyramid) std::rotate(nodes.begin(), nodes.begin() + 1, nodes.end());
 }

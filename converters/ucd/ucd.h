@@ -7,14 +7,16 @@
 // in the file and its last node in the mesh.
 //
 // Arrays with a role:
-//   ucd:node_id, ucd:cell_id   int64, exist only if the numbers are not 1, 2, 3, ...
-//   ucd:material               int64, exists only if block ids are not the materials
+//   ucd:node_id, ucd:cell_id   int64: node and cell numbers; exist only if the numbers are not
+//                              1, 2, 3, ...
+//   ucd:material               int64: material of each cell; exists only if block ids are not the
+//                              materials
 //
 // Extras:
 //   ucd/comments               text: the lines before the counts; each line begins with '#'
-//   ucd/point_units, ucd/cell_units   text: a line for each array, which contains the text after
-//   the
-//                              array's label, from the comma on; an empty line if none exists
+//   ucd/point_units, ucd/cell_units
+//                              text: one line for each array; the line contains the text after the
+//                              array's label, from the comma on, and is empty if there is no text
 //   ucd/model_values           int64 [1]: number of values of the model data
 //   ucd/model                  text: everything after the data of nodes and cells
 #pragma once

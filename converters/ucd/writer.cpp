@@ -50,7 +50,8 @@ class UcdWriter {
   void write();
 
  private:
-  // The current piece of an array, and the number of elements that have been read so far.
+  // An array that is being written, with the current piece of its values, and the number of
+  // elements that have been read so far.
   struct Column {
     std::size_t array;
     std::uint64_t step, read = 0;
@@ -115,7 +116,8 @@ std::optional<std::size_t> UcdWriter::array_of(std::string_view role) const {
   return std::nullopt;
 }
 
-// Returns the arrays without a role. The result refers to the last step of each stepped array.
+// Returns the arrays without a role. For a stepped array, the result refers to the values at its
+// last time step.
 std::vector<UcdWriter::Column> UcdWriter::columns(Location location) const {
   std::vector<Column> found;
   for (std::size_t a = 0; a < info_.schema.arrays.size(); ++a) {
@@ -138,8 +140,8 @@ void UcdWriter::counts(std::uint64_t node_values, std::uint64_t cell_values) {
             std::to_string(model_values));
 }
 
-// Returns the numbers of `count` nodes or cells: the values of `array`, or consecutive numbers from
-// 1 if no array exists.
+// Returns the numbers of `count` nodes or cells: the values of `array`, or, if `array` is empty,
+// consecutive numbers that start at 1 for node 0 or cell 0.
 std::vector<std::int64_t> UcdWriter::numbers(std::optional<std::size_t> array, std::uint64_t first,
                                              std::uint64_t count) {
   std::vector<std::int64_t> out(count);

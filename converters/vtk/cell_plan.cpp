@@ -72,7 +72,7 @@ void CellPlan::load_polyhedra() {
   const std::vector<std::int64_t> faces = integers("vtk/polyhedron/faces");
   face_sizes_ = integers("vtk/polyhedron/face_sizes");
   if (faces.size() != cells.size())
-    fail_extra("vtk/polyhedron/faces", "is not as long as the list of polyhedra");
+    fail_extra("vtk/polyhedron/faces", "the length differs from the number of polyhedra");
   std::uint64_t first = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (faces[i] < 0 || static_cast<std::uint64_t>(faces[i]) > face_sizes_.size() - first)

@@ -1,5 +1,6 @@
-// CellPlan: the cells of a mesh in the form that legacy and XML files of VTK need. For each cell,
-// this is the cell type, and the nodes in VTK's order or, for a polyhedron, the faces.
+// CellPlan: the cells of a mesh in the form that legacy and XML files of VTK need. A cell consists
+// of its VTK cell type and its nodes in VTK's order; a polyhedron has a list of faces instead of
+// the nodes.
 #pragma once
 
 #include <cstddef>
@@ -16,14 +17,15 @@ namespace shm::converters::vtk {
 
 inline constexpr std::size_t kBatchCells = 16384;
 
-// Throws Failure (corrupt), because an extra contradicts itself or the mesh.
+// Throws Failure (corrupt), because the extra `key` is inconsistent in itself or with the mesh.
+// `detail` describes the inconsistency.
 [[noreturn]] void fail_extra(const std::string& key, std::string detail);
 
 class CellPlan {
  public:
   // `mesh` is borrowed.
   explicit CellPlan(MeshSource& mesh);
-  CellPlan(const CellPlan&) = delete;  // not copied, because extras_ points into the mesh
+  CellPlan(const CellPlan&) = delete;  // not copyable, because extras_ points into the mesh
   CellPlan& operator=(const CellPlan&) = delete;
 
   int block_type(std::uint32_t block) const { return block_types_[block]; }
@@ -34,7 +36,7 @@ class CellPlan {
   // such extra exists.
   std::vector<std::int64_t> integers(const std::string& key) const;
 
-  // Calls body(batch) for batches of cells, until all cells have been passed in file order.
+  // Calls body(batch) for all cells in file order, one batch at a time.
   template <class Body>
   void for_each_batch(Body&& body) {
     mesh_.rewind_cells();

@@ -64,8 +64,8 @@ bool CellTable::next_cell() {
     fail(rows_, name() + " states " + std::to_string(has_offsets_ ? count : end) +
                     " nodes, more than the list has left");
   read_type(count);
-  // The row of a polyhedron also contains the number of faces and the size of each face. Twice the
-  // number of nodes suffices, because there is at most one face per node.
+  // The row of a polyhedron also contains the number of faces and the size of each face. There is
+  // at most one face per node, so the limit for the row is twice the limit for the nodes.
   const std::uint64_t room = type_ == kPolyhedron ? 2 : 1;
   if (count > room * kMaxNodesPerCell + 1) fail_size(count);
   nodes_.clear();
@@ -120,9 +120,9 @@ void CellTable::unpack_faces() {
   nodes_.resize(to);
 }
 
-// Appends the first point of each face to the face, so that the node list alone determines the
-// faces. Returns false if the result would be too long, or ambiguous: a face is empty, or its first
-// point occurs twice.
+// Repeats the first point of each face at the end of the face, so that the node list is enough to
+// determine the faces. Returns false if the list would be too long, or if it would be ambiguous
+// because a face is empty or contains its first point twice.
 bool CellTable::close_faces() {
   std::vector<std::uint64_t> closed;
   closed.reserve(nodes_.size() + face_sizes_.size());

@@ -17,24 +17,24 @@ namespace shm::converters::vtk {
 class CellTable {
  public:
   CellTable() = default;
-  CellTable(const CellTable&) = delete;  // not copied, because the cursors point into this object
+  CellTable(const CellTable&) = delete;  // not copyable, because the cursors point into this object
   CellTable& operator=(const CellTable&) = delete;
-  // Sets cells in the form of classic rows: the number of nodes of each cell, followed by the
-  // nodes.
+  // Sets the cells of a file up to version 4.x. `rows` contains the number of nodes of each cell,
+  // followed by its nodes.
   void set_rows(std::uint64_t cells, Values rows);
-  // Sets cells in the form of version 5.x. `offsets` is empty, or has one entry more than there are
-  // cells.
+  // Sets the cells of a file of version 5.x. The number of `offsets` is the number of cells plus 1,
+  // or 0 if there are no cells.
   void set_offsets(Values offsets, Values connectivity);
   void set_types(Values types);
-  // States that the cells come from a list of polygonal data. The kind of list and the number of
+  // Declares that the cells come from a list of polygonal data. The kind of list and the number of
   // nodes determine the type of each cell.
   void set_list(EntryKind list) { list_ = list; }
 
   std::uint64_t cells() const { return cells_; }
 
   // Reads all cells once, checks every number, and finds the blocks. Adds the blocks and the faces
-  // of polyhedra to `info`. Must be called after the setters. Throws Failure, which names the file
-  // `path`.
+  // of polyhedra to `info`. Must be called after the set_*() functions. Throws Failure with the
+  // file name `path`.
   void find_blocks(MeshInfo& info, const std::string& path);
 
   void rewind();
@@ -42,14 +42,14 @@ class CellTable {
   void next_cells(CellBatch& out, std::size_t max_cells);
 
  private:
-  // Largest number of blocks for cells of one type with different numbers of nodes. If more blocks
-  // would be needed, all cells of the type are in one block of varying size.
+  // Maximum number of blocks for one cell type whose cells have different numbers of nodes. If more
+  // blocks would be needed, all cells of the type are in one block of varying size.
   static constexpr std::size_t kMostSizes = 64;
   struct Block {
     std::uint32_t nodes, index;
   };
   struct TypeBlocks {
-    bool varying = false;  // all cells of the type are in one block
+    bool varying = false;  // true: all cells of the type are in one block of varying size
     std::vector<Block> blocks;
   };
   struct Faces {
@@ -59,8 +59,9 @@ class CellTable {
   void read_type(std::uint64_t nodes);
   void unpack_faces();
   bool close_faces();
-  // Creates blocks after the first `others` blocks. Returns false if the caller must start again: a
-  // type now has a block of varying size, or polyhedra cannot have the shape `faces`.
+  // Finds the blocks of the cells. Keeps the first `others` blocks of `info`, and appends the found
+  // blocks after them. Returns false if the caller must start again, because all cells of a type
+  // must be in one block of varying size, or because polyhedra cannot have the shape `faces`.
   bool collect_blocks(MeshInfo& info, std::size_t others, Faces& faces);
   void count_cell(MeshInfo& info);
   std::uint32_t block_of_cell() const;
@@ -82,8 +83,7 @@ class CellTable {
   std::array<TypeBlocks, 256> by_type_;
 };
 
-// Returns the extra vtk/cell_types, which contains the cell type of each block that CellTables
-// found.
+// Returns the extra vtk/cell_types, which contains the VTK cell type of each block.
 Extra cell_types_extra(const MeshInfo& info);
 
 }  // namespace shm::converters::vtk

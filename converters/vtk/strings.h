@@ -18,10 +18,11 @@ namespace shm::converters::vtk {
 enum class StringForm : std::uint8_t {
   // Text of legacy files: each string (%-encoded) or variant is one line, with its '\n'.
   lines,
-  // Binary legacy files: each string follows its length, which has 1, 2, 4 or 8 bytes. The top two
-  // bits of the first byte (3, 2, 1, 0) determine this number of bytes.
+  // Binary legacy files: the length of each string precedes the string, and uses 1, 2, 4 or 8
+  // bytes. The top two bits of the first byte of the length state its size: 3 for 1 byte, 2 for 2
+  // bytes, 1 for 4 bytes, 0 for 8 bytes.
   lengths,
-  zeros,  // XML files: each string ends with a 0
+  zeros,  // XML files: each string ends with a zero byte
 };
 StringForm string_form(ValueForm form, bool binary);
 
@@ -50,7 +51,8 @@ class StringLister {
   // `most_bytes` is the approximate memory limit in bytes.
   explicit StringLister(std::uint64_t most_bytes) : most_bytes_(most_bytes) {}
   // Returns the index of a string in the list. Appends the string if it is not in the list yet.
-  // `piece` is the string in the form of the list. Returns nothing if the memory limit is reached.
+  // `piece` is the string in the StringForm of the list. Returns nothing if the memory limit is
+  // reached.
   std::optional<std::uint32_t> place_of(const std::string& piece);
   const std::string& list() const { return list_; }
 

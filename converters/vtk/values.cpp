@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::uint64_t kPieceValues = 8192;
 
-// Parses a value in the way VTK does: VTK reads bytes as integers and keeps the low 8 bits, so a
-// file may contain 200 for -56.
+// Parses a value in the way VTK does. VTK reads a value of one byte as an integer and keeps its low
+// 8 bits, so a file may contain 200 instead of -56.
 template <class T>
 T parse_value(TextInput& input) {
   if constexpr (sizeof(T) == 1) {

@@ -1,5 +1,6 @@
-// Columns of numbers of a VTK legacy file. Binary numbers stay in the file and are converted to
-// host byte order when they are read. Numbers in text are parsed once and stored in the spool.
+// Values: a column of numbers in a VTK legacy file. Binary numbers stay in the file and are
+// converted to host byte order when they are read. Numbers in a text file are parsed once and
+// stored in the spool.
 #pragma once
 
 #include <cstddef>
@@ -39,18 +40,19 @@ class RandomFile {
 class Values {
  public:
   Values() = default;
-  // Represents the next `count` numbers of `input`. Binary input must be after the line that
-  // announces the numbers, text input before the first number. Skips binary numbers; parses text
-  // and stores its numbers in `spool`.
+  // Constructs a column from the next `count` numbers of `input`. In a binary file, `input` must be
+  // at the first byte after the line that announces the numbers; in a text file, before the first
+  // number. The constructor skips binary numbers. It parses numbers in a text file and stores them
+  // in `spool`.
   Values(TextInput& input, std::shared_ptr<RandomFile> binary_file, Spool& spool, ScalarType type,
          std::uint64_t count);
-  // Represents numbers that are already in a spool.
+  // Constructs a column from numbers that are already in a spool.
   Values(ScalarType type, PagedArray numbers)
       : type_(type), size_(numbers.size()), offset_(kNoOffset), parsed_(std::move(numbers)) {}
 
   ScalarType type() const { return type_; }
   std::uint64_t size() const { return size_; }
-  std::uint64_t offset() const { return offset_; }  // position of the first number in the file
+  std::uint64_t offset() const { return offset_; }  // offset of the first number in the file
   void read(std::uint64_t first, std::uint64_t count, std::byte* out);
   // Returns true if both columns have the same type and bit-identical numbers.
   bool equals(Values& other);

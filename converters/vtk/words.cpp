@@ -222,8 +222,8 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
   for (const CellKind& kind : kCellKinds) {
     if (kind.type != type) continue;
     if (kind.nodes == 0 || kind.nodes == nodes) return kind.shape;
-    // Other numbers of nodes are accepted, because some writers use the linear type for
-    // second-order cells.
+    // Accept a number of nodes that does not match the type, because some writers use the linear
+    // type for second-order cells.
     const bool in_order = type != kVoxel && type != kPixel;
     const bool is_kind =
         in_order &&
@@ -242,8 +242,8 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
 
 int cell_type_of_block(const BlockInfo& block) {
   constexpr int kConvexPointSet = 41, kPolyVertex = 2;
-  // The faces of these polyhedra are in extras, which are not available here, so the cells are
-  // written as point sets.
+  // The faces of cells with the shape `polyhedron` are in extras, which are not available here, so
+  // these cells are written as point sets.
   if (block.shape == CellShape::polyhedron) return kConvexPointSet;
   for (const CellKind& kind : kCellKinds)
     if (kind.shape == block.shape && (kind.nodes == 0 || kind.nodes == block.nodes_per_cell))

@@ -15,26 +15,27 @@ namespace shm::converters::vtk {
 
 enum class ValueForm { number, bit, string, variant, unknown };
 
-// Returns the form of the values whose type is `word`, such as "float". Like VTK, this function and
-// the next functions match prefixes and ignore case.
+// Returns the form (number, bit, string or variant) of values with the type `word`, such as
+// "float". Like VTK, this function and the next functions match prefixes and ignore case.
 ValueForm form_of_word(std::string_view word);
-// Returns the type in which a file stores numbers. Returns nothing for values that are not numbers.
+// Returns the scalar type in which a file stores numbers of the type `word`. Returns nothing if
+// values of this type are not numbers.
 std::optional<ScalarType> scalar_of_word(std::string_view word, bool binary);
 std::string_view word_of_scalar(ScalarType type);
-// Returns the type of the array in the model that stores values of points or cells. Numbers keep
-// their own type. Bits become a type that can store 0 and 1. Strings and variants become indices
-// into vtk/strings/<index>.
+// Returns the type of the mesh array that stores values of points or cells with the file's type
+// `word`. Numbers keep their type. Bits become a type that can store 0 and 1. Strings and variants
+// become indices into vtk/strings/<index>.
 std::optional<ScalarType> array_type_of_word(std::string_view word, bool binary);
 
 inline constexpr int kPixel = 8, kVoxel = 11, kPolyhedron = 42;
 
-// Returns the shape in the model of cells of a VTK type with `nodes` nodes. `nodes` is 0 if their
-// number of nodes varies.
+// Returns the shape that cells of the VTK type `type` with `nodes` nodes have in the mesh model.
+// `nodes` is 0 if the number of nodes varies.
 CellShape shape_of_cell_type(int type, std::uint32_t nodes);
-// Returns the VTK cell type for the cells of a block of another format.
+// Returns the VTK cell type for the cells of `block`, whose mesh comes from another format.
 int cell_type_of_block(const BlockInfo& block);
-// Returns true if VTK has a cell type for the cells of this block of another format. Otherwise the
-// cells are written as point sets.
+// Returns true if VTK has a cell type for the cells of `block`, whose mesh comes from another
+// format. If false, the cells are written as point sets.
 bool has_cell_type(const BlockInfo& block);
 // Returns true if cells of this type may have any number of nodes.
 bool has_varying_nodes(int type);
@@ -71,7 +72,7 @@ enum class EntryKind : std::uint8_t {
   dimensions,
   extent,
   spacing,
-  aspect_ratio,  // the name of SPACING in file versions before 3.0
+  aspect_ratio,  // called SPACING in file versions from 3.0 on
   origin,
   vertices,
   lines,
@@ -97,8 +98,8 @@ enum class EntryKind : std::uint8_t {
 inline constexpr std::size_t kEntryKinds = 31;
 std::string_view keyword(EntryKind kind);
 std::optional<EntryKind> kind_of_keyword(std::string_view upper_case_word);
-// Returns the number of components that entries of a kind always have. Returns 0 if the file states
-// the number.
+// Returns the number of components if it is the same for all entries of this kind. Returns 0 if the
+// file states the number.
 std::uint64_t fixed_components(EntryKind kind);
 inline bool holds_values(EntryKind kind) { return kind >= EntryKind::array; }
 // Returns true for attributes: the kinds of arrays, other than FIELD, that may follow POINT_DATA
@@ -106,14 +107,14 @@ inline bool holds_values(EntryKind kind) { return kind >= EntryKind::array; }
 inline bool is_attribute(EntryKind kind) {
   return kind > EntryKind::array && kind <= EntryKind::edge_flags;
 }
-// Returns the number of words after the keyword of `kind` that are kept verbatim.
+// Returns the number of words after the keyword of `kind` that the skeleton contains verbatim.
 std::size_t plain_words(EntryKind kind);
 // Returns true for CELLS and for the four lists of cells of polygonal data.
 inline bool lists_cells(EntryKind kind) {
   return kind == EntryKind::cells ||
          (kind >= EntryKind::vertices && kind <= EntryKind::triangle_strips);
 }
-// Returns the VTK type of a cell with `nodes` nodes in a list of polygonal data.
+// Returns the VTK type of a cell with `nodes` nodes in `list`, a list of polygonal data.
 int cell_type_in(EntryKind list, std::uint64_t nodes);
 
 enum class Origin : std::uint8_t { none, array, extra, block_ids };
@@ -122,17 +123,18 @@ enum class Origin : std::uint8_t { none, array, extra, block_ids };
 struct Entry {
   EntryKind kind = EntryKind::array;
   Origin origin = Origin::none;
-  std::size_t index = 0;  // index into schema.arrays, or the k of an extra vtk/data/<k>
+  std::size_t index = 0;  // index into schema.arrays, or the number <k> of the extra vtk/data/<k>
   std::string name{};     // %-encoded
 
-  // Word for the type of the values. For lists of cells, the word for the type of the offsets,
-  // which is empty for classic rows. For kinds with plain_words(), these words.
+  // The content depends on the kind. For kinds with plain words (see plain_words()): these words.
+  // For a list of cells: the word for the type of the offsets, or an empty string if the cells are
+  // stored as rows. For all other kinds: the word for the type of the values.
   std::string type{};
-  // For scalars, the name of the lookup table. For cells, the word for the type of the
+  // For SCALARS: the name of the lookup table. For a list of cells: the word for the type of the
   // connectivity.
   std::string second{};
-  // Number of components, and number of tuples. `tuples` is the number of arrays for a field, and
-  // the number of cells for a list of polygonal data.
+  // Number of components and number of tuples of an array. For a field, `tuples` is the number of
+  // its arrays; for a list of polygonal data, `tuples` is the number of its cells.
   std::uint64_t components = 0, tuples = 0;
   // Lines between METADATA and the empty line that ends it, each with its '\n'.
   std::string metadata{};

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kValuesTarget = "shm-values";
 constexpr std::size_t kChunkBytes = std::size_t{1} << 16;
-// Limits for the size of markup, which limit the memory needed. Real files have a few hundred
+// Limits for the size of the markup, because the tree is in memory. Real files have a few hundred
 // arrays.
 constexpr std::uint64_t kMostNodes = std::uint64_t{1} << 20;
 constexpr std::uint64_t kMostMarkupBytes = std::uint64_t{64} << 20;
@@ -31,8 +31,8 @@ struct FreeParser {
   void operator()(XML_Parser parser) const { XML_ParserFree(parser); }
 };
 
-// Builds the tree from the callbacks of expat. Exceptions must not pass through expat: a callback
-// stores an exception and stops the parser.
+// Builds the tree from the callbacks of expat. Exceptions must not pass through expat, so a
+// callback stores the exception and stops the parser.
 class TreeBuilder {
  public:
   TreeBuilder(std::string path, bool skeleton);
@@ -78,7 +78,9 @@ class TreeBuilder {
   bool skeleton_;
   std::unique_ptr<std::remove_pointer_t<XML_Parser>, FreeParser> parser_;
   Document document_;
-  std::vector<Node*> open_;  // pointers stay valid, because only the last child of a node is open
+  // The elements that contain the current position, from the root down. The pointers stay valid,
+  // because children are added only to the last of these elements.
+  std::vector<Node*> open_;
   std::uint64_t nodes_ = 0, markup_ = 0, fed_ = 0, last_event_ = 0, appended_tag_end_ = 0;
   std::exception_ptr failure_;
 };
@@ -153,11 +155,11 @@ void TreeBuilder::count(std::size_t bytes) {
   markup_ += bytes;
   if (nodes_ > kMostNodes || markup_ > kMostMarkupBytes)
     fail(ErrorCode::unsupported,
-         "has more markup than a million elements or 64 MiB, not counting its arrays");
+         "has more than a million elements or more than 64 MiB of markup, not counting its arrays");
 }
 
-// Ends a text. Called before anything that is not text. Removes the text if it consists only of
-// white space.
+// Ends the current text node, if any. Removes this node if its text consists only of white space.
+// Called before any node that is not text is added.
 void TreeBuilder::end_text() {
   if (siblings().empty()) return;
   Node& last = siblings().back();
@@ -286,8 +288,8 @@ std::size_t character_bytes(std::string_view text) {
   return allowed ? size : 0;
 }
 
-// Returns the offset in the file of the appended data. They begin after the '_' that follows the
-// start tag and white space.
+// Returns the offset in the file of the appended data, or 0 if they are missing. They begin after a
+// '_', which follows the start tag and optional white space.
 std::uint64_t find_appended(TextInput& input, std::uint64_t tag_end) {
   input.seek(tag_end);
   while (!input.at_end()) {

@@ -17,12 +17,13 @@ struct Node {
   NodeKind kind = NodeKind::element;
   std::string name{};  // name of an element, or target of an instruction
 
-  // Characters of a text, comment or instruction. In a node of kind `values`, the word that
+  // Characters of a text, comment or instruction. For a node of kind `values`, the word that
   // replaces the numbers (see vtu.h).
   std::string text{};
   std::vector<std::pair<std::string, std::string>> attributes{};  // attributes in file order
   std::vector<Node> children{};
-  std::uint64_t begin = 0, end = 0;  // byte range in the file of values that are inside the XML
+  std::uint64_t begin = 0,
+                end = 0;  // byte range of the values in the file; used for values inside the XML
 
   bool is(std::string_view element) const { return kind == NodeKind::element && name == element; }
   bool is_array() const { return is("DataArray") || is("Array"); }
@@ -39,7 +40,7 @@ struct Node {
 
 Node element(std::string name, std::vector<std::pair<std::string, std::string>> attributes = {});
 
-// Returns a node that replaces the numbers of an array.
+// Returns a node of kind `values`, which replaces the numbers of an array by `word`.
 Node values_node(std::string word);
 // Returns an element <DataArray> of numbers. `type` is "Float64", ..., and `word` replaces the
 // numbers.

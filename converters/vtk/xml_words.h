@@ -16,18 +16,18 @@ enum class ArrayKind : std::uint8_t { number, bit, string };
 
 struct ArrayType {
   ArrayKind kind = ArrayKind::number;
-  ScalarType stored = ScalarType::float64;  // type of the stored values: uint8 for bits (0 and 1),
-                                            // and for the bytes of strings
+  ScalarType stored = ScalarType::float64;  // type of the stored values; uint8 for bits (stored as
+                                            // 0 and 1) and for the bytes of strings
   bool operator==(const ArrayType&) const = default;
 };
 
-// Returns the array type that a word means. Returns nothing for types that VTK does not read
-// either.
+// Returns the array type that `word`, such as "Float64", denotes. Returns nothing for unknown
+// types, which VTK does not read either.
 std::optional<ArrayType> type_of_word(std::string_view word);
 std::string_view word_of_type(ScalarType type);  // "Float64"
 
-// Parses a count. `text` may contain blanks before and after the digits. Returns nothing if `text`
-// is not a count.
+// Parses a non-negative integer. `text` may contain blanks before and after the digits. Returns
+// nothing if `text` is invalid.
 std::optional<std::uint64_t> parse_count(std::string_view text);
 
 std::string data_key(std::uint64_t index);  // "vtu/data/<index>"

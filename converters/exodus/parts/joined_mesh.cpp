@@ -15,7 +15,7 @@ std::uint64_t elements_in(std::size_t stride) {
   return std::max<std::uint64_t>(1, kPieceBytes / std::max<std::size_t>(stride, 1));
 }
 
-// An element of an array and the part that sent its value, for error messages.
+// The number of an element, and the part that sent its value. Used in error messages.
 struct Element {
   std::uint64_t number = 0, part = 0;
 };
@@ -25,7 +25,8 @@ void append(std::vector<std::byte>& out, const void* from, std::size_t size) {
   out.insert(out.end(), begin, begin + size);
 }
 
-// Identifies an array by its variable and its place in that variable.
+// Identifies an array by the name of its variable, its plane and its first column (see
+// ArrayLayout).
 using Column = std::tuple<std::string, std::uint64_t, std::uint32_t>;
 Column column_of(const exodus::Skeleton& skeleton, const exodus::ArrayLayout& array,
                  const exodus::ArrayPart& part) {
@@ -50,7 +51,7 @@ JoinedMesh::JoinedMesh(Ranks& ranks, const std::vector<std::string>& files, Spoo
   });
 }
 
-// --- arrays of the mesh in its parts
+// --- positions of arrays in the parts
 
 void JoinedMesh::map_arrays() {
   for (const PartFile& part : parts_.mine()) {
@@ -108,7 +109,7 @@ Location JoinedMesh::location_of(std::size_t array) const {
   return array == kCoordinates ? Location::point : info().schema.arrays[array].location;
 }
 
-// Returns the number of values of a cell array that belong to cells before `cell`.
+// Returns the number of elements of a cell array that belong to cells with numbers below `cell`.
 std::uint64_t JoinedMesh::covered_before(std::size_t array, std::uint64_t cell) const {
   std::uint64_t sum = 0;
   for (std::uint32_t b = 0; b < block_begins_.size() && block_begins_[b] < cell; ++b)
@@ -167,8 +168,8 @@ void JoinedMesh::hold_cells(const CellRange& range) {
   });
 }
 
-// Appends the cells of a range to `out`. One call reads consecutive cells if they also arrived
-// consecutively.
+// Appends the cells `first` to `first` + `count` - 1, which this rank must hold, to `out`. Reads
+// each run of cells that also arrived consecutively in one call.
 void JoinedMesh::read_held(std::uint64_t first, std::uint64_t count, CellBatch& out) {
   for (std::uint64_t cell = first, end = first + count; cell < end;) {
     const std::uint64_t place = arrival_->get(cell - range_.first);
@@ -224,8 +225,8 @@ auto JoinedMesh::load(std::size_t array, std::uint64_t step) -> Kept {
                                                : load_cells(array, step);
 }
 
-// Sends the values of vertices to the owners of these vertices. Throws SharedFailure if parts that
-// share a vertex have different values for it.
+// Sends the values of vertices to the owners of these vertices. Throws SharedFailure if two parts
+// have different values for the same vertex.
 auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
   const std::size_t stride = stride_of(array);
   Kept out{owners_->first(), PagedArray(*spool_, stride)};
@@ -288,12 +289,13 @@ auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
   return out;
 }
 
-// Sends the values of cells to the ranks that hold these cells.
+// Sends the values of an array on the cells of this rank's parts to the ranks that hold these
+// cells.
 auto JoinedMesh::load_cells(std::size_t array, std::uint64_t step) -> Kept {
   const std::size_t stride = stride_of(array);
   Kept out{covered_before(array, range_.first), PagedArray(*spool_, stride)};
-  // For each block: the number of elements of the array in earlier blocks, minus the number of
-  // cells in earlier blocks.
+  // For each block, the difference between an element's index in the array and its cell number: the
+  // number of elements in earlier blocks minus the number of cells in earlier blocks.
   std::vector<std::uint64_t> shift;
   std::uint64_t covered = 0;
   for (std::uint32_t b = 0; b < block_begins_.size(); ++b) {
@@ -339,8 +341,8 @@ auto JoinedMesh::load_cells(std::size_t array, std::uint64_t step) -> Kept {
   return out;
 }
 
-// Fetches the values of this rank's vertices from their owners. The result is in the order of
-// vertices_.
+// Fetches the values of the vertices in vertices_ from their owners. Returns the values in the
+// order of vertices_.
 PagedArray JoinedMesh::fetch(Kept& kept, std::size_t array) {
   const std::size_t stride = stride_of(array);
   PagedArray taken(*spool_, stride);
@@ -348,8 +350,8 @@ PagedArray JoinedMesh::fetch(Kept& kept, std::size_t array) {
   const std::uint64_t rounds = ranks_->largest((vertices_.size() + batch - 1) / batch);
   std::optional<Error> error;
   for (std::uint64_t round = 0; round < rounds; ++round) {
-    // The numbers in vertices_ ascend, and owners have ascending ranges of numbers. The answers of
-    // the owners therefore arrive in the order of vertices_.
+    // The numbers in vertices_ ascend, and each rank owns higher numbers than the previous rank.
+    // The answers, sorted by rank, are therefore in the order of vertices_.
     std::vector<std::vector<std::uint64_t>> ask(ranks_->size());
     const std::uint64_t begin = std::min<std::uint64_t>(round * batch, vertices_.size());
     const std::uint64_t end = std::min<std::uint64_t>(begin + batch, vertices_.size());
@@ -391,7 +393,7 @@ auto JoinedMesh::kept(std::size_t array, std::uint64_t step) -> Kept& {
 
 // --- collective reading
 
-// Collective. Reads elements from the ranks that hold them.
+// Collective. Copies the values of elements from the ranks that hold them to all ranks.
 void JoinedMesh::serve(std::size_t array, std::uint64_t step, std::uint64_t first,
                        std::uint64_t count, std::byte* out) {
   Kept& values = kept(array, step);
@@ -475,8 +477,8 @@ void JoinedMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
     return;
   }
   Kept& values = stepped ? step_values_.value() : static_.at(array);
-  // The buffer is cleared because callers read whole pages, which may extend beyond the stored
-  // elements.
+  // Callers read whole pages, which may extend beyond the elements that this rank holds. The values
+  // of other elements are 0.
   std::memset(out, 0, count * stride_of(array));
   const std::uint64_t begin = std::max(first, values.first);
   const std::uint64_t end = std::min(first + count, values.first + values.values.size());

@@ -1,14 +1,13 @@
-// JoinedMesh: the parts of a decomposed Exodus mesh as one mesh, with the numbers of the whole
-// mesh. Each rank reads its own parts. The ranks send each other the data that they need, and each
-// rank stores the data that it receives in a spool (an array in bounded memory and a temporary
-// file):
+// JoinedMesh: reads the parts of a decomposed Exodus mesh as one mesh, with the numbers of the
+// whole mesh. Each rank reads some of the parts, and sends data to the ranks that need it. Each
+// rank stores the data that it receives in a spool (bounded memory and a temporary file):
 // - Cells, with their values, are sent to the ranks that will encode them.
 // - Values of vertices are sent to the owners of the vertex numbers (NumberOwners). The owners
 // check that the parts agree, and send the values to the ranks whose cells use the vertices.
 //
-// At first all reading is collective: all ranks must make the same calls in the same order, and all
-// ranks receive the result. After read_alone(), a rank reads only the data that it holds, without
-// communication.
+// At first, all read functions are collective: all ranks must make the same calls in the same
+// order, and all ranks receive the result. After read_alone(), the read functions return only data
+// that this rank holds, and do not communicate.
 #pragma once
 
 #include <cstddef>
@@ -34,17 +33,18 @@ class JoinedMesh : public MeshSource {
   // Collective. Borrows `ranks` and `spool`. Throws SharedFailure.
   JoinedMesh(Ranks& ranks, const std::vector<std::string>& files, Spool& spool);
 
-  // Collective. Assigns the cells of `range` to this rank. The ranges of all ranks must be
-  // consecutive and together contain all cells. Must be called before anything is read.
+  // Collective. Assigns the cells of `range` to this rank. The ranges of the ranks must be
+  // consecutive, in the order of the ranks, and together contain all cells. Must be called before
+  // cells or values are read.
   void hold_cells(const CellRange& range);
-  // Ends collective reading. From now on, this rank reads only the data that it holds: its cells
-  // and the values that it has fetched.
+  // Ends collective reading. From now on, the read functions return only data that this rank holds:
+  // its cells, and the values that it has fetched.
   void read_alone() { alone_ = true; }
   // Collective. Fetches the given vertices, which must be distinct. Also fetches the static values
   // of these vertices and of this rank's cells.
   void hold_vertices(const std::vector<std::uint64_t>& vertices);
   // Collective. Fetches the values of an array at a step for this rank's vertices or cells. These
-  // values replace the values of the previous step.
+  // values replace the values that the previous call fetched.
   void hold_step(std::size_t array, std::uint64_t step);
 
   const MeshInfo& info() const override { return structure_.info; }
@@ -57,20 +57,22 @@ class JoinedMesh : public MeshSource {
                   std::byte* out) override;
 
  private:
-  // Value of an array index that means the coordinates.
+  // Array index that represents the coordinates.
   static constexpr std::size_t kCoordinates = ~std::size_t{0};
 
-  // Consecutive values of an array in a part, and the cells to which they belong.
+  // Consecutive elements of an array in a part, and the cells to which they belong.
   struct Piece {
     std::size_t array = 0;    // index of the array among the arrays of the part
-    std::uint64_t first = 0;  // index of the first of these values in the array of the part
-    std::uint64_t cell = 0;   // cell of the part to which the first of these elements belongs
+    std::uint64_t first = 0;  // index of the first of these elements in the array of the part
+    std::uint64_t cell = 0;   // index in the part of the cell to which the first of these elements
+                              // belongs
     std::uint64_t count = 0;
   };
-  // The values of one array that this rank stores for all ranks: the values of the vertices that
-  // this rank owns, or of the cells that are assigned to it.
+  // The values of one array that this rank stores on behalf of all ranks. For a point array, these
+  // are the values of the vertices that this rank owns; for a cell array, the values of the cells
+  // that are assigned to it.
   struct Kept {
-    std::uint64_t first = 0;  // index of the first stored element among the elements of the array
+    std::uint64_t first = 0;  // index in the array of the first stored element
     PagedArray values;
   };
 
@@ -104,7 +106,7 @@ class JoinedMesh : public MeshSource {
   std::vector<std::vector<std::vector<Piece>>> pieces_;  // [part][array]
 
   CellRange range_;
-  // For each rank, the number of cells up to the end of its range.
+  // For each rank, the end of its range of cells.
   std::vector<std::uint64_t> ends_;
   CellStore cells_;  // cells in the order in which they arrived
   std::optional<NumberTable> arrival_;
@@ -112,12 +114,13 @@ class JoinedMesh : public MeshSource {
 
   std::map<std::size_t, Kept> static_;  // values of static arrays, by array
 
-  // Array and step of the stepped values that were read last; step_values_ contains these values.
+  // Cache of the most recently read time-dependent values. step_ identifies their array and step;
+  // step_values_ contains the values.
   std::optional<std::pair<std::size_t, std::uint64_t>> step_;
   std::optional<Kept> step_values_;
 
   bool alone_ = false;
-  std::vector<std::uint64_t> vertices_;      // numbers of the fetched vertices, ascending
+  std::vector<std::uint64_t> vertices_;      // vertices that this rank has fetched, ascending
   std::map<std::size_t, PagedArray> taken_;  // static values of the fetched vertices, by array
   std::optional<PagedArray> step_taken_;
 };

@@ -1,6 +1,6 @@
-// SetJoin: joins the parts of one set (of nodes, sides or elements) of a decomposed Exodus mesh. A
-// row consists of a member and all values of this member. Rows of all parts are sorted by the
-// number that the member has in the whole mesh.
+// SetJoin: joins the parts of one set of nodes, sides or elements in a decomposed Exodus mesh. A
+// row consists of a member of the set and all its values. The rows of all parts are collected, and
+// sorted by the number of the member in the whole mesh.
 #pragma once
 
 #include <cstddef>
@@ -18,26 +18,27 @@ namespace shm::converters {
 
 class SetJoin {
  public:
-  // `dimension` is the name of the dimension that counts the members of the set in the joined
-  // structure.
+  // `dimension` is the name of the dimension that counts the members of the set in the structure of
+  // the whole mesh.
   SetJoin(std::string dimension, const exodus::SetDimension& set)
       : dimension_(std::move(dimension)), set_(&set) {}
 
-  // Returns the rows of a part, packed as a message to other ranks. The set must have members in
-  // the part. Throws Failure; the error names the part's file.
+  // Returns the rows of the set in a part, packed as a message to other ranks. The part must
+  // contain members of the set. Throws Failure; the error names the part's file.
   std::vector<std::byte> rows_of(const PartFile& part, const exodus::VariableIndex& own) const;
   // Adds the rows of a part, as returned by rows_of(). `file` is the name of the part's file.
   void add(std::span<const std::byte> rows, const std::string& file);
   // Stores the lengths of the set's dimensions in `lengths`, and the joined values of its variables
-  // in `values`. A node that occurs in several parts becomes one member. Throws Failure if the
-  // parts have different values for such a node.
+  // in `values`. If a node is a member in several parts, it becomes one member. Throws Failure if
+  // the values of this node differ between the parts.
   void finish(std::map<std::string, std::uint64_t>& lengths,
               std::map<std::string, std::vector<std::byte>>& values);
 
  private:
   friend std::map<std::string, SetJoin> sets_of(const exodus::Skeleton& skeleton,
                                                 const exodus::Place& place);
-  // A variable of the set. Each row contains `outer` runs of `inner` bytes of its values.
+  // A variable of the set. Each row contains `outer` * `inner` bytes of its values. In the
+  // variable, these bytes are in `outer` separate runs of `inner` bytes.
   struct Column {
     std::string variable;
     std::size_t at = 0;  // index of the variable's dimension that counts the rows
@@ -45,8 +46,8 @@ class SetJoin {
   };
   struct Row {
     std::uint64_t member = 0, side = 0;
-    // The part that a row came from, and the begin and end of the row in bytes_. A row contains its
-    // columns, then its distribution factors.
+    // Index of the part from which the row came, and the begin and end of the row in bytes_. A row
+    // contains the values of all columns, followed by its distribution factors.
     std::size_t part = 0, begin = 0, end = 0;
   };
   std::vector<std::uint64_t> factors_of_rows(const PartFile& part,
@@ -56,8 +57,9 @@ class SetJoin {
 
   std::string dimension_;
   const exodus::SetDimension* set_;
-  // Names of the variables with members and sides, and of the variable and the dimension of
-  // factors; a name is empty if the set has no such item.
+  // Names of the variables that contain the members, sides and distribution factors, and of the
+  // dimension that counts the factors. A name is empty if the set does not have the variable or
+  // dimension.
   std::string members_, sides_, factors_, factor_dimension_;
   ScalarType member_type_ = ScalarType::int32;
   std::uint64_t factor_bytes_ = 0;
@@ -67,8 +69,8 @@ class SetJoin {
   std::vector<std::string> files_;
 };
 
-// Returns the sets of a structure. The key is the name of the dimension that counts the members of
-// the set. Throws Failure (unsupported) if a variable cannot be joined.
+// Returns a SetJoin for each set of a structure. The key is the name of the dimension that counts
+// the members of the set. Throws Failure (unsupported) if a variable cannot be joined.
 std::map<std::string, SetJoin> sets_of(const exodus::Skeleton& skeleton,
                                        const exodus::Place& place);
 

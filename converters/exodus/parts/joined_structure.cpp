@@ -39,8 +39,8 @@ class JoinedValues final : public VariableValues {
   const ValuesByName& values_;
 };
 
-// Combines integer variables of two parts: a value of `known` becomes 1 if it is not 0 in at least
-// one of the two variables.
+// Combines the flags (integers that are 0 or 1) of two parts: a value in `known` becomes 1 if it is
+// 1 in `known` or in `more`.
 void unite(std::vector<std::byte>& known, const std::vector<std::byte>& more) {
   for (std::size_t i = 0; i < std::min(known.size(), more.size()); ++i) known[i] |= more[i];
 }
@@ -67,7 +67,8 @@ class Joiner {
   void compare() const;
 
   Place place() const { return {parts_.names().front(), ErrorCode::corrupt}; }
-  // Sends bytes of all ranks to rank 0, which calls take(bytes) for each rank in order.
+  // Collective. Sends the bytes of each rank to rank 0. Rank 0 calls take(bytes) for each rank, in
+  // order of the ranks.
   template <class Take>
   void collect(const std::vector<std::byte>& bytes, Take&& take) {
     std::optional<Error> error;
@@ -83,12 +84,15 @@ class Joiner {
 
   PartFiles& parts_;
   Ranks& ranks_;
-  SkeletonJoin skeletons_;  // structures of the parts, joined; used on rank 0 only
+  SkeletonJoin skeletons_;  // joins the structures of the parts; used only on rank 0
 
-  // The part from which a value is taken, for each variable that must be equal in all parts.
+  // For each variable whose values come from a single part (Joining::same and Joining::first), the
+  // index of that part.
   std::map<std::string, std::uint64_t> suppliers_;
-  Skeleton skeleton_;  // structure of the whole mesh; lengths of set dimensions are preliminary
-  std::map<std::string, SetJoin> sets_;  // sets, by the dimension that counts their members
+  Skeleton skeleton_;  // structure of the whole mesh; the lengths of set dimensions are upper
+                       // bounds
+  std::map<std::string, SetJoin> sets_;  // the key is the dimension that counts the members of the
+                                         // set
   ValuesByName values_;
   JoinedStructure out_;
 };
@@ -135,8 +139,8 @@ void Joiner::join_skeletons() {
   });
 }
 
-// Throws Failure if a variable with values for nodes or elements is not an array of the part's
-// mesh. Such a variable cannot be joined.
+// Throws Failure if the part has a variable that cannot be joined: it has values for nodes or
+// elements, but is not an array of the part's mesh.
 void Joiner::check_joinable(const PartFile& part) const {
   const Skeleton& skeleton = part.mesh->skeleton();
   const Layout& layout = part.mesh->layout();
@@ -156,8 +160,8 @@ void Joiner::check_joinable(const PartFile& part) const {
                           .file = part.file});
 }
 
-// Packs the data of a part that is joined on rank 0: the names and values of variables, and the
-// dimensions and rows of sets.
+// Packs the data of a part that rank 0 joins: the names and values of variables, and the dimensions
+// and rows of sets.
 void Joiner::pack_values(const PartFile& part, Packer& out) const {
   const Skeleton& skeleton = part.mesh->skeleton();
   const VariableIndex own(skeleton);
@@ -236,7 +240,8 @@ void Joiner::tell_all() {
   });
 }
 
-// Checks that variables that must be equal in all parts are equal.
+// Throws Failure if a variable that must be equal in all parts (Joining::same) differs in one of
+// this rank's parts.
 void Joiner::compare() const {
   for (const PartFile& part : parts_.mine()) {
     const Skeleton& skeleton = part.mesh->skeleton();

@@ -1,6 +1,6 @@
-// JoinedStructure: the structure of a whole mesh, derived from the parts of a decomposed Exodus
-// mesh. It contains the same information as a file of the whole mesh: netCDF structure, blocks,
-// arrays, time steps, sets and records.
+// JoinedStructure: a description of the whole mesh, derived from the parts of a decomposed Exodus
+// mesh. It consists of the netCDF structure, blocks, arrays, time steps, sets and records that a
+// file with the whole mesh would have.
 #pragma once
 
 #include "exodus/layout.h"
@@ -17,9 +17,9 @@ struct JoinedStructure {
 };
 
 // Collective. Returns the structure, which is the same on all ranks. Requires parts.find_numbers().
-// Members of sets are sorted by their numbers in the whole mesh. Each rank keeps sets, records and
-// similar data in memory. Throws SharedFailure if parts contradict each other, or contain data that
-// cannot be joined.
+// Members of sets are sorted by their numbers in the whole mesh. Each rank needs memory for the
+// sets, records and similar data of the whole mesh. Throws SharedFailure if parts contradict each
+// other, or contain data that cannot be joined.
 JoinedStructure join_structure(PartFiles& parts);
 
 }  // namespace shm::converters

@@ -1,5 +1,5 @@
-// MergedMesh: the parts of a decomposed Exodus mesh as one mesh, read by a single process. Needs 40
-// bytes of memory per node and element of the mesh, 16 more bytes for each node or element that
+// MergedMesh: reads the parts of a decomposed Exodus mesh as one mesh, in a single process. Needs
+// 40 bytes of memory per node and element of the mesh, 16 more bytes for each node or element that
 // occurs in several parts, and memory for sets and records. Cells and values are in the spool.
 #pragma once
 

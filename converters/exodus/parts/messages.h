@@ -1,5 +1,5 @@
-// Messages that the ranks of a program send each other: sequences of plain values, packed as bytes.
-// Also contains in_rounds(), in which every rank sends such messages to every rank.
+// Packs and unpacks messages between the ranks of a program. A message is a sequence of plain
+// values, packed as bytes. in_rounds() exchanges messages between all ranks.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +36,8 @@ class Packer {
   }
 };
 
-// Reads the values of a message that a Packer has written, in the same order.
+// Reads the values in a message that a Packer has packed. The values must be read in the order in
+// which they were written.
 class Unpacker {
  public:
   explicit Unpacker(std::span<const std::byte> bytes) : left_(bytes) {}
@@ -47,8 +48,7 @@ class Unpacker {
     std::memcpy(&value, take(sizeof value).data(), sizeof value);
     return value;
   }
-  // Returns bytes that were packed together. The result is valid as long as the bytes of the
-  // message.
+  // Returns the bytes that one call to put_bytes() wrote. The result is a view of the message.
   std::span<const std::byte> get_bytes() { return take(get<std::uint64_t>()); }
   std::string get_text() {
     const auto text = get_bytes();
@@ -76,10 +76,11 @@ void attempt(std::optional<Error>& error, Work&& work) {
   }
 }
 
-// Collective. Exchanges data in rounds until no rank has more data. fill(to) appends the next data
-// for each rank r to to[r], and returns false if there is no more data. take(bytes) receives the
-// data of one rank; it is called in the order of ranks. Neither function may communicate with other
-// ranks. Throws SharedFailure if one of them threw.
+// Collective. Exchanges data in rounds until no rank has more data. In each round, fill(to) appends
+// the next data for each rank r to to[r]; it returns false if there is no more data. Then
+// take(bytes) is called once for the data from each rank, in order of the ranks. fill() and take()
+// must not communicate with other ranks. If one of them throws on any rank, throws SharedFailure on
+// all ranks.
 template <class Fill, class Take>
 void in_rounds(Ranks& ranks, Fill&& fill, Take&& take) {
   std::optional<Error> error;

@@ -1,6 +1,7 @@
-// NumberOwners: distributes information about vertices or cells among the ranks, by the number of
-// the vertex or cell. Rank r of n ranks owns the r-th of n equal ranges of numbers. Information
-// about a number is sent to its owner and requested from its owner. Messages have a bounded size.
+// NumberOwners: distributes information about vertices or cells among the ranks. With n ranks, the
+// numbers of all vertices or cells are divided into n equal ranges, and rank r owns range r.
+// Information about a vertex or cell is sent to the owner of its number, and requested from this
+// owner. Messages have a bounded size.
 #pragma once
 
 #include <algorithm>
@@ -63,18 +64,19 @@ class NumberOwners {
     return replies;
   }
 
-  // owner() returns the rank that owns a number; end_of() returns the end of the range of a rank.
+  // owner() returns the rank that owns a number. end_of() returns the end of the range that a rank
+  // owns.
   std::size_t owner(std::uint64_t number) const { return static_cast<std::size_t>(number / run_); }
   std::uint64_t end_of(std::size_t rank) const {
     return std::min<std::uint64_t>(run_ * (rank + 1), numbers_);
   }
 
  private:
-  // Largest total number of items that all ranks send in one batch.
+  // Maximum number of items in one batch, summed over all ranks.
   static constexpr std::size_t kBatch = std::size_t{1} << 20;
 
-  // Runs rounds on all ranks. All ranks run the number of rounds that the rank with the most items
-  // needs.
+  // Calls round(begin, end) for each batch of items. All ranks make the same number of calls, which
+  // is the number of batches of the rank with the most items.
   template <class Round>
   void in_batches(std::size_t items, Round&& round) {
     const std::uint64_t rounds = ranks_->largest((items + batch_ - 1) / batch_);

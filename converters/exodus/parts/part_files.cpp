@@ -20,8 +20,8 @@ constexpr std::size_t kMostParts = 1 << 20;
       Error{.code = ErrorCode::corrupt, .detail = detail, .section = section, .file = part.file});
 }
 
-// Reads the numbers that the nodes or elements of a part have in the whole mesh. Throws Failure
-// unless there are `count` numbers.
+// Reads the global number (the number in the whole mesh) of each node or element of a part from the
+// variable `map`. Throws Failure unless there are `count` distinct numbers.
 std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std::uint64_t count) {
   if (count == 0) return {};
   const std::string section = std::string("variable '") + map + "'";
@@ -47,8 +47,8 @@ std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std
   return numbers;
 }
 
-// The range of numbers that the parts use. Numbers start at 1; some programs write numbers that
-// start at 0.
+// The range of node or element numbers in the parts. Numbers normally start at 1, but some programs
+// write numbers that start at 0.
 struct NumberRange {
   std::uint64_t base = 1, end = 0;
 };
@@ -120,8 +120,8 @@ PartFiles::PartFiles(Ranks& ranks, const std::vector<std::string>& files)
   count();
 }
 
-// Counts nodes and cells. All parts must have the same blocks, but a block may be empty in some
-// parts.
+// Counts the cells of each block across all parts. All parts must have the same blocks, but a block
+// may be empty in some parts.
 void PartFiles::count() {
   const std::uint64_t blocks =
       ranks_->largest(mine_.empty() ? 0 : mine_.front().mesh->layout().blocks.size());
@@ -166,8 +166,8 @@ void PartFiles::find_vertices() {
   const std::uint64_t all = ranks_->sums({nodes}).all[0];
   if (all == 0) return;
   const NumberRange range = range_of(*ranks_, mine_, &PartFile::vertices);
-  // Each number occurs in at least one part, so the total number of nodes in the parts is an upper
-  // bound.
+  // Each node of the mesh occurs in at least one part. The total number of nodes in the parts is
+  // therefore an upper bound on the number of nodes in the mesh.
   const std::uint64_t most = std::min(all, range.end - range.base);
   ranks_->together(
       [&] { check_range(mine_, "node_num_map", range.base, all, &PartFile::vertices); });
@@ -210,8 +210,8 @@ void PartFiles::find_vertices() {
   });
 }
 
-// Finds the position of each part's cells in the whole mesh. Cells are sorted by block, and within
-// a block by number.
+// Finds the index of each part's cells in the whole mesh. In the whole mesh, cells are sorted by
+// block, and within a block by their numbers in the files.
 void PartFiles::find_cells() {
   struct CellPlace {
     std::uint64_t number = 0;
@@ -257,7 +257,8 @@ void PartFiles::find_cells() {
                     .file = names_[std::max(item.part, place.part)]};
     place = item;
   });
-  // No number is missing: there are as many numbers as elements, and no number occurs twice.
+  // Each number in the range occurs, because the range has as many numbers as there are elements,
+  // and no number occurs twice.
   ranks_->agree(error);
   mine = {};
 

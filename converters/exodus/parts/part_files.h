@@ -1,7 +1,7 @@
-// PartFiles: the files of a decomposed Exodus mesh that a rank reads, with the numbers that their
-// nodes and elements have in the whole mesh. A rank needs 16 bytes of memory for each node and
-// element of its parts, and 16 bytes for each node and element of its equal share of the whole
-// mesh.
+// PartFiles: the part files of a decomposed Exodus mesh that this rank reads, and the numbers of
+// their nodes and elements in the whole mesh. A rank needs 16 bytes of memory for each node and
+// element of its parts. If there are n ranks, it also needs 16 bytes for each node and element of
+// 1/n of the whole mesh.
 #pragma once
 
 #include <cstddef>
@@ -25,19 +25,19 @@ struct CellRange {
 // Returns the name that decomp and nem_spread give to a part, e.g. "out.e.16.03" for part 3 of 16
 // parts of "out.e".
 std::string part_name(const std::string& whole, std::size_t parts, std::size_t part);
-// Returns the number of parts if `name` means a decomposed mesh, i.e. has the form NAME.COUNT:
-// 4 for rotor.e.4 if its parts are rotor.e.4.0 to rotor.e.4.3. Returns 0 if a file of that name
-// exists, or if the first part does not exist.
+// If `name` has the form NAME.COUNT and means a decomposed mesh, returns the number of parts. For
+// example, returns 4 for rotor.e.4, whose parts are rotor.e.4.0 to rotor.e.4.3. Returns 0 if a file
+// called `name` exists, or if the file of the first part does not exist.
 std::size_t count_of_parts(const std::string& name);
-// Returns the names of the part files of a decomposed mesh.
+// Returns the names of the `count` part files of the decomposed mesh `name`.
 std::vector<std::string> part_files(const std::string& name, std::size_t count);
 
 struct PartFile {
   std::size_t part = 0;
   std::string file;
   std::unique_ptr<exodus::ExodusMesh> mesh;
-  // Numbers of the part's vertices and cells in the whole mesh, from 0. Cells are numbered block by
-  // block, and within a block in the order of their numbers in the files.
+  // Index in the whole mesh of each vertex and cell of the part. In the whole mesh, cells are
+  // sorted by block, and within a block by their numbers in the files.
   std::vector<std::uint64_t> vertices, cells;
 };
 
@@ -51,12 +51,12 @@ class PartFiles {
   const std::vector<std::string>& names() const { return names_; }
   std::vector<PartFile>& mine() { return mine_; }
   std::uint64_t vertices() const { return vertices_; }
-  // Number that vertex 0 of the mesh has in the files.
+  // Returns the number that vertex 0 of the mesh has in the files: normally 1, in some files 0.
   std::uint64_t first_node() const { return first_node_; }
   const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
 
-  // Collective. Finds the numbers of nodes and elements in the whole mesh. No two elements may have
-  // the same number, and every number must be used. Throws SharedFailure.
+  // Collective. Finds the indices of all nodes and elements of the parts in the whole mesh. Throws
+  // SharedFailure if two elements have the same number, or if a number is missing.
   void find_numbers();
 
  private:

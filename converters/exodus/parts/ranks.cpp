@@ -25,7 +25,7 @@ void Ranks::together(const std::function<void()>& work) {
   try {
     work();
   } catch (const SharedFailure&) {
-    throw;  // a SharedFailure is thrown on all ranks already, so the ranks need not agree again
+    throw;  // all ranks already throw this SharedFailure, so no further agreement is needed
   } catch (...) {
     error = current_error();
   }

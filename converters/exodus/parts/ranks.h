@@ -1,7 +1,7 @@
-// Ranks: the processes that share the work on one mesh. The ranks continue or fail together: an
-// exception on one rank is thrown on all ranks at their next agreement, so that no rank waits for a
-// rank that has left. This class itself represents a single process; mpi/mpi_ranks.h implements the
-// ranks of an MPI program.
+// Ranks: the processes that share the work on one mesh. The ranks continue or fail together: after
+// an exception on one rank, the next call to agree() throws on all ranks. Otherwise a rank could
+// wait forever for a rank that has failed. The class Ranks itself represents a single process;
+// mpi/mpi_ranks.h implements the ranks of an MPI program.
 #pragma once
 
 #include <algorithm>
@@ -40,15 +40,16 @@ class Ranks {
   bool first() const { return rank_ == 0; }
 
   // Runs `work` on every rank. If `work` throws on any rank, SharedFailure is thrown on all ranks,
-  // with the error of the lowest rank that failed. `work` must not communicate with other ranks. As
-  // an exception, all ranks may communicate in the same order, through calls that begin with
-  // agree() and are inside uninterrupted().
+  // with the error of the lowest rank that failed. `work` must not communicate with other ranks.
+  // There is one exception: it may call functions that communicate if all ranks call them in the
+  // same order, if they call agree() first, and if the calls are inside uninterrupted().
   void together(const std::function<void()>& work);
-  // Runs `calls`, a function in which ranks communicate. Ends all processes if `calls` throws
-  // anything other than SharedFailure. If there is only one process, `calls` may throw anything.
+  // Runs `calls`, a function that communicates with other ranks. If `calls` throws anything other
+  // than SharedFailure, all processes are terminated. If there is only one process, any exception
+  // is passed on.
   virtual void uninterrupted(const std::function<void()>& calls) { calls(); }
-  // Does the same as together() for work that has already been done. `error` is the error of this
-  // work, if it failed.
+  // Collective. Like together(), but for work that this rank has already done. `error` is the error
+  // of this work, or empty if it succeeded.
   virtual void agree(const std::optional<Error>& error) {
     if (error) throw SharedFailure(*error);
   }
@@ -57,26 +58,27 @@ class Ranks {
   // largest value of all ranks.
   virtual std::uint64_t largest(std::uint64_t value) { return value; }
   virtual std::uint64_t smallest(std::uint64_t value) { return value; }
-  // For each value, the sum over all ranks before this rank, and the sum over all ranks.
+  // Sums of each value across ranks: `before` is the sum for all ranks below this rank, `all` the
+  // sum for all ranks.
   struct Sums {
     std::vector<std::uint64_t> before, all;
   };
   virtual Sums sums(std::vector<std::uint64_t> values) {
     return {std::vector<std::uint64_t>(values.size()), std::move(values)};
   }
-  // Returns the value of the rank `from` on all ranks.
+  // Returns, on all ranks, the value that the rank `from` has passed.
   virtual std::uint64_t broadcast(std::uint64_t value, std::size_t /*from*/ = 0) { return value; }
   virtual std::vector<std::byte> broadcast(std::vector<std::byte> bytes, std::size_t /*from*/ = 0) {
     return bytes;
   }
-  // Sends `bytes` of each rank to rank 0. Rank 0 calls take(rank, bytes) for each rank, in order;
-  // other ranks do not call take().
+  // Sends `bytes` of each rank to rank 0. Rank 0 calls take(rank, bytes) for each rank, in order of
+  // the ranks. Other ranks do not call take().
   virtual void gather(std::span<const std::byte> bytes,
                       const std::function<void(std::size_t, std::vector<std::byte>)>& take) {
     take(0, {bytes.begin(), bytes.end()});
   }
-  // Sends the items to[r] to rank r, for each rank r. Returns the items received from each rank.
-  // The items for a rank must fit in one message.
+  // Sends the items in to[r] to rank r, for each rank r. Element r of the result contains the items
+  // that rank r has sent to this rank. All items for a rank must fit in one message.
   template <class Item>
   std::vector<std::vector<Item>> exchange(const std::vector<std::vector<Item>>& to) {
     static_assert(std::is_trivially_copyable_v<Item>);

@@ -29,9 +29,9 @@ void copy_to(OutputFile& output, const std::string& path) {
   output.commit();
 }
 
-// Returns the size of the parity relative to the file, or nothing if the file has no parity. Throws
-// Failure if the file is damaged: new parity would protect the damaged bytes, and they could no
-// longer be healed.
+// Returns the size of the parity as a fraction of the file size, or nothing if the file has no
+// parity. Throws Failure if the file is damaged. Otherwise the new parity would be computed from
+// damaged bytes, and the damage could no longer be repaired.
 std::optional<double> parity_to_renew(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileRandomSource::open(path), path);
   const auto parity = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
@@ -45,8 +45,9 @@ std::optional<double> parity_to_renew(const std::string& path, const Progress& p
   return parity->share();
 }
 
-// Returns the schema, counts and time values of the file at `path` if the file was made from a
-// series of files in the format of the mesh `more`. Otherwise returns nothing.
+// If the .shm file at `path` was made from a series of files, and these files had the same format
+// as the mesh `more`, returns the schema, counts and time values of the .shm file. Otherwise
+// returns nothing.
 std::optional<MeshInfo> series_with(const std::string& path, const MeshInfo& more) {
   const Format* format = format_named(more.schema.source_format);
   if (format == nullptr || !holds_one_step(more, *format, true)) return std::nullopt;
@@ -205,7 +206,7 @@ ExitCode AppendCommand::run() {
   } else if (!outcome.losses.empty())
     return kIncomplete;
   else if (output != input)
-    copy_to(file, input);  // no new steps: the output is a copy of the file
+    copy_to(file, input);  // There are no new steps, so the output is a copy of the file.
   if (json)
     std::fputs(json_of(outcome).c_str(), stdout);
   else

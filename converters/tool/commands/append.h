@@ -14,10 +14,11 @@ namespace shm::converters {
 
 struct AppendCommand final : Command {
   std::string source, level = "default", cell_order;
-  std::vector<std::string> steps;  // steps to append, in the form that steps_named() parses
+  std::vector<std::string> steps;  // values of --step: steps to append; parsed by steps_named()
   std::optional<double> time;
-  std::uint32_t key_steps = 0;  // largest distance between key steps; 0: as in the file
-  unsigned threads = 0;         // number of threads; 0: one per core
+  // Maximum distance between key steps; 0 means the same as in the file.
+  std::uint32_t key_steps = 0;
+  unsigned threads = 0;  // number of threads; 0 means one per core
   bool all = false, strict = false, json = false;
 
   CLI::App* add_to(CLI::App& tool) override;

@@ -23,7 +23,7 @@
 namespace shm::converters {
 namespace {
 
-// Parses a percentage such as "5%" or "5": above 0, at most 100.
+// Parses a percentage such as "5%" or "5". It must be above 0 and at most 100.
 double percent_of(const std::string& text) {
   double percent = 0;
   const char* const end = text.data() + text.size();
@@ -35,10 +35,9 @@ double percent_of(const std::string& text) {
   return percent;
 }
 
-// Prints a hint on standard error that --order free may make the file smaller. Prints it if the
-// order and numbering of cells and vertices, which the user may not need, take a large share of the
-// file. Considers only meshes with expensive connectivity and many active vertices. If the mesh is
-// small enough, a trial measures the saving.
+// Prints a hint on standard error that --order free may make the file much smaller. The hint is
+// considered only if connectivity needs many bits per cell and the mesh has many active vertices.
+// If the mesh is small enough, a trial measures the saving.
 void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const CompressRun& run,
                         Spool& spool) {
   constexpr double kDearBits = 6;
@@ -78,9 +77,11 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   add_order(*command, order);
   add_level(*command, level);
   command
-      ->add_option("--delay", delay,
-                   "Hold back up to N cells, to code adjacent cells one after another; 0: none\n"
-                   "(default: 0; with --order stream, a trial on a sample decides)")
+      ->add_option(
+          "--delay", delay,
+          "Hold back up to N cells in a buffer, so that adjacent cells are coded one\n"
+          "after another (default: 0, no buffer; with --order stream, a trial on a sample\n"
+          "chooses N)")
       ->check(whole_number(0, 1u << 20))
       ->type_name("N");
   command
@@ -117,11 +118,14 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   command
       ->add_option(
           "--codec", codec,
-          "Codec of connectivity (default: auto, the best codec that the level tries). paper: the\n"
-          "published scheme; rows: predicts hexahedra from rows beside them; replay: fast on "
-          "regular\nlayouts; mixed: smallest files, half as fast as rows; shifts: many times "
-          "faster if vertex\nnumbers run in rows and layers, also codes coordinates and arrays, "
-          "files may be larger (no\n--delay); patterns: like shifts, but for any mesh")
+          "Codec of connectivity (default: auto, which chooses the best codec that the level "
+          "tries).\npaper is the published scheme. rows predicts each hexahedron from the rows "
+          "beside it.\nreplay is fast on regular layouts. mixed makes the smallest files, but is "
+          "half as fast as\nrows. shifts is many times faster if vertex numbers run in rows and "
+          "layers, "
+          "and also codes\ncoordinates and arrays, but files may be larger; it cannot be combined "
+          "with --delay.\n"
+          "patterns is like shifts, but for any mesh")
       ->check(one_of(codec_names()))
       ->type_name(CLI::detail::join(codec_names(), "|"));
   command
@@ -134,13 +138,14 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       ->add_option(
           "--segment-cells", segment_cells,
           "Start a segment every N cells; decoding can begin at any segment, and threads decode\n"
-          "segments in parallel (default: segments are as long as --restart-budget requires)")
+          "segments in parallel (default: --restart-budget determines the segments)")
       ->check(whole_number(1))
       ->type_name("N");
   command
-      ->add_option("--restart-budget", restart_budget,
-                   "Start another segment only while at most P percent of the vertices are stored\n"
-                   "twice because of segments (default: 0.2; 0: never)")
+      ->add_option(
+          "--restart-budget", restart_budget,
+          "Start segments only as long as they cause at most P percent of the vertices to be\n"
+          "stored twice (default: 0.2). With 0, there is only one segment")
       ->check(CLI::Validator(
           [](const std::string& word) {
             double percent = 0;
@@ -164,7 +169,8 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   return command;
 }
 
-// --array takes precedence over the other options, and --bits over --abs and --rel for coordinates.
+// Returns the requested accuracies. --array takes precedence over all other options. For
+// coordinates, --bits takes precedence over --abs and --rel.
 Lossy CompressCommand::lossy() const {
   if (abs && rel) wrong_use("--abs and --rel exclude each other");
   Lossy wanted;
@@ -194,8 +200,9 @@ CompressOptions CompressCommand::how() const {
   return wanted;
 }
 
-// Returns the phases of the command, each with a rough share of the work. The share is estimated
-// from the size of the cells and steps that the phase handles, with factors from a profile.
+// Returns the phases of the command for the progress line, each with an estimate of its work. The
+// estimate is the size in bytes of the data that the phase processes, multiplied by a factor that
+// was measured with a profiler.
 std::vector<ExpectedPhase> CompressCommand::phases_of(const MeshInfo& info) const {
   const MeshBytes bytes = bytes_of_mesh(info);
   const double cells = static_cast<double>(bytes.cells);
@@ -282,8 +289,8 @@ ExitCode CompressCommand::run() {
   CompressOptions wanted = how();
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(*this);
-  // With --order free the mesh is accessed in random order: pages written to disk would soon be
-  // read again. The memory limit is therefore higher.
+  // With --order free, the default memory limit is higher, because the mesh is accessed in random
+  // order: pages that are written to disk would soon be read again.
   Spool spool(spool_directory(*this), spool_memory(*this, order == "free"), mesh_limits(*this));
   line.show("reading " + input);
   ToolInput in(*this);

@@ -15,15 +15,16 @@ namespace shm::converters {
 
 struct CompressCommand final : FileCommand {
   std::string order = "keep", level = "default", codec = "auto", cell_order;
-  // Number of cells in the delay buffer. If the user gives no number, it is 0, or with order stream
-  // the result of a trial.
+  // Number of cells in the delay buffer. If it is empty, the default depends on `order`: with
+  // stream, a trial chooses the number; otherwise there is no delay buffer.
   std::optional<std::uint32_t> delay;
   std::uint32_t bits = 0;
   std::optional<std::string> abs, rel;
   std::vector<std::string> arrays;  // values of --array: NAME:ACCURACY
-  std::optional<double> parity;     // size of the parity in percent of the file size
+  std::optional<double> parity;     // size of the parity as a percentage of the file size
   std::uint64_t segment_cells = 0;
-  double restart_budget = .2;  // largest percentage of vertices that may be stored twice
+  // Maximum percentage of vertices that are stored twice because two segments use them.
+  double restart_budget = .2;
   std::optional<std::uint32_t> key_steps;
 
   CLI::App* add_to(CLI::App& tool) override;
@@ -33,7 +34,7 @@ struct CompressCommand final : FileCommand {
   bool changes_size() const override { return true; }
   std::string output_beside(const std::string& path) const override;
   ExitCode run() override;
-  // Returns the options of the command line as CompressOptions, without --cell-order and without a
+  // Converts the command-line options to CompressOptions, except --cell-order. The result has no
   // progress callback. Throws Failure (misuse).
   CompressOptions how() const;
 

@@ -51,7 +51,7 @@ ExitCode ConvertCommand::write(ToolInput& in) {
   const Format* const named = format_of_name(output);
   if (step_files.is_one_file() && named != nullptr && named->name != step_files.format().name &&
       !in.is_stream() && in.is_shm() && !is_archive(in.path())) {
-    // Check the name before decoding the whole file.
+    // Check the output name before the file is decoded, because decoding may take long.
     const MeshInfo info = in.summarize(line.callback()).info;
     check_output_name(output, step_files.format(), info, steps.in(info.step_times));
   }
@@ -60,7 +60,7 @@ ExitCode ConvertCommand::write(ToolInput& in) {
                                   : write_each(*mesh, step_files, spool, line);
 }
 
-// Lists the data that the output will lack on standard error. Returns true if there is such data
+// Lists on standard error the data that the output would lack. Returns true if there is such data
 // and --strict was given, so that nothing may be written.
 bool ConvertCommand::stops_for(const LossList& losses, ProgressLine& line) const {
   if (losses.empty()) return false;
@@ -76,7 +76,8 @@ ExitCode ConvertCommand::write_one(MeshSource& mesh, const Format& target, Spool
     wrong_use("--step " + steps.words + " selects " + std::to_string(chosen->size()) +
               " steps, but a file of format " + std::string(target.name) +
               " holds one step; a name such as out_%04d writes one file per step");
-  // A mesh that comes from this format and is written whole needs no conversion.
+  // No conversion is needed if the mesh came from the target format, has at most one time step, and
+  // the user did not select a step.
   std::optional<Conversion> conversion;
   if (chosen || is_foreign(mesh.info(), target) || mesh.info().step_times.size() > 1)
     conversion.emplace(mesh, target, chosen, spool);
@@ -95,7 +96,7 @@ ExitCode ConvertCommand::write_one(MeshSource& mesh, const Format& target, Spool
   return kDone;
 }
 
-// Removes the input if the output contains all of its data.
+// Implements --rm: removes the input if no data was lost, otherwise throws Failure.
 void ConvertCommand::remove_input(const LossList& losses, ProgressLine& line) {
   if (!losses.empty())
     throw Failure(ErrorCode::output, "is not removed: " + output + " lacks the data listed above",
@@ -103,7 +104,7 @@ void ConvertCommand::remove_input(const LossList& losses, ProgressLine& line) {
   remove_source(input, output, *this, line.callback());
 }
 
-// All losses are found before the first file is written.
+// Writes one file per time step. Finds all losses before it writes the first file.
 ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_files, Spool& spool,
                                     ProgressLine& line) {
   MeshInfo info = mesh.info();
@@ -119,8 +120,8 @@ ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_file
   step_files.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing", step - range.first, range.size());
-    Spool own(spool.directory(), spool.memory_budget(),
-              spool.limits());  // one spool per file; its disk space is freed after the file
+    // Each file has its own spool, so that its disk space is freed when the file is complete.
+    Spool own(spool.directory(), spool.memory_budget(), spool.limits());
     Conversion conversion(mesh, step_files.format(), step_in_file(info, step), own);
     write_mesh(conversion.mesh(), step_files.file(step), step_files.format(), own);
   }
@@ -181,8 +182,8 @@ bool DecompressCommand::is_for(const Format* of_file) const {
   return of_file != nullptr && of_file->name == "shm";
 }
 
-// Returns the output name for a mesh whose steps are written to one file each: the name of a .pvd
-// collection for VTU, otherwise a name with a placeholder for the step number.
+// Returns the name of an output with one file per time step. For VTU files, it is the name of a
+// .pvd collection. For other formats, it is a file name with %04d for the step number.
 std::string DecompressCommand::name_of_series(const std::string& name, const Format& written) {
   constexpr std::string_view kCollection = ".pvd";
   if (name.ends_with(kCollection)) return name;
@@ -192,8 +193,9 @@ std::string DecompressCommand::name_of_series(const std::string& name, const For
   return written.name == "vtu" ? stem + std::string(kCollection) : stem + "_%04d" + extension;
 }
 
-// Returns the folder to which all members of an archive are written. If there is only one member,
-// or --part chooses one, returns the output file of that member.
+// Returns the default output for an archive. If the archive has only one member, or --part chooses
+// a member, it is the file for this member. Otherwise it is the folder to which all members are
+// written.
 std::string DecompressCommand::output_of_archive(const std::string& path) const {
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   const ArchiveFile archive(path);
@@ -204,8 +206,8 @@ std::string DecompressCommand::output_of_archive(const std::string& path) const 
   return (folder / (was_packed(member) ? name.stem() : name)).string();
 }
 
-// Returns the path of IN without .shm if the rest ends in an extension of the written format.
-// Otherwise adds the usual extension of that format.
+// Returns the default output path: IN without .shm. If the rest of the name does not end in an
+// extension of the output format, the usual extension of the format is added.
 std::string DecompressCommand::output_beside(const std::string& path) const {
   constexpr std::string_view kExtension = ".shm";
   std::string name = unpacked_name(path);

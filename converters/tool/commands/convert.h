@@ -16,10 +16,10 @@ class StepFiles;
 class ToolInput;
 
 struct ConvertCommand : FileCommand {
-  std::string format;  // format of the output; empty: chosen by the name of the output
+  std::string format;  // output format; if empty, it is derived from the output name
   StepChoice steps;
   bool strict = false;
-  bool keeps_attributes = false;  // true: the output gets permissions and modification time of IN
+  bool keeps_attributes = false;  // copy permissions and modification time of IN to OUT
 
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;
@@ -45,8 +45,8 @@ struct DecompressCommand final : ConvertCommand {
   ExitCode run() override;
 
  private:
-  // Returns true if IN is an archive with several members, which run() writes to a folder as shm
-  // split does.
+  // Returns true if IN is an archive with several members. In this case, run() writes the members
+  // to a folder, as shm split does.
   bool is_to_split() const;
   std::string output_of_archive(const std::string& path) const;
   static std::string name_of_series(const std::string& name, const Format& written);

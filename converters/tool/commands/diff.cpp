@@ -28,7 +28,7 @@ std::unique_ptr<MeshSource> open_named(ToolInput& in, Spool& spool, const Progre
 }
 
 constexpr const char* kDiffDescription =
-    "Compare two meshes of any formats: list each difference, its size and its place";
+    "Compare two meshes of any formats: list each difference with its size and location";
 
 constexpr const char* kDiffExamples =
     "  shm diff old.e new.e                     exact; exit code 1 if they differ\n"
@@ -96,7 +96,7 @@ CLI::App* DiffCommand::add_to(CLI::App& tool) {
                     "Ignore all data except mesh and arrays: sets, titles, names, field data");
   command
       ->add_option("--limit", limit,
-                   "Number of places to list per difference, the largest first (default: 3)")
+                   "Number of locations to list per difference, the largest first (default: 3)")
       ->check(whole_number(0))
       ->type_name("N");
   add_part(*command, *this);
@@ -124,7 +124,8 @@ ExitCode DiffCommand::run() {
   options.ignored = ignored;
   options.limit = limit;
   ProgressLine line(*this);
-  // --match reads positions and values in random order, so the spool gets more memory.
+  // With --match the memory limit of the spool is higher, because positions and values are read in
+  // random order.
   Spool spool(spool_directory(*this), spool_memory(*this, match), mesh_limits(*this));
   line.show("reading " + input);
   const auto part_in = [&](const std::string& path) {

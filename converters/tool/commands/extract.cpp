@@ -34,7 +34,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns a list such as "1 'left', 2", cut off after 40 items.
+// Formats a list of items, such as "1 'left', 2". If there are more than 40 items, only the first
+// 40 are listed, followed by the total number of items.
 template <class Items, class Name>
 std::string listed(const Items& items, Name&& name) {
   constexpr std::size_t kMost = 40;
@@ -105,8 +106,9 @@ std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
   return {found.begin(), found.end()};
 }
 
-// Returns the indices of the arrays that the user named. point/NAME and cell/NAME name one array,
-// NAME alone names both. The name v also selects v_x, v_y and v_z.
+// Returns the indices of the arrays that the user named. point/NAME selects a point array,
+// cell/NAME a cell array, and NAME both. If there is no array v, the name v selects v_x, v_y and
+// v_z.
 std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
                                      const std::vector<ArrayInfo>& arrays) {
   std::set<std::uint32_t> found;
@@ -156,8 +158,8 @@ class Extraction {
         format_(files_.format()),
         spool_(spool) {}
 
-  // Extracts and writes the piece. Returns false, and writes nothing, if data would be lost and
-  // --strict was given.
+  // Extracts the piece and writes it. If data would be lost and --strict was given, writes nothing
+  // and returns false.
   bool run(ProgressLine& line);
   std::string summary() const;
 
@@ -315,8 +317,8 @@ void Extraction::stage() {
   layers_.push_back(std::move(sides));
 }
 
-// Returns the piece, translated to the target format. The extras of the source are never copied
-// directly to a related format, because they describe the whole mesh.
+// Translates the piece to the target format. The extras of the source describe the whole mesh, so
+// they are always translated, even if the target format could store them unchanged.
 Translation Extraction::translated(std::optional<StepRange> step, Spool& spool) {
   Capabilities capabilities = format_.capabilities;
   capabilities.sibling = {};

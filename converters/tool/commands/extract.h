@@ -1,4 +1,4 @@
-// shm extract: a piece of a .shm file, in any format.
+// shm extract: writes a piece of a .shm file as a separate mesh in any format.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace shm::converters {
 
 struct ExtractCommand final : Command {
-  std::string format;  // format of the output; empty: chosen by the name of the output
+  std::string format;  // output format; if empty, it is derived from the output name
   std::string cells, box, set, part;
   std::vector<std::string> blocks, arrays;
   StepChoice steps;

@@ -18,8 +18,8 @@
 namespace shm::converters {
 namespace {
 
-// Size in memory, in bytes, of the largest mesh whose values are read without --ranges, because
-// that takes no noticeable time.
+// If a mesh needs at most this number of bytes in memory, its values are read even without
+// --ranges, because reading them takes no noticeable time.
 constexpr std::uint64_t kSmallBytes = std::uint64_t{8} << 20;
 
 }  // namespace
@@ -51,8 +51,9 @@ bool InfoCommand::is_small(const MeshInfo& info) const {
   return !json && !is_one_of_many && bytes_of_mesh(info).all() <= kSmallBytes;
 }
 
-// Returns the extent of a small file. The user did not ask for ranges, so a damaged file is not an
-// error here: the rest of the report is still printed.
+// Returns the bounding box and the value ranges of a small mesh. If the values cannot be read, this
+// is not an error, because the user did not request ranges: the rest of the report is still
+// printed.
 InfoExtent InfoCommand::extent_of_small(ToolInput& in, const FileSummary& summary,
                                         ProgressLine& line) const {
   try {

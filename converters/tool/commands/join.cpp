@@ -17,8 +17,8 @@
 namespace shm::converters {
 namespace {
 
-// Raises the limit of open files, because all parts are open at the same time and there may be
-// thousands of parts.
+// Raises the limit for the number of open files. All parts are open at the same time, and there may
+// be thousands of parts.
 void allow_many_files() {
   rlimit files{};
   if (getrlimit(RLIMIT_NOFILE, &files) != 0) return;

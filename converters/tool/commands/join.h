@@ -13,7 +13,7 @@ namespace shm::converters {
 struct JoinCommand final : Command {
   std::vector<std::string> inputs;
   std::string order = "keep", level = "default";
-  unsigned threads = 0;  // number of threads; 0: one per core
+  unsigned threads = 0;  // number of threads; 0 means one per core
   bool merge = false;
   bool json = false;
 

@@ -29,8 +29,8 @@ namespace {
 struct Repair {
   bool has_parity = false;
   std::uint64_t blocks = 0, healed = 0, damaged_packets = 0;
-  std::vector<std::uint64_t> lost;  // indices of the blocks that parity could not heal
-  DamageReport damage;              // damage that parity could not heal
+  std::vector<std::uint64_t> lost;  // indices of the blocks that could not be repaired
+  DamageReport damage;              // damage that parity could not repair
   bool new_index = false;
   std::optional<SalvageReport> salvaged;
 
@@ -40,7 +40,8 @@ struct Repair {
   }
 };
 
-// Formats blocks as byte ranges of the file, such as "0-4095, 12288-20479". Long lists are cut off.
+// Formats the byte ranges of the file that the blocks cover, such as "0-4095, 12288-20479". Lists
+// at most 8 ranges.
 std::string ranges_text(const std::vector<std::uint64_t>& blocks) {
   constexpr int kMostRanges = 8;
   std::string text;
@@ -131,11 +132,13 @@ class RepairRun {
   std::unique_ptr<LenientSource> lenient_;
   std::unique_ptr<ProtectedFile> protected_;
   std::unique_ptr<FileSink> scratch_;
-  RandomSource* source_ = nullptr;  // the file, healed by parity as far as possible
+  // The input file. If the file has parity that belongs to it, heal() replaces this source with a
+  // source in which damaged blocks are repaired.
+  RandomSource* source_ = nullptr;
   Repair repair_;
 };
 
-// Heals the file by parity, as far as possible.
+// Repairs as much damage as possible by means of the parity of the file.
 void RepairRun::heal() {
   file_ = unwrap(FileRandomSource::open(options_.input), options_.input);
   lenient_ = std::make_unique<LenientSource>(*file_);
@@ -150,7 +153,8 @@ void RepairRun::heal() {
   repair_.damaged_packets = protected_->damaged_packets();
   repair_.lost = protected_->heal(*scratch_, line_.callback());
   repair_.healed = protected_->damaged_blocks().size() - repair_.lost.size();
-  // The parity may belong to an earlier file of the same name.
+  // If the repaired bytes are not a whole .shm file, the parity may belong to an earlier file with
+  // the same name.
   if (repair_.lost.empty() && !is_whole_file(protected_->healed()))
     throw Failure(Error{.code = ErrorCode::corrupt,
                         .detail = "its parity does not protect a whole .shm file",
@@ -162,7 +166,7 @@ void RepairRun::heal() {
 void RepairRun::fail_unhealed(std::string detail) const {
   if (!repair_.lost.empty())
     detail = counted(repair_.lost.size(), "block") + " of " + std::to_string(repair_.blocks) +
-             " cannot be healed, more than the parity can restore: bytes " +
+             " cannot be healed, because the damage is larger than the parity can repair: bytes " +
              ranges_text(repair_.lost) + "; " + detail;
   throw Failure(Error{.code = ErrorCode::corrupt,
                       .detail = std::move(detail),
@@ -170,8 +174,8 @@ void RepairRun::fail_unhealed(std::string detail) const {
                       .file = options_.input});
 }
 
-// Finds the damage that parity could not heal. The list of lost blocks does not suffice, because a
-// block whose checksum is lost may be undamaged.
+// Finds the damage that parity could not repair. This damage may be less than the lost blocks,
+// because a block counts as lost even if only its checksum is lost and its data is undamaged.
 void RepairRun::find_rest() {
   if (repair_.has_parity && repair_.lost.empty()) return;
   line_.show("looking for damage");
@@ -181,7 +185,7 @@ void RepairRun::find_rest() {
   repair_.damage = unwrap(std::move(damage), options_.input);
 }
 
-/// Writes the file as it was before the damage. Returns false, and writes nothing, if the index is
+// Writes the file as it was before the damage. Returns false, and writes nothing, if the index is
 // lost and cannot be rebuilt.
 bool RepairRun::write_as_it_was() {
   OutputFile output(options_.output, spool_directory(options_));
@@ -263,7 +267,7 @@ ExitCode RepairCommand::run() {
     std::fputs(outcome_json(repair, *this).c_str(), stdout);
   else if (repair.is_whole())
     print(*this, outcome_text(repair, *this));
-  else  // printed even with --quiet, so that no loss goes unnoticed
+  else  // Missing data is listed even with --quiet, so that the user notices it.
     std::fputs(outcome_text(repair, *this).c_str(), output == "-" ? stderr : stdout);
   return repair.is_whole() ? kDone : kSalvaged;
 }

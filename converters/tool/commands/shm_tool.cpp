@@ -1,5 +1,5 @@
-// Main program of the tool shm, with the list of its commands. A command that fails throws a
-// Failure, which run_tool() reports once.
+// Main program of the tool shm, with the list of its commands. If a command fails, it throws a
+// Failure, and run_tool() reports it.
 //
 // Exit codes:
 // - 0: done
@@ -63,13 +63,14 @@ Commands commands() {
 }  // namespace shm::converters
 
 int main(int argc, char** argv) {
-  // With this threshold, memory of large arrays is returned to the system when it is freed, and not
-  // kept for smaller allocations.
+  // Blocks of memory above this threshold are returned to the system when they are freed, instead
+  // of being kept for smaller allocations.
   ::mallopt(M_MMAP_THRESHOLD, 768 * 1024);
   shm::converters::remove_outputs_on_signals();
-  std::signal(SIGPIPE, SIG_IGN);  // so that writing to a closed pipe returns an error
+  std::signal(SIGPIPE, SIG_IGN);  // a write to a closed pipe then returns an error
 
-  // SIGXFSZ is ignored, so that writing beyond the file size limit returns an error.
+  // SIGXFSZ is ignored, so that a write beyond the file size limit returns an error instead of
+  // ending the process.
   std::signal(SIGXFSZ, SIG_IGN);
   return shm::converters::run_tool(shm::converters::commands, argc, argv);
 }

@@ -29,7 +29,7 @@ CLI::App* SplitCommand::add_to(CLI::App& tool) {
   return command;
 }
 
-// Returns the path that split writes a member to.
+// Returns the path of the file to which a member is written.
 std::string SplitCommand::path_of(const ArchiveMember& member) const {
   const std::string path = (std::filesystem::path(directory) / member.name).string();
   return packed && !was_packed(member) ? path + ".shm" : path;

@@ -1,4 +1,4 @@
-// shm split: the files of an archive, each in its own format.
+// shm split: restores the files of an archive, each in its own format.
 #pragma once
 
 #include <string>
@@ -11,10 +11,10 @@
 namespace shm::converters {
 
 struct SplitCommand final : Command {
-  std::vector<std::string> members;  // names of the members to restore; empty: all
+  std::vector<std::string> members;  // names of the members to restore; if empty, all members
   std::string directory = ".";
   bool packed = false;
-  unsigned threads = 0;  // number of threads; 0: one per core
+  unsigned threads = 0;  // number of threads; 0 means one per core
 
   CLI::App* add_to(CLI::App& tool) override;
   ExitCode run() override;

@@ -26,14 +26,14 @@
 namespace shm::converters {
 namespace {
 
-// Returns the state of the file's parity. The state is empty if the file has no parity, or parity
-// of another file.
+// Checks the parity of a file and returns its state. The state is empty if the file has no parity,
+// or if the parity belongs to another file.
 ParityState parity_state(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileRandomSource::open(path), path);
   const auto protected_file = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
   if (!protected_file) return {};
-  // The parity of this file protects exactly the bytes up to the trailer of the mesh. Parity that
-  // ends elsewhere belongs to another file.
+  // If the parity belongs to this file, the protected bytes are a whole .shm file that ends with
+  // the trailer. Otherwise the parity belongs to another file.
   SectionSource itself(*file, 0, protected_file->shape().protected_bytes);
   if (!is_whole_file(itself)) return {};
   protected_file->check(progress);
@@ -41,8 +41,8 @@ ParityState parity_state(const std::string& path, const Progress& progress) {
           protected_file->damaged_packets()};
 }
 
-// Returns the number of bytes after the end of the mesh that are not parity, for example the
-// remains of an interrupted append.
+// Returns the number of bytes after the end of the mesh that are not parity. They may remain from
+// an interrupted shm append.
 std::uint64_t stray_bytes(RandomSource& file) {
   if (is_whole_file(file) || ProtectedFile::open(file)) return 0;
   const auto summary = read_summary(file);
@@ -66,7 +66,8 @@ std::string parity_text(const ParityState& state) {
          " (see shm repair)";
 }
 
-// Returns the path of the file that a member was made from, in the directory of --against.
+// Returns the path of the file with which a member is compared, in the directory given by
+// --against.
 std::string source_of_member(const ArchiveMember& member, const std::string& directory) {
   const std::filesystem::path path = std::filesystem::path(directory) / member.name;
   return was_packed(member) && !std::filesystem::exists(path)
@@ -137,8 +138,8 @@ ExitCode VerifyCommand::verify_archive() {
   return code;
 }
 
-// Reports all damage in the file at `path`, which is the input or a copy of it. Then throws the
-// failure again, with a hint at shm repair.
+// Reports all damage in the file at `path`, which is the input or a temporary copy of the input.
+// Then throws `failure` again, and adds a hint to its message that mentions shm repair.
 void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& path) const {
   Error error = failure.error();
   const bool may_be_damage = error.code == ErrorCode::corrupt ||
@@ -147,8 +148,8 @@ void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& 
   if (!may_be_damage || !file) throw Failure(error);
   auto parity = ProtectedFile::open(**file);
   if (parity && parity->is_of_something_else()) parity = nullptr;
-  // Search only the protected bytes, because the parity packets of small files may contain copies
-  // of them.
+  // Search for damage only in the protected bytes. The parity packets after them may contain copies
+  // of the protected bytes if the file is small.
   LenientSource lenient(**file);
   const std::uint64_t bytes =
       parity ? std::min(parity->shape().protected_bytes, lenient.size()) : lenient.size();

@@ -1,5 +1,5 @@
-// shm verify: checks that all of a .shm file can be decoded, and that it contains the same mesh as
-// its source.
+// shm verify: decodes a .shm file completely to find damage. With --against, also checks that it
+// contains the same mesh as its source.
 #pragma once
 
 #include <string>

@@ -18,8 +18,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns the share of the file size that --order free would save, measured on a sample. Returns
-// nothing if the mesh is too large for a trial.
+// Returns the fraction of the file size that --order free would save, measured on a sample of the
+// mesh. Returns nothing if the mesh is too large for a trial.
 std::optional<double> saved_in_free_order(MeshSource& mesh, Spool& spool) {
   constexpr std::uint64_t kMostCells = 1 << 19;
   if (mesh.info().cells() > kMostCells) return std::nullopt;

@@ -27,7 +27,8 @@ namespace {
 
 // --- values of options
 
-// Parses N finite numbers separated by commas. Returns nothing if the text is anything else.
+// Parses exactly N finite numbers separated by commas. Returns nothing if the text has any other
+// form.
 template <std::size_t N>
 std::optional<std::array<double, N>> numbers_of(std::string_view text) {
   std::array<double, N> numbers{};

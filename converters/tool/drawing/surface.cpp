@@ -20,8 +20,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns the format given by --format, otherwise the format of the output's extension, or PLY if
-// the output has no extension.
+// Returns the format given by --format. Without --format, the extension of the output determines
+// the format; if the output has no extension, the format is PLY.
 SurfaceFormat surface_format_of(const SurfaceCommand& command) {
   if (!command.format.empty()) return *surface_format(command.format);
   const std::string extension = std::filesystem::path(command.output).extension().string();
@@ -66,7 +66,7 @@ std::string surface_text(const SurfaceCommand& command, const WrittenSurface& wr
   return text + "\n";
 }
 
-// Lists the parts of the surface that are not in the file, even with --quiet.
+// Lists the parts of the surface that could not be written. The list is printed even with --quiet.
 void remark_what_is_missing(const SurfaceCommand& command, const ShownBoundary& shown,
                             const WrittenSurface& written) {
   const auto remark = [&](std::uint64_t count, const std::string& one, const std::string& many,
@@ -119,8 +119,9 @@ CLI::App* SurfaceCommand::add_to(CLI::App& tool) {
           "last)")
       ->type_name("NAME[@STEP]");
   command
-      ->add_option("--decimate", decimate,
-                   "Reduce the surface to N triangles; those that change the shape least go first")
+      ->add_option(
+          "--decimate", decimate,
+          "Reduce the surface to N triangles, with as little change of its shape as possible")
       ->check(whole_number(1))
       ->type_name("N");
   add_part(*command, *this);

@@ -1,4 +1,4 @@
-// shm surface: writes the boundary of a mesh as a file for other programs.
+// shm surface: writes the boundary surface of a mesh as a PLY, STL or OBJ file.
 #pragma once
 
 #include <cstdint>

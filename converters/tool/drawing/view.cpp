@@ -29,8 +29,8 @@ void copy_bytes(RandomSource& source, const std::string& path, ByteSink& into) {
   }
 }
 
-// Copies a .shm file unchanged, after checking that it can be opened. If `part` is not empty,
-// copies only this part of an archive.
+// Copies the bytes of a .shm file after checking that the file can be opened. If `part` is not
+// empty, copies only the member `part` of an archive.
 void copy_shm(const std::string& path, const std::string& part, const std::string& input,
               ByteSink& into) {
   const auto whole = unwrap(FileRandomSource::open(path), path);

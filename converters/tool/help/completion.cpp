@@ -9,7 +9,7 @@ namespace {
 
 struct CompletedOption {
   std::vector<std::string> names;  // names of the option, with their dashes
-  std::vector<std::string> words;  // possible values of the option; empty: any value
+  std::vector<std::string> words;  // possible values of the option; if empty, any value
   bool has_value = false;
   std::string help;  // first line of the help text
 };
@@ -17,12 +17,14 @@ struct CompletedOption {
 struct CompletedCommand {
   std::string name, help;
   std::vector<CompletedOption> options;
-  std::vector<std::string> words;  // possible operands of the command; empty if they are files
+  // Possible operands of the command; if empty, the operands are files.
+  std::vector<std::string> words;
 };
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-// Splits a type such as "keep|stream|free", as the help shows it, into its words.
+// Splits the type of an option in the help, such as "keep|stream|free", into words. Returns no
+// words if the type is not a list.
 std::vector<std::string> words_of_type(const std::string& type) {
   std::vector<std::string> words;
   if (type.find('|') == std::string::npos) return words;
@@ -116,8 +118,8 @@ std::string for_bash(const CompletedCommand& itself,
          "complete -o default -F _shm shm\n";
 }
 
-// Escapes help text for use in single quotes, and for _arguments and _describe, which split it at
-// colons and brackets.
+// Escapes help text for a zsh script: single quotes, because the text is quoted, and colons and
+// brackets, at which the zsh functions _arguments and _describe would split it.
 std::string for_zsh(const std::string& help) {
   std::string text;
   for (const char c : help)

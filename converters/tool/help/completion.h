@@ -9,7 +9,8 @@ class App;
 
 namespace shm::converters {
 
-// Return scripts by which bash and zsh complete the next word of a command line.
+// bash_completion() and zsh_completion() return the script that the shell needs to complete command
+// lines of the tool.
 std::string bash_completion(const CLI::App& tool);
 std::string zsh_completion(const CLI::App& tool);
 

@@ -9,8 +9,8 @@
 namespace shm::converters {
 namespace {
 
-// Escapes text so that roff shows it literally. In particular, a line that begins with a dot or a
-// quote must not be taken for a request.
+// Escapes text so that roff shows it literally. In particular, roff would interpret a line that
+// begins with a dot or a quote as a request.
 std::string literal(const std::string& text) {
   std::string roff;
   char before = '\n';
@@ -76,8 +76,8 @@ std::string command_text(const CLI::App& command) {
          description_text(command) + options_text(command) + block(command.get_footer());
 }
 
-// Returns the text by which whatis and apropos find a page: the first clause of the description,
-// without its capital letter and full stop.
+// Returns the short description for the section NAME, which the programs whatis and apropos show:
+// the first clause of the command's description, in lower case and without a full stop.
 std::string short_text(const CLI::App& command) {
   std::string text = command.get_description() + ". ";
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -86,8 +86,8 @@ std::string short_text(const CLI::App& command) {
   return text;
 }
 
-// Returns the sections EXAMPLES and NOTES. The notes are the text that follows the examples in the
-// help.
+// Returns the sections EXAMPLES and NOTES of a page. NOTES contains the text that follows the
+// examples in the help of the command.
 std::string footer_text(const std::string& footer) {
   const std::string heading = "Examples:\n";
   const std::size_t end = std::min(footer.find("\n\n"), footer.size());
@@ -103,7 +103,7 @@ std::string head(const CLI::App& tool, const std::string& name, const std::strin
          literal(name) + " \\- " + literal(what) + "\n.SH SYNOPSIS\n";
 }
 
-// Returns a reference to a page, such as "shm(1)".
+// Returns a reference to a manual page, such as "shm(1)".
 std::string page(const std::string& name, int section) {
   return bold(name) + "(" + std::to_string(section) + ")";
 }

@@ -1,4 +1,5 @@
-// Manual pages of a tool: one with the help of all its commands, and one for each command.
+// Generates the manual pages of a tool: one page with the help of all commands, and one page for
+// each command.
 #pragma once
 
 #include <string>
@@ -9,7 +10,8 @@ class App;
 
 namespace shm::converters {
 
-// Return a page as roff source that uses the man macros.
+// Both functions return a manual page as roff source that uses the man macros: the page of the
+// whole tool, or the page of one command.
 std::string manual_page(const CLI::App& tool);
 std::string manual_page(const CLI::App& tool, const CLI::App& command);
 

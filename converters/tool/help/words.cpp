@@ -7,8 +7,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns the number of typing errors between two words. Computes the table of distances between
-// prefixes of the two words row by row.
+// Returns the smallest number of typing errors that turn one word into the other. Computes the
+// table of distances between prefixes of the words row by row.
 std::size_t slips_between(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before_last, last(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;

@@ -1,4 +1,4 @@
-// Finds known words that resemble a mistyped word of the command line.
+// Finds the word that the user probably meant when a word on the command line is mistyped.
 #pragma once
 
 #include <span>
@@ -8,8 +8,9 @@
 namespace shm::converters {
 
 // Returns the word of `known` that differs from `word` by the fewest typing errors: a letter added,
-// missing or replaced, or two letters exchanged. If several words have equally few errors, returns
-// the first of them. Returns an empty string if there is more than one error per three letters.
+// missing or replaced, or two letters exchanged. If several words have the same number of errors,
+// returns the first of them. Returns an empty string if even the best word has more than one error
+// per three letters.
 std::string nearest_word(std::string_view word, std::span<const std::string> known);
 
 }  // namespace shm::converters

@@ -16,14 +16,14 @@
 namespace shm::converters {
 namespace {
 
-// Returns true if standard output is a pipe whose reader has exited, as in `shm info x | head`.
-// This is not an error.
+// Returns true if standard output is a pipe and the program that reads it has exited, as in `shm
+// info x | head`. This is not an error.
 bool nobody_listens() {
   struct pollfd out = {STDOUT_FILENO, POLLOUT, 0};
   return ::poll(&out, 1, 0) > 0 && (out.revents & POLLERR) != 0;
 }
 
-// Returns true if `path` is a file that begins like a .shm file.
+// Returns true if the file at `path` begins with the signature of .shm files.
 bool is_shm_file(const std::string& path) {
   std::error_code none;
   try {
@@ -39,7 +39,7 @@ int complain(int code, const std::string& sentence) {
   return code;
 }
 
-// Reports that memory ran out. Allocates no memory, because none may be left.
+// Reports that there is not enough memory. Allocates no memory itself.
 int complain_of_memory(const Command* chosen) noexcept {
   std::fputs("shm: ", stderr);
   for (const char c : chosen != nullptr ? std::string_view(chosen->input) : std::string_view()) {
@@ -79,7 +79,7 @@ int complain_of_failure(const Command* chosen) {
 int code_of_failure(const Command* chosen) noexcept {
   try {
     return complain_of_failure(chosen);
-  } catch (...) {  // out of memory, either in the command or while the message was composed
+  } catch (...) {  // the command, or the code that composes the message, ran out of memory
     return complain_of_memory(chosen);
   }
 }

@@ -6,12 +6,13 @@
 namespace shm::converters {
 
 // Reports the current exception and returns its exit code. Call this while an exception of a
-// command is being handled. `chosen`: the running command; null if no command has been chosen yet.
-// If memory has run out, prints a fixed message, which needs no memory, and returns kLimit.
+// command is being handled. `chosen` is the running command, or null if no command has been chosen
+// yet. If memory has run out, prints a fixed message, for which no memory is allocated, and returns
+// kLimit.
 int code_of_failure(const Command* chosen) noexcept;
 
-// Returns the result of `work`, or the exit code of the exception it throws. `chosen` is read when
-// an exception is thrown.
+// Calls work() and returns its result. If work() throws an exception, reports it and returns its
+// exit code. `chosen` is a reference, because work() may set the running command.
 template <class Work>
 int reported(const Command* const& chosen, const Work& work) noexcept {
   try {

@@ -43,7 +43,8 @@ class Listing {
     list_.tasks.push_back(std::move(task));
   }
 
-  // Links are not followed: they may lead out of the folder, or form cycles.
+  // Adds tasks for all files in a folder and its subfolders. Links are not followed, because they
+  // may lead out of the folder or form cycles.
   void add_folder(const std::string& folder) {
     std::error_code error;
     std::vector<fs::path> files;
@@ -58,8 +59,8 @@ class Listing {
       take({file.string(), {}, {}, {}, {}, 0}, file.lexically_relative(folder), false);
   }
 
-  // Adds a task for a file. `below`: path of the file relative to the folder that was named.
-  // `named`: the user named the file itself, not a folder that contains it.
+  // Adds a task for a file. `below` is the path of the file relative to the folder that the user
+  // named. `named` is true if the user named the file itself, not a folder that contains it.
   void take(FileTask task, const fs::path& below, bool named) {
     try {
       if (!named && !purpose_.is_for(format_of(task.input))) {
@@ -88,7 +89,7 @@ class Listing {
       task.output =
           (fs::path(purpose_.folder) / below.parent_path() / fs::path(task.output).filename())
               .string();
-    if (task.output.ends_with('/')) return;  // a folder, which receives the members of an archive
+    if (task.output.ends_with('/')) return;  // the output is a folder for the members of an archive
     const auto [first, is_new] =
         writers_.emplace(fs::path(task.output).lexically_normal(), task.input);
     if (!is_new)

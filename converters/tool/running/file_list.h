@@ -1,4 +1,4 @@
-// The files that a command handles one by one, and the output of each.
+// Lists the files that a command processes one by one, and the output of each file.
 #pragma once
 
 #include <cstdint>
@@ -12,36 +12,38 @@
 namespace shm::converters {
 
 struct FileTask {
-  std::string input, output;  // paths; `output` is empty if nothing is written
+  std::string input, output;  // paths; `output` is empty if no output is written
   std::uint64_t bytes = 0;    // size of the input in bytes
-  std::string passed_over;    // reason for passing over the input; empty: not passed over
-  Result<void> refusal;       // reason for refusing this task, found before any work
+  std::string passed_over;    // reason for skipping the input; empty if it is not skipped
+  Result<void> refusal;       // an error if this task is refused before any work
   int code = 0;               // exit code of the task
 };
 
 struct FileList {
   std::vector<FileTask> tasks;
-  std::uint64_t others = 0;  // number of files in folders whose format the command does not handle
+  // Number of files that were found in folders and are ignored because of their format.
+  std::uint64_t others = 0;
 };
 
-// The way in which a command handles files.
+// Describes which files a command processes, and where it writes their outputs.
 struct FilePurpose {
   bool recursive = false;
-  std::string folder;  // folder for all outputs; empty: each output is next to its input
+  std::string folder;  // folder for all outputs; if empty, each output is written next to its input
 
-  // Returns true if the command handles files of this format in folders. The format is null if it
-  // is unknown.
+  // Returns true if the command processes files of this format when they are found in a folder. The
+  // format is null if it is unknown.
   std::function<bool(const Format*)> is_for;
-  // Returns the reason for passing over a file that the user named; empty: none. May throw Failure.
-  std::function<std::string(const std::string& input)> why_passed_over;
-  // Returns the path of the output next to an input; empty if nothing is written. May throw
+  // Returns the reason why a file is skipped, or an empty string if it is not skipped. May throw
   // Failure.
+  std::function<std::string(const std::string& input)> why_passed_over;
+  // Returns the default path of the output for an input, or an empty string if the command writes
+  // no output. May throw Failure.
   std::function<std::string(const std::string& input)> output_beside;
 };
 
-// Lists the files of `paths` in their order. The files of a folder are sorted by name. A task is
-// refused if its path is a folder and --recursive is not given, if its path cannot be read, or if
-// another task has the same output.
+// Returns one task per file. Tasks are in the order of `paths`; the files of a folder are sorted by
+// name. A task is refused if its path is a folder and --recursive is not given, if its path cannot
+// be read, or if another task has the same output.
 FileList list_files(const std::vector<std::string>& paths, const FilePurpose& purpose);
 
 }  // namespace shm::converters

@@ -36,7 +36,8 @@ CLI::App* ManualCommand::add_to(CLI::App& tool) {
       "Examples:\n"
       "  shm manual | man -l -\n"
       "  shm manual compress | man -l -           the page of one command, as man shm-compress");
-  std::vector<std::string> names;  // all commands, since this one is added last
+  // `tool` already contains all commands, because this command is added last.
+  std::vector<std::string> names;
   std::string type;
   for (const CLI::App* other : tool.get_subcommands([](const CLI::App*) { return true; })) {
     names.push_back(other->get_name());

@@ -1,4 +1,5 @@
-// shm completion and shm manual: texts generated from the options and help of all commands.
+// shm completion and shm manual: print texts that are generated from the options and the help of
+// all commands.
 #pragma once
 
 #include <string>
@@ -16,7 +17,8 @@ struct CompletionCommand final : Command {
 };
 
 struct ManualCommand final : Command {
-  std::string one;  // name of the command whose page is printed; empty: all
+  // Name of the command whose page is printed; if empty, the page of the whole tool.
+  std::string one;
   const CLI::App* all = nullptr;
 
   CLI::App* add_to(CLI::App& tool) override;

@@ -57,15 +57,16 @@ int run_on_one(FileCommand& command) {
   return command.run();
 }
 
-// Returns the identity of a file, independent of its name; nothing if no file exists.
+// Returns the identity of the file at `path` (device and inode), which does not depend on the name.
+// Returns nothing if the file does not exist.
 std::optional<std::pair<dev_t, ino_t>> identity(const std::string& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return std::nullopt;
   return std::pair(status.st_dev, status.st_ino);
 }
 
-// Finds the reasons for refusal that would otherwise only appear when a task runs, and creates the
-// folders of the outputs.
+// Finds the tasks that must be refused. Call this before any task runs. Also creates the folders of
+// the outputs.
 void check_tasks(FileCommand& command, FileList& list) {
   std::set<std::pair<dev_t, ino_t>> inputs;
   for (const FileTask& task : list.tasks)
@@ -91,7 +92,7 @@ void check_tasks(FileCommand& command, FileList& list) {
   }
 }
 
-// Reformats text with several JSON documents so that each document is on one line.
+// Reformats a text that contains several JSON documents, so that each document is on one line.
 std::string on_lines(const std::string& text) {
   std::string lines;
   std::istringstream documents(text);
@@ -103,9 +104,9 @@ std::string on_lines(const std::string& text) {
   return lines;
 }
 
-// Loads the libraries of formats once for all processes: those of the formats that at least two
-// file names indicate. A library that fails to load is reported later, with the file that needs the
-// library.
+// Loads the libraries that some formats need, so that child processes need not load them again.
+// Loads a library only if the names of at least two files indicate its format. If a library cannot
+// be loaded, the error is reported later, for the file that needs the library.
 void load_libraries(const FileList& list) {
   std::map<const Format*, std::size_t> files;
   for (const FileTask& task : list.tasks)

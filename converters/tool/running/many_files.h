@@ -1,14 +1,15 @@
-// Runs a command on its files. A single file is handled directly. Several files are handled one by
-// one, with a line for each and a summary at the end.
+// Runs a command on its files. A single file is processed directly. If there are several files,
+// each is processed in a separate process; a line is printed for each file, and a summary at the
+// end.
 #pragma once
 
 #include "tool/running/command.h"
 
 namespace shm::converters {
 
-// Runs the command. Returns the exit code; for several files, the largest one. A failure of one
-// file does not stop the work on the other files. Files that must be refused are found before the
-// first file is started.
+// Runs the command and returns its exit code. If there are several files, returns the largest of
+// their exit codes. If one file fails, the other files are still processed. Files that must be
+// refused are found before any file is processed.
 int run_on_files(FileCommand& command);
 
 }  // namespace shm::converters

@@ -9,8 +9,8 @@ namespace shm::converters {
 
 namespace {
 
-// Replaces a validator of CLI11 whose messages are hard to understand: "x unit not recognized", and
-// a list of 26 units.
+// Parses a size such as 512M. Replaces a validator of CLI11 whose messages are hard to understand
+// ("x unit not recognized", and a list of 26 units).
 const CLI::Validator kSize(
     [](std::string& word) {
       constexpr std::uint64_t kLeast = 1 << 20;

@@ -14,20 +14,20 @@
 
 namespace shm::converters {
 
-// Adds a command to the tool, with the options that all commands have. `options` must outlive the
-// tool.
+// Adds a command to `tool`, with the options that all commands have. `options` must outlive `tool`.
 CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string& name,
                       const std::string& description, const std::string& examples);
 
-// Options of commands that take many files. add_files() adds the files (`what` describes them), -r
-// and -T. add_output() adds -o (`output` describes the output), -f and -c.
+// Functions that add the options of commands with several files. add_files() adds the list of files
+// (described by `what`), -r and -T. add_output() adds -o (described by `output`), -f and -c.
 void add_files(CLI::App& command, FileCommand& options, const std::string& what);
 void add_output(CLI::App& command, FileCommand& options, const std::string& output,
                 const std::string& type);
 // Adds --rm and -k.
 void add_removal(CLI::App& command, FileCommand& options);
 
-// Validators for the value of an option: a whole number in a range, or one word of a list.
+// Return validators for the value of an option. whole_number() accepts a whole number from `least`
+// to `most`. one_of() accepts the words in a list.
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t most = ~std::uint64_t{0});
 CLI::Validator one_of(std::vector<std::string> words);
 
@@ -38,13 +38,12 @@ void add_threads(CLI::App& command, unsigned& threads, const std::string& what);
 void add_order(CLI::App& command, std::string& order);
 void add_level(CLI::App& command, std::string& level);
 void add_format(CLI::App& command, std::string& format);
-// Adds --strict: write nothing if the output's format cannot store all data of a mesh of another
-// format.
+// Adds --strict: nothing is written if the output format cannot store all data of the mesh.
 void add_strict(CLI::App& command, bool& strict);
 // Adds --step and --time.
 void add_steps(CLI::App& command, StepChoice& steps);
 
-// Return the enumerator that a word of --order, --level or --codec means.
+// Convert the value of --order, --level or --codec to an enumerator.
 Order order_of(const std::string& name);
 Level level_of(const std::string& name);
 ConnectivityCodec codec_of(const std::string& name);
@@ -52,11 +51,11 @@ ConnectivityCodec codec_of(const std::string& name);
 // Returns "auto" and the names of all codecs.
 std::vector<std::string> codec_names();
 
-// Returns the names of all formats: "exodus, vtk, ... or shm".
+// Returns a list of all format names for help texts: "exodus, vtk, ... or shm".
 std::string format_names();
-// Returns the description of an input of any format, for help texts.
+// Returns the help text for an input that may have any format.
 std::string mesh_file_text();
-// Returns the description of an output of one mesh, for help texts.
+// Returns the help text for an output that is one mesh.
 std::string output_text();
 
 }  // namespace shm::converters

@@ -47,15 +47,15 @@ std::string content(std::FILE* file) {
   return text;
 }
 
-// A task that was started and has not yet been passed to `done`.
+// A task that has been started and has not yet been passed to the callback `done`.
 struct Running {
   FileTask* task;
   ScratchFile out, error;
-  pid_t process = -1;    // process id; -1 before the start and after the end
+  pid_t process = -1;    // process id, or -1 if the process has not started or has ended
   std::size_t slot = 0;  // index of the task's share in SharedShares
 };
 
-// Completed shares of several processes, in shared memory.
+// Array in shared memory, in which each child process stores the completed fraction of its work.
 class SharedShares {
  public:
   using Share = std::atomic<std::uint32_t>;
@@ -87,8 +87,8 @@ class Processes {
   ~Processes() {
     for (const Running& one : begun_)
       if (one.process > 0) ::kill(one.process, SIGTERM);
-    // The output of these processes is neither shown nor kept, since that could need memory that is
-    // not available.
+    // The output of processes that are still running is discarded, because showing it could need
+    // memory that is not available.
     for (const Running& one : begun_)
       while (one.process > 0 && ::waitpid(one.process, nullptr, 0) < 0 && errno == EINTR) {
       }
@@ -154,7 +154,7 @@ class Processes {
     progress_(ended_, bytes / std::max(1.0, static_cast<double>(bytes_)));
   }
 
-  // Waits for the next process that ends and returns its id. Sets `status` as waitpid() does.
+  // Waits until a process ends and returns its id. Sets `status` as waitpid() does.
   pid_t next_end(int& status) const {
     if (!progress_) return ::waitpid(-1, &status, 0);
     while (true) {
@@ -179,7 +179,7 @@ class Processes {
         one.task->code = WEXITSTATUS(status);
         return;
       }
-      // When memory runs out, the system ends processes by SIGKILL.
+      // If the process was ended by SIGKILL, the system has probably run out of memory.
       const int signal = WTERMSIG(status);
       one.task->code = signal == SIGKILL ? kLimit : kBadInput;
       std::fprintf(one.error.get(), "shm: %s: the process was ended by a signal: %s\n",
@@ -191,7 +191,8 @@ class Processes {
     hand_on();
   }
 
-  // Passes tasks to `done` in order, up to the first task that has not ended.
+  // Passes the tasks that have ended to `done`, in their order. Stops at the first task that has
+  // not ended.
   void hand_on() {
     while (!begun_.empty() && begun_.front().process < 0) {
       const Running one = std::move(begun_.front());

@@ -30,8 +30,8 @@ std::string meant(const std::string& nearest) {
   return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
-// Describes the mistake in the arguments, and where to read more. An unknown option is reported
-// first, since it may be the cause of the other mistakes.
+// Returns a message that describes the mistake in the arguments and mentions the help. An unknown
+// option is reported before any other mistake, because it may be the cause of the others.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const auto chosen = app.get_subcommands();
   const CLI::App& command = chosen.empty() ? app : *chosen.front();
@@ -51,8 +51,8 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   return wrong + " (see " + name + " --help)";
 }
 
-// Accepts options that users know from gzip, xz and zstd: shm -d FILE, and -1 to -9, --fast and
-// --best.
+// Replaces options that users know from gzip, xz and zstd with the words that shm expects, e.g. -d
+// with the command decompress. Replaces -1 to -9, --fast and --best with --level and its value.
 void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kCommands = {
       {{"-z", "compress"},
@@ -67,11 +67,12 @@ void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
     if (words[0] == option) words[0] = command;
   if (words[0] != "compress" && words[0] != "join") return;
   const CLI::App* const command = app.get_subcommand(words[0]);
-  bool is_value = false;  // true if the word is the value of the option before it
+  bool is_value = false;  // true if the next word is the value of an option
   for (std::string& word : words) {
     if (word == "--") return;
     if (std::exchange(is_value, false)) continue;
-    // This loop replaces get_option_no_throw(), which would end the program if memory runs out.
+    // This loop does the same as get_option_no_throw(), which would end the program if memory runs
+    // out.
     for (const CLI::Option* const option : command->get_options())
       if (word.starts_with('-') && option->check_name(word))
         is_value = option->get_expected_max() > 0;
@@ -83,8 +84,8 @@ void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
   }
 }
 
-// Returns the words after "shm" in the order that CLI11 expects: the last word first. `help` and
-// `version` become --help and --version.
+// Returns the arguments after "shm" in reverse order, as CLI11 expects. Replaces the words `help`
+// and `version` with --help and --version.
 std::vector<std::string> words_of(int argc, char** argv, const CLI::App& app) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (words.empty()) words = {"--help"};
@@ -97,7 +98,7 @@ std::vector<std::string> words_of(int argc, char** argv, const CLI::App& app) {
   return words;
 }
 
-// Returns true if a file was given in the place of a command.
+// Returns true if `word`, which should be the name of a command, is the name of a file.
 bool is_file(const std::string& word) {
   std::error_code none;
   return std::filesystem::is_regular_file(word, none);

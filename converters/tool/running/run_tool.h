@@ -10,8 +10,8 @@ namespace shm::converters {
 
 using Commands = std::vector<std::unique_ptr<Command>>;
 
-// Runs the command that the arguments name, and reports failures on standard error, even if there
-// is no memory for the commands themselves. Returns the exit code.
+// Runs the command that the arguments name and returns the exit code. Reports failures on standard
+// error, even if there is not enough memory to create the commands.
 int run_tool(Commands (*commands)(), int argc, char** argv) noexcept;
 
 }  // namespace shm::converters

@@ -22,7 +22,7 @@ bool is_anywhere(Location location, const std::vector<std::uint32_t>& arrays,
                      [&](std::uint32_t a) { return schema.arrays[a].location == location; });
 }
 
-// Stores the arrays with this name in `choice`. Returns false if none exist.
+// Stores the arrays with the name `name` in `choice`. Returns false if there is no such array.
 bool choose_called(const std::string& name, const Schema& schema, ArrayChoice& choice) {
   std::vector<std::vector<std::uint32_t>> parts = {arrays_called(name, schema)};
   if (parts[0].empty()) {
@@ -68,7 +68,8 @@ ArrayChoice array_named(const std::string& words, const std::string& option, con
   ArrayChoice choice;
   std::string name = words;
   std::optional<std::string> step;
-  // The name of an array may itself contain @. Therefore the whole text is first tried as a name.
+  // The name of an array may contain @. Therefore the whole text is first tried as a name, before
+  // it is split at the last @.
   if (!choose_called(name, schema, choice)) {
     const std::size_t at = words.rfind('@');
     if (at == std::string::npos) refuse_name(name, schema);

@@ -54,8 +54,9 @@ class VertexPlaces {
   PageCache cache_;
 };
 
-// Mesh with only those cells of another mesh whose centre is in a half space. Stores the number
-// that each cell has in the other mesh.
+// A mesh that contains only those cells of another mesh (the source) whose centre is in a half
+// space. number() returns the numbers that the cells of the most recently read batch have in the
+// source.
 class KeptCells final : public ForwardingMesh {
  public:
   // Borrows all arguments.
@@ -91,7 +92,7 @@ class KeptCells final : public ForwardingMesh {
     source_.rewind_cells();
     first_ = count_ = 0;
   }
-  // Returns the mesh's number of the cell at position `index` in the last batch.
+  // Returns the number that cell `index` of the most recently read batch has in the source.
   std::uint64_t number(std::size_t index) const { return kept_ ? numbers_[index] : first_ + index; }
 
  private:
@@ -110,8 +111,9 @@ class KeptCells final : public ForwardingMesh {
   std::optional<VertexPlaces> places_;
   CellBatch all_;
   std::vector<std::uint64_t> numbers_;
-  // Number of the first cell in the last batch (after rewinding: in the next batch), and count of
-  // the cells in the last batch.
+  // If kept_ is empty, first_ is the number of the first cell of the most recently read batch, and
+  // count_ is the number of cells in this batch. If kept_ is set, first_ is the number of the next
+  // cell to be read from the source, and count_ is not used.
   std::uint64_t first_ = 0, count_ = 0;
 };
 
@@ -176,7 +178,8 @@ std::vector<std::byte> values_of_vertices(MeshSource& mesh, const BoundaryArray&
   return values;
 }
 
-// Returns the value used for cells that an array does not cover.
+// Returns the value that is used for cells that an array does not cover: NaN for floating-point
+// arrays, otherwise 0.
 std::vector<std::byte> no_value(const ArrayInfo& array) {
   std::vector<std::byte> value(scalar_bytes(array.type) * array.components);
   const auto fill = [&]<class T>(T number) {
@@ -188,8 +191,8 @@ std::vector<std::byte> no_value(const ArrayInfo& array) {
   return value;
 }
 
-// Returns the values of faces, taken from their cells. Faces are in the order of their cells, so
-// one pass over both is enough.
+// Returns the value of each face, which is the value of its cell. `cells` are the cells of the
+// faces, in ascending order, so one pass over the mesh is enough.
 std::vector<std::byte> values_of_faces(MeshSource& mesh, const BoundaryArray& array,
                                        const std::vector<std::uint64_t>& cells) {
   const Schema& schema = mesh.info().schema;

@@ -16,7 +16,8 @@
 namespace shm::converters {
 namespace {
 
-// Placeholder for the .shm file in a page. Occurs exactly once in index.html of bindings/web/page.
+// Placeholder in the page that is replaced by the .shm file. It occurs exactly once in
+// bindings/web/page/index.html.
 constexpr std::string_view kPlace =
     R"(<script type="application/octet-stream" id="file" data-name=""></script>)";
 constexpr std::string_view kNameEnd = R"("></script>)", kFileEnd = "</script>";

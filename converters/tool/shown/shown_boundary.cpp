@@ -18,7 +18,7 @@
 namespace shm::converters {
 namespace {
 
-// Reports how much of a file has been read.
+// A RandomSource that reports as progress how much of a file has been read.
 class WatchedSource final : public RandomSource {
  public:
   WatchedSource(RandomSource& source, Progress progress)
@@ -53,7 +53,7 @@ class ShownReader {
 
   ShownBoundary shown() {
     const std::optional<HalfSpace>& kept = request_.kept;
-    // With random access, the boundary of a .shm file is found without temporary files.
+    // If a .shm file supports random access, its boundary is found without temporary files.
     if (in_.is_shm() && !in_.is_stream() && !kept) return of_file();
     line_.expect(
         {{"decoding", 4}, {"finding last uses", 1}, {"streaming cells", 4}, {request_.next, 1}},
@@ -74,7 +74,8 @@ class ShownReader {
       shown.array = array_named(request_.array, "--array", shown.schema, steps);
   }
 
-  // Stores the vertices instead of faces if the boundary has no face.
+  // If the boundary has no faces, and the caller asked for vertices in this case, replaces the
+  // boundary with the vertices of the mesh.
   void show_points(MeshSource& mesh, const std::optional<HalfSpace>& kept,
                    ShownBoundary& shown) const {
     if (!request_.points_instead || shown.boundary.face_count() > 0) return;
@@ -124,8 +125,8 @@ class ShownReader {
   const ShownRequest& request_;
 };
 
-// Returns the length of a vector. Scales the components, so that the squares of very large or very
-// small components neither overflow nor underflow.
+// Returns the length of a vector. Scales the components first, so that the squares of very large or
+// very small components neither overflow nor underflow.
 double length_of(const std::vector<double>& parts) {
   if (parts.size() == 1) return parts[0];
   double most = 0, sum = 0;

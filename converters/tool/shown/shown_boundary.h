@@ -1,6 +1,7 @@
-// The boundary surface that commands show. Of a .shm file only the necessary parts are read; any
-// other mesh is read completely. If the user names an array, the surface has one number for each
-// vertex, or for each face.
+// Reads the boundary surface of a mesh for the commands that draw or export it. If the input is a
+// .shm file, only the necessary parts are read. Any other mesh is read completely. If the user
+// names an array, the surface has one value for each vertex (point array) or each face (cell
+// array).
 #pragma once
 
 #include <optional>
@@ -25,37 +26,42 @@ struct ShownBoundary {
   Schema schema;
   BoundarySurface boundary;
   std::optional<ArrayChoice> array;
-  bool only_points = false;  // the faces are vertices, since the mesh has no faces
+  bool only_points = false;  // true if the mesh has no faces, so that its vertices are shown
 
   Surface surface() const;  // borrows the boundary
 };
 
 struct ShownRequest {
-  std::string array;              // value of --array; empty: no array is shown
-  std::optional<HalfSpace> kept;  // include only cells whose centre is in this half space
-  bool points_instead = false;    // show vertices, as points_of_mesh() does, if no faces exist
-  unsigned threads = 0;           // number of threads; 0: one per core
-  std::string next;  // name of the command's next phase, which is about a tenth of the work
+  std::string array;  // value of --array; if empty, no array is shown
+  // If set, only cells whose centre is in this half space are included.
+  std::optional<HalfSpace> kept;
+  // If true, and the mesh has no faces, its vertices are shown (see points_of_mesh()).
+  bool points_instead = false;
+  unsigned threads = 0;  // number of threads; 0 means one per core
+  // Name of the command's next phase, for the progress line. This phase counts as about a tenth of
+  // the work.
+  std::string next;
 };
 
-// Opens the mesh `in`, which must not be open yet, and returns its boundary surface. Throws
-// Failure.
+// Opens the mesh of `in` and returns its boundary surface. `in` must not have been opened before.
+// Throws Failure.
 ShownBoundary shown_boundary(const CommonOptions& options, ToolInput& in, Spool& spool,
                              ProgressLine& line, const ShownRequest& request);
 
-// Returns a number for each vertex, or for each face, from the chosen array: the length if the
-// value is a vector, NaN if no value exists. Requires that an array was chosen. Frees the values
-// stored in `shown`.
+// Returns a number for each vertex (if the chosen array is a point array) or for each face (if it
+// is a cell array). The number is the length if the value is a vector, and NaN if there is no
+// value. Requires that an array was chosen. Frees the values stored in `shown`.
 std::vector<double> values_of(ShownBoundary& shown);
 
-// Sorts vertices by their numbers in the mesh, and faces by cell number and side. Rotates the
-// corners of sides so that the least number comes first. The result does not depend on the order in
-// which vertices and faces were found. Reorders `values`, which may be empty, accordingly.
+// Sorts the vertices by their numbers in the mesh, and the faces by cell number and side. Rotates
+// the corners of each side so that the lowest vertex number comes first. The result therefore does
+// not depend on the order in which vertices and faces were found. Reorders `values`, which may be
+// empty, in the same way.
 void put_in_mesh_order(BoundarySurface& boundary, bool values_of_points,
                        std::vector<double>& values);
 
-// Returns the JSON object "array" of a report: name, location, step, least, greatest. Returns null
-// if no array exists.
+// Returns the JSON object "array" of a report, with the keys name, location, step, least and
+// greatest. Returns null if no array was chosen.
 Json array_json(const ShownBoundary& shown, const std::optional<ShownRange>& range);
 
 }  // namespace shm::converters

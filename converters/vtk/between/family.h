@@ -1,7 +1,7 @@
-// Code shared by the two formats of VTK, legacy and XML, which store nearly the same information in
-// different forms. If a mesh of one format is written in the other, all data that both formats can
-// express is kept: field data, strings and bits, roles of arrays (scalars, vectors, ...), names of
-// components, information keys, faces of polyhedra.
+// Code shared by the two formats of VTK, legacy and XML. Both formats store nearly the same
+// information in different forms. If a mesh of one format is written in the other, all data that
+// both formats can express is kept: field data, strings and bits, roles of arrays (scalars,
+// vectors, ...), names of components, information keys, faces of polyhedra.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,8 @@
 
 namespace shm::converters::vtk {
 
-// A role that an array of points or cells may have, with its names in both formats.
+// A role of a point or cell array: the keyword for the role in legacy files (`kind`) and the
+// attribute in XML files (`name`).
 struct Attribute {
   EntryKind kind;
   std::string_view name;
@@ -42,12 +43,12 @@ inline constexpr Attribute kAttributes[] = {
 inline constexpr std::string_view kXmlOnlyAttributes[] = {"Tangents", "RationalWeights",
                                                           "HigherOrderDegrees", "ProcessIds"};
 
-// Names of field data with a special meaning: the time of the mesh in each format, and the title of
-// a legacy file in an XML file.
+// Names of field data with a special meaning: the time in a legacy file, the time in an XML file,
+// and the title in an XML file that was converted from a legacy file.
 inline constexpr std::string_view kLegacyTime = "TIME", kXmlTime = "TimeValue", kXmlTitle = "Title";
 
-// Extras that a plan of a file derives from the extras of its mesh, because the file's format needs
-// the values in another form.
+// Extras that are derived from the extras of a mesh, because the file to be written needs the
+// values in another form.
 struct MadeExtras {
   std::deque<Extra> data;     // values of the arrays that the plan calls x0, x1, ...
   std::deque<Extra> strings;  // lists of strings of arrays
@@ -57,10 +58,10 @@ struct MadeExtras {
   }
 };
 
-// Returns the entry for an array of the mesh in a FIELD of a legacy file.
+// Returns the skeleton entry that lists an array of the mesh in a FIELD of a legacy file.
 Entry entry_of_array(const MeshInfo& info, std::size_t array);
 
-// Largest number of components of an array whose component names are kept. Arrays of field data may
+// Maximum number of components of an array whose component names are kept. Arrays of field data may
 // have more components.
 inline constexpr std::uint64_t kMostNamedComponents = 4096;
 std::string quoted_array(std::string_view name);  // returns "array 'T'"
@@ -71,11 +72,11 @@ inline bool is_range_key(std::string_view name) {
   return name.find("_RANGE") != std::string_view::npos;
 }
 
-// Returns true if the mesh may have cells in the newer node order. Legacy files from version 5.1 on
-// and XML files from version 2.1 on use another node order for some cells.
+// Returns true if the mesh has Lagrange or Bezier hexahedra. Their node order changed in version
+// 5.1 of legacy files and version 2.1 of XML files.
 bool has_renumbered_cells(const MeshInfo& info);
-// Key of an extra that states that the cells of a piece have the newer node order. It is needed
-// because a piece of a mesh has no skeleton.
+// Key of an extra that marks a piece of a mesh whose cells are in the newer node order. The extra
+// is needed because a piece has no skeleton, which would state the version of the file.
 inline constexpr const char* kNewNumbering = "vtk/new_numbering";
 
 }  // namespace shm::converters::vtk

@@ -1,4 +1,4 @@
-// The field data of a mesh from a VTK file, legacy or XML.
+// Access to the field data of a mesh from a VTK file, legacy or XML.
 #pragma once
 
 #include <string>
@@ -20,9 +20,9 @@ struct FieldArray {
 std::vector<FieldArray> field_arrays(const MeshInfo& info);
 std::vector<std::string> strings_of(const FieldArray& array);
 
-// Returns field data "BlockNames" as an extra. It has one string for each named block: the number
-// of the block, a blank, and the name. `form` is the form in which the strings are stored. The
-// shape of the extra is the number of strings.
+// Returns an extra with the field data "BlockNames". It contains one string for each named block:
+// the number of the block, a blank, and the name. `form` is the form in which the strings are
+// stored. The shape of the extra is {number of strings}.
 Extra block_names_extra(const MeshInfo& info, std::string key, StringForm form);
 inline constexpr const char* kBlockNames = "BlockNames";
 

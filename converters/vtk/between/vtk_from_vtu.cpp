@@ -24,7 +24,7 @@ using vtu::ValuesWord;
 
 constexpr std::size_t kLongestTitle = 255;  // limit of VTK's readers
 
-// Returns the value of an information key, or of one element Value of an information key.
+// Returns the value that an element InformationKey, or an element Value in it, contains.
 std::string word_in(const Node& node) {
   for (const Node& each : node.children) {
     if (each.kind != NodeKind::text) continue;
@@ -37,8 +37,8 @@ std::string word_in(const Node& node) {
   return {};
 }
 
-// Returns the words after DATA for an information key: "<value>", or "<count> <values>" if it has
-// several values.
+// Returns the words that a legacy file contains after DATA for an information key: "<value>", or
+// "<count> <values>" if the key has several values.
 std::string information_data(const Node& key) {
   std::string values;
   std::uint64_t count = 0;
@@ -110,8 +110,8 @@ class LegacyBuilder {
     return true;
   }
 
-  // Finds the time step of the file whose time equals the time of the mesh. If there is no such
-  // step, chooses the last step.
+  // Sets step_ to the time step of the XML file that has the last time of the mesh. If there is no
+  // such time step, sets step_ to the last time step of the XML file.
   void find_step() {
     times_ = contents_.times();
     step_ = times_.empty() ? 0 : times_.size() - 1;
@@ -140,8 +140,8 @@ class LegacyBuilder {
     add_field(std::move(arrays));
   }
 
-  // Returns true if field data is a title that fits into the header of a legacy file, and uses it
-  // as the title of the skeleton.
+  // If an array of field data contains a title that fits into the header of a legacy file, uses it
+  // as the title of the skeleton and returns true.
   bool is_title(Node& array) {
     const auto word = vtu::values_word(array);
     if (array.attribute_or("Name", "") != kXmlTitle || !word ||
@@ -204,8 +204,8 @@ class LegacyBuilder {
     add_field(std::move(others));
   }
 
-  // Reports arrays that only some pieces have. Legacy files cannot store such arrays, because the
-  // points or cells of the other pieces lack values.
+  // Reports the loss of arrays that only some pieces have. Legacy files cannot store them, because
+  // the points or cells of the other pieces have no values.
   void report_other_pieces(Location location, const Node* first) {
     const std::vector<Node*> all = contents_.data(location);
     for (std::size_t p = 0; p < all.size(); ++p)
@@ -220,7 +220,8 @@ class LegacyBuilder {
 
   using Roles = std::map<std::string, std::set<EntryKind>>;  // roles of each array, by its name
 
-  // Returns the roles of the arrays in a section. Reports roles that legacy files cannot express.
+  // Returns the roles of the arrays in an element PointData or CellData. Reports the loss of roles
+  // that legacy files cannot express.
   Roles roles_of(const Node& data, Location location) {
     Roles roles;
     for (const auto& [key, name] : data.attributes) {
@@ -252,8 +253,8 @@ class LegacyBuilder {
     return info.role.empty() && (!info.per_step || !info_.step_times.empty());
   }
 
-  // Returns the indices of arrays that occur in the section only at other time steps than the
-  // written step.
+  // Returns the indices of the arrays in an element PointData or CellData that do not exist at the
+  // written time step, but only at other time steps.
   std::set<std::uint64_t> of_other_steps(Node& data) const {
     std::set<std::uint64_t> others, current;
     for (Node& array : data.children) {
@@ -306,8 +307,9 @@ class LegacyBuilder {
     }
   }
 
-  // Adds values of points or cells that are stored as an extra, not as an array of the mesh. These
-  // values are in file order, so they are kept only in order keep.
+  // Adds values of points or cells that are stored as an extra, not as an array of the mesh. The
+  // values are in file order. If the mesh was stored in another order (not Order::keep), the values
+  // are dropped and reported as lost.
   void add_other_values(Node& array, const ValuesWord& word, Location location,
                         std::vector<Entry>& others) {
     const std::uint64_t elements = location == Location::cell ? info_.cells() : info_.vertices;
@@ -386,7 +388,7 @@ class LegacyBuilder {
   LegacyParts parts_;
   std::vector<double> times_;
   std::size_t step_ = 0;
-  // Arrays of the current section that occur only at other time steps than the written step.
+  // Arrays of the current element PointData or CellData that do not exist at the written time step.
   std::set<std::uint64_t> of_other_steps_;
 };
 
@@ -395,7 +397,7 @@ class LegacyBuilder {
 LegacyParts legacy_of_xml(const MeshInfo& info, LossList* losses) {
   auto contents = Contents::of(info);
   if (!contents && find_extra(info, "vtu/skeleton") != nullptr)
-    fail_extra("vtu/skeleton", "is not the skeleton of a VTU file");
+    fail_extra("vtu/skeleton", "the skeleton of the VTU file is invalid");
   if (!contents) return {};
   return LegacyBuilder(info, *contents, losses).build();
 }

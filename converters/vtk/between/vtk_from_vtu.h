@@ -12,18 +12,19 @@
 
 namespace shm::converters::vtk {
 
-// Skeleton of a binary legacy file without its cells. Its version is the version that the cells of
-// the mesh need.
+// Skeleton of a binary legacy file, without the lists of cells. The version of the file is 5.1 if
+// the node order of the cells requires version 5.1, otherwise 4.2.
 struct LegacyParts {
   Skeleton skeleton;
   std::set<std::size_t> placed;  // indices of the mesh's arrays to which the skeleton refers
   MadeExtras made;
 };
-// Converts the skeleton of an XML file to that of a legacy file. Adds the data that the legacy file
-// will lack to `losses`, which may be null.
+// Converts the skeleton of an XML file to that of a legacy file. Adds descriptions of the data that
+// the legacy file cannot store to `losses`, which may be null.
 LegacyParts legacy_of_xml(const MeshInfo& info, LossList* losses);
 
-// Returns the data of a mesh from an XML file that cannot be stored in a legacy file.
+// Returns descriptions of the data that is lost if a mesh from an XML file is written as a legacy
+// file.
 LossList losses_in_vtk(const MeshInfo& info);
 
 }  // namespace shm::converters::vtk

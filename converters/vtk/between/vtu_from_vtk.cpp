@@ -77,7 +77,7 @@ void add_information(Node& array, std::string_view name_line, std::string_view d
 }
 
 void add_metadata(Node& array, std::string_view text, std::uint64_t components, bool rounded) {
-  bool named = false;  // becomes true after the first list of component names
+  bool named = false;  // true after the first list of component names; further lists are ignored
   while (!text.empty()) {
     const std::string_view line = take_line(text);
     if (vtk::lower_case(line.substr(0, 15)) == "component_names") {
@@ -102,7 +102,7 @@ class XmlBuilder {
     const Extra* text = extras_.find("vtk/skeleton");
     if (text == nullptr) return std::move(parts_);
     const auto parsed = vtk::parse_skeleton(text_of_extra(*text));
-    if (!parsed) vtk::fail_extra(text->key, "is not the skeleton of a VTK file");
+    if (!parsed) vtk::fail_extra(text->key, "the skeleton of the VTK file is invalid");
     skeleton_ = &*parsed;
     for (const Entry& entry : skeleton_->entries) add(entry);
     add_dataset();
@@ -186,9 +186,10 @@ class XmlBuilder {
     vtk::append_string(list, text, StringForm::zeros);
   }
 
-  // Adds an array that is stored as an extra. It becomes field data unless it has a value for each
-  // point or cell of its section. Sections of points or cells contain such extras if their number
-  // of values differs from the number of points or cells.
+  // Adds an array that is stored as an extra. (An array of points or cells is stored as an extra if
+  // it does not have a value for each point or cell, or has too many components.) The array becomes
+  // an array of points or cells if it has a value for each of them and the mesh is in file order
+  // (Order::keep); otherwise, it becomes field data.
   void add_extra(const Entry& entry) {
     const std::string name = vtk::decode_name(entry.name);
     const Extra* found = extras_.find(vtk::data_key(entry.index));
@@ -253,8 +254,8 @@ class XmlBuilder {
     data.children.push_back(std::move(array));
   }
 
-  // Gives a role to an array unless another array already has the role. If several arrays have one
-  // role in a legacy file, VTK uses the first.
+  // Gives a role to an array unless another array already has the role. If several arrays of a
+  // legacy file have the same role, VTK uses the first.
   void set_role(const std::string& array, EntryKind kind, Node& data) {
     for (const vtk::Attribute& attribute : vtk::kAttributes)
       if (kind == attribute.kind && data.attribute(attribute.name) == nullptr)

@@ -15,21 +15,23 @@ namespace shm::converters::vtu {
 struct XmlParts {
   Node field = element("FieldData"), point_data = element("PointData"),
        cell_data = element("CellData"), points = element("Points");
-  std::string version = "1.0";   // version of the XML file that the cells need
-  std::set<std::size_t> placed;  // indices of the mesh's arrays to which the tree refers
+  std::string version = "1.0";   // version of the XML file, which determines the node order
+  std::set<std::size_t> placed;  // indices of the mesh's arrays to which the elements refer
   vtk::MadeExtras made;
 };
 
-// Converts the skeleton of a legacy file to the tree of an XML file. `format` is the encoding of
-// arrays. Adds the data that the XML file will lack to `losses`, which may be null.
+// Converts the skeleton of a legacy file to elements of an XML file. `format` is the encoding of
+// the arrays, such as "appended". Adds descriptions of the data that the XML file cannot store to
+// `losses`, which may be null.
 XmlParts xml_of_legacy(const MeshInfo& info, const std::string& format, LossList* losses);
 
-// Returns an array of field data that contains strings and has one component. In `values`, each
-// string is terminated by a zero byte.
+// Returns the XML element of a field data array of strings, with one component. `values` contains
+// the strings, each terminated by a zero byte. The function adds `values` to `made`.
 Node strings_element(const std::string& name, std::string values, const std::string& format,
                      vtk::MadeExtras& made);
 
-// Returns the data of a mesh from a legacy file that cannot be stored in a VTU file.
+// Returns descriptions of the data that is lost if a mesh from a legacy file is written as a VTU
+// file.
 LossList losses_in_vtu(const MeshInfo& info);
 
 }  // namespace shm::converters::vtu

@@ -1,5 +1,5 @@
-// Contents: access to the parts of an XML file's skeleton that are not points or cells: arrays of
-// data, and markup that only XML files have.
+// Contents: access to the skeleton of an XML file, that is, to the elements of its arrays, and to
+// markup that only XML files have.
 #pragma once
 
 #include <cstdint>
@@ -20,26 +20,26 @@ class Contents {
 
   Node& grid() { return *document_.root().child("UnstructuredGrid"); }
   std::string version() { return document_.root().attribute_or("version", ""); }
-  // Returns the nodes of the arrays of field data.
+  // Returns the XML elements of the arrays of field data.
   std::vector<Node*> field_arrays();
-  // Returns the element PointData or CellData of each piece. The entry of a piece without this
-  // element is null.
+  // Returns one entry per piece: its element PointData or CellData, or null if the piece does not
+  // have this element.
   std::vector<Node*> data(Location location);
-  // Returns the element PointData or CellData of the first piece that has points or cells. The
-  // other pieces have the same arrays.
+  // Returns the element PointData or CellData of the first piece that has points or cells. It
+  // contains all arrays that exist in every piece.
   Node* first_data(Location location);
-  // Returns the nodes of the arrays of points of all pieces and time steps.
+  // Returns the XML elements of the arrays of points of all pieces and time steps.
   std::vector<Node*> all_points();
-  // Returns the node of the first array of points, which contains the coordinates. Returns null if
-  // no such array exists.
+  // Returns the first XML element of an array of points, which contains the coordinates. Returns
+  // null if there is no such element.
   Node* points();
   // Returns the times in the attribute TimeValues. Returns an empty list if the attribute is
   // missing or does not consist of numbers.
   std::vector<double> times();
   // Returns the skeleton as text, without the value ranges of arrays.
   std::string without_ranges();
-  // Returns the losses if the mesh is written as a legacy file: comments, elements and other markup
-  // that VTK's readers ignore, and the division into pieces.
+  // Returns the markup that is lost if the mesh is written as a legacy file: comments, elements and
+  // other markup that VTK's readers ignore, and the division into pieces.
   LossList markup();
 
  private:
@@ -49,11 +49,11 @@ class Contents {
   Document document_;
 };
 
-// Returns the array (role vtu:points) that contains the points at a time step. Returns nothing if
-// the points at this step are those of the mesh.
+// Returns the index of the array (with the role vtu:points) that contains the points at a time
+// step. Returns nothing if the points at this step are the points of the mesh.
 std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step);
 
-// Removes the attributes and keys with value ranges from an array element.
+// Removes the value ranges (attributes and information keys) from an array element.
 void forget_ranges(Node& array);
 
 // Returns true if an array element contains names of components, or information keys other than

@@ -91,8 +91,8 @@ void Parser::lookup_table() {
   values(std::move(entry));
 }
 
-// Reads the values that the line of `entry` announces. The input must be at the first byte after
-// this line.
+// Reads the values of an array. `entry` describes the line that announces the array. The input must
+// be at the first byte after this line.
 void Parser::values(Entry entry) {
   const ValueForm form = form_of_word(entry.type);
   if (form == ValueForm::unknown)
@@ -138,13 +138,14 @@ void Parser::add_array(Entry& entry, Values column_values, std::string_view role
   info_.schema.arrays.push_back(std::move(array));
 }
 
-// Returns the index of the array if it has been read before under another role. VTK writes an array
-// with several roles once per role: SCALARS and VECTORS with equal names and values are one array
-// of the mesh.
+// If the array has been read before under another role, returns the index of the earlier array;
+// otherwise returns nothing. This is necessary because VTK writes an array with several roles once
+// per role. For example, SCALARS and VECTORS with equal names and values become one array of the
+// mesh.
 std::optional<std::size_t> Parser::written_before(EntryKind kind, const ArrayInfo& array,
                                                   Values& values) {
-  // Number of arrays with one name that are compared. Any further arrays with this name are
-  // separate arrays.
+  // Maximum number of earlier arrays with the same name that are compared with the array. If there
+  // are more, later arrays with this name become separate arrays.
   constexpr std::size_t kMostOfAName = 4;
   const auto& arrays = info_.schema.arrays;
   auto& of_name = named_[{array.location, array.name}];
@@ -166,8 +167,8 @@ bool Parser::is_per_element(const Entry& entry) const {
          entry.components <= kMostComponents;
 }
 
-// Reads strings, variants and bits. If they belong to points or cells, they become arrays.
-// Otherwise they are stored as the bytes or words of the file.
+// Reads strings, variants and bits. If they belong to points or cells, they become arrays of the
+// mesh. Otherwise the bytes or words of the file become an extra.
 void Parser::other_values(Entry& entry, ValueForm form) {
   const std::uint64_t count = product(entry.tuples, entry.components);
   if (form == ValueForm::bit) return bits(entry, count);
@@ -207,10 +208,10 @@ void Parser::bits(Entry& entry, std::uint64_t count) {
   info_.extras.push_back(text_extra(data_key(entry.index), kept));
 }
 
-// Reads strings into a list of distinct strings and an array of indices into this list. The indices
-// are reordered with their points and cells.
+// Reads strings into a list of distinct strings and an array of indices into this list. If points
+// or cells are reordered, only the array of indices is reordered.
 void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
-  // No limit is needed, because the list cannot be larger than the file.
+  // The list needs no limit, because it cannot be larger than the file.
   StringLister strings(std::numeric_limits<std::uint64_t>::max());
   PagedArray values(spool_, sizeof(std::uint32_t));
   std::string one;
@@ -226,9 +227,9 @@ void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
 }
 
 // Reads one string or variant. A variant is a line that contains its type and its %-encoded text. A
-// string of a text file is one %-encoded line. A string of a binary file follows its length, which
-// has 1, 2, 4 or 8 bytes; the top two bits of the first byte (3, 2, 1, 0) determine this number of
-// bytes.
+// string in a text file is one %-encoded line. In a binary file, the length of a string precedes
+// the string. The length uses 1, 2, 4 or 8 bytes if the top two bits of its first byte are 3, 2, 1
+// or 0, respectively.
 void Parser::one_string(ValueForm form, std::string& out) {
   if (form == ValueForm::variant) {
     out.append(input_.word()).append(" ");

@@ -27,9 +27,9 @@ bool has_more_than_ranges(const std::string& metadata) {
   return false;
 }
 
-// Returns the lines of a METADATA section without the keys of ranges. A key consists of its NAME
-// line and all lines up to the next NAME line. A line before the first key states the number of
-// keys.
+// Returns the lines of a METADATA section without the information keys that contain ranges. A key
+// consists of its NAME line and all lines up to the next NAME line. A line before the first key
+// states the number of keys.
 std::string without_ranges(const std::string& metadata) {
   std::istringstream lines(metadata);
   std::string before, keys, line;
@@ -68,7 +68,7 @@ void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList
     }
     if (entry.origin != Origin::extra || used.contains(data_key(entry.index))) continue;
     if (entry.kind >= EntryKind::x_coordinates && entry.kind <= EntryKind::z_coordinates)
-      continue;  // no loss is reported, because the points of the mesh contain the axes
+      continue;  // not a loss, because the points of the mesh contain the coordinates of the axes
     const bool table = entry.kind == EntryKind::lookup_table;
     losses.push_back((table ? "lookup table" : "field data") + quoted(name));
   }
@@ -112,7 +112,7 @@ class LegacySource final : public FamilySource {
 };
 
 constexpr LegacySource kSource;
-// Role of arrays of strings; both VTK formats have this role.
+// Role of arrays of strings. The role is the same in both VTK formats.
 constexpr Role kRoles[] = {
     {.name = kStringRole, .is_private = true, .loss = [](const std::string& array) {
        return "strings of " + quoted_array(array);

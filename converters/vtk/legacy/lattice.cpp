@@ -34,8 +34,8 @@ std::vector<double> wide_values(const Extra& extra) {
   return values;
 }
 
-// Finds the numbers of the first and the last point along each axis. EXTENT a b ... means points a
-// to b; DIMENSIONS n ... means points 0 to n - 1.
+// Stores the number of the first and of the last point along each axis in `ranges`. EXTENT a b ...
+// means points a to b; DIMENSIONS n ... means points 0 to n - 1.
 bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
   if (entry.kind == EntryKind::extent) {
@@ -55,8 +55,8 @@ bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   return true;
 }
 
-// Sets a property of evenly spaced axes, which depends on the kind of entry: the origin, the
-// spacing or the first point.
+// Sets a property of evenly spaced axes to the values in `entry`. The property is the number of the
+// first point, the origin or the spacing.
 void place_axes(const Entry& entry, std::array<Axis, 3>& axes) {
   std::array<std::int64_t, 6> ranges{};
   std::array<double, 3> words{};
@@ -127,8 +127,9 @@ std::optional<Lattice> Lattice::of(const std::array<std::uint64_t, 3>& dimension
     lattice.cell_dimensions_[axis] = std::max<std::uint64_t>(size - 1, 1);
     lattice.cells_ *= lattice.cell_dimensions_[axis];
     if (size == 1) continue;
-    // The second axis adds the corners in reverse order, so that they go around the face. The third
-    // axis adds the corners of the opposite face.
+    // The second axis adds two corners in reverse order, so that the four corners go around the
+    // face. The third axis adds the corners of the opposite face in the same order as the first
+    // face.
     const std::size_t n = lattice.nodes_;
     for (std::size_t i = 0; i < n; ++i)
       lattice.offsets_[n + i] = lattice.offsets_[n == 2 ? 1 - i : i] + stride;
@@ -177,7 +178,7 @@ void LatticePoints::read(const Lattice& lattice, std::uint64_t first, std::uint6
       index[1] = 0;
       ++index[2];
     }
-    // The loop ends after the last point, because the next row may be outside the lattice.
+    // Return after the last point, because the next row may be outside the lattice.
     if (count == 0) return;
     xyz[1] = axes[1](index[1]);
     xyz[2] = axes[2](index[2]);

@@ -1,6 +1,6 @@
-// Lattice: the points and cells of VTK's structured data sets. Points are in rows, rows in layers,
-// and layers in a stack; cells are between neighbouring points. Cells are hexahedra if all
-// dimensions exceed 1, quads if one dimension is 1, and lines if two dimensions are 1. A single
+// Lattice: the points and cells of VTK's structured data sets. Points form rows, rows form layers,
+// and layers form a stack. The corners of a cell are neighbouring points. Cells are hexahedra if
+// all dimensions exceed 1, quads if one dimension is 1, and lines if two dimensions are 1. A single
 // point is a vertex cell. Points and cells are numbered with x fastest.
 #pragma once
 
@@ -37,19 +37,21 @@ class Lattice {
   std::uint64_t points_ = 0, cells_ = 0;
   std::size_t nodes_ = 1;  // nodes per cell
 
-  // Numbers of a cell's corners, relative to the number of its first corner.
+  // For each corner of a cell, its vertex number minus the vertex number of the first corner. The
+  // differences are the same for all cells.
   std::array<std::uint64_t, 8> offsets_{};
   std::array<std::uint64_t, 8> corners_{};
 };
 
-// Coordinates of the points along one axis: either a list, or evenly spaced without end.
+// Coordinates of the points along one axis: either a list of coordinates, or an unlimited sequence
+// of evenly spaced coordinates.
 struct Axis {
   std::vector<double> values;  // listed coordinates; empty if the points are evenly spaced
   double origin = 0, spacing = 1;
   std::int64_t first = 0;  // number of the first point on the axis; point 0 is at `origin`
   double operator()(std::uint64_t index) const {
     if (!values.empty()) return values[index];
-    // This is the same expression as in vtkImageData, so that the values are bit-identical.
+    // vtkImageData uses the same expression. The values are therefore bit-identical to VTK's.
     return origin + static_cast<double>(first + static_cast<std::int64_t>(index)) * spacing;
   }
 };
@@ -63,13 +65,13 @@ struct LatticePoints {
   void read(const Lattice& lattice, std::uint64_t first, std::uint64_t count, std::byte* out) const;
 };
 
-// Returns the lattice that an entry DIMENSIONS or EXTENT of a skeleton states. Returns nothing if
-// the numbers of the entry are invalid.
+// Returns the lattice with the size that an entry DIMENSIONS or EXTENT of a skeleton contains.
+// Returns nothing if the numbers of the entry are invalid.
 std::optional<Lattice> lattice_of(const Entry& entry);
 
-// Returns the points that a skeleton of rectilinear or image data determines. `extra` returns the
-// extra with a key, or null if no such extra exists. If dimensions and axes are inconsistent,
-// returns nothing and describes the problem in `problem`.
+// Returns the points that a skeleton of rectilinear or image data determines. `extra` is a function
+// that returns the extra with a given key, or null if no such extra exists. If dimensions and axes
+// are inconsistent, returns nothing and describes the problem in `problem`.
 using FindExtra = std::function<const Extra*(const std::string& key)>;
 std::optional<LatticePoints> lattice_points_of(const Skeleton& skeleton, const FindExtra& extra,
                                                std::string& problem);

@@ -14,8 +14,8 @@
 namespace shm::converters::vtk {
 namespace {
 
-// Largest number that the cells of binary files up to version 4.x can contain, since these files
-// store cells as 32-bit integers.
+// Largest point number or count that a list of cells may contain in a binary file up to version
+// 4.x. Such files store these numbers as 32-bit integers.
 constexpr std::uint64_t kMostClassic = std::numeric_limits<std::int32_t>::max();
 
 }  // namespace
@@ -42,12 +42,13 @@ void FilePlan::check_lists() const {
     const bool known = std::any_of(lists_.begin(), lists_.end(),
                                    [&](const CellList& list) { return list.kind == each.kind; });
     if (!known || !listed.insert(each.kind).second)
-      fail_extra("vtk/skeleton",
-                 "has the same list of cells twice, or a list that its data set cannot have");
+      fail_extra(
+          "vtk/skeleton",
+          "the skeleton has the same list of cells twice, or a list that its data set cannot have");
   }
 }
 
-// Returns the list of cells of kind `kind`, which must be one of the lists of the file.
+// Returns the list of cells of kind `kind`. The file must have such a list.
 const FilePlan::CellList& FilePlan::cell_list(EntryKind kind) const {
   return *std::find_if(lists_.begin(), lists_.end(),
                        [&](const CellList& list) { return list.kind == kind; });
@@ -56,7 +57,7 @@ const FilePlan::CellList& FilePlan::cell_list(EntryKind kind) const {
 void FilePlan::plan_from_source(const Extra& text) {
   const auto* begin = reinterpret_cast<const char*>(text.data.data());
   auto parsed = parse_skeleton({begin, text.data.size()});
-  if (!parsed) fail_extra(text.key, "is not the skeleton of a VTK file");
+  if (!parsed) fail_extra(text.key, "the skeleton of the VTK file is invalid");
   skeleton_ = std::move(*parsed);
   settle_dataset();
   Location location = Location::point;
@@ -69,8 +70,8 @@ void FilePlan::plan_from_source(const Extra& text) {
 }
 
 // Changes the data set to an unstructured grid if necessary. If a mesh was renumbered, the
-// dimensions no longer determine its points and cells. If cells moved, the lists no longer
-// determine their order.
+// dimensions no longer determine its points and cells. If cells of polygonal data moved to another
+// list, the lists no longer determine the order of the cells.
 void FilePlan::settle_dataset() {
   if (skeleton_.dataset == Dataset::unstructured_grid) return;
   if (is_lattice(skeleton_.dataset) ? plan_lattice() : plan_polydata()) return;
@@ -114,8 +115,8 @@ bool FilePlan::is_lattice_of(const Lattice& lattice) {
   return same;
 }
 
-// Returns true if the points of the mesh are those that the axes determine. Points that were
-// rounded always match, because the axes determine the exact points.
+// Returns true if the points of the mesh are those that the axes determine. Rounded points are not
+// compared, because the axes determine the exact points.
 bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points) {
   if (points.type != info_.schema.coordinate_type) return false;
   if (info_.schema.coordinate_quantization.lossy()) return true;
@@ -130,8 +131,8 @@ bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points
   return true;
 }
 
-// Returns true if the cells are ordered by list, in VTK's order of lists, and the type of each cell
-// is allowed in its list.
+// Returns true if the cells of the mesh are sorted by list of polygonal data, in VTK's order of
+// lists, and the type of each cell is allowed in its list.
 bool FilePlan::plan_polydata() {
   std::uint64_t first = 0;
   for (const EntryKind kind :
@@ -236,8 +237,8 @@ void FilePlan::plan_for_foreign() {
   add_block_ids();
 }
 
-// Returns the entries of a separate FIELD that contains the time of the last step. The time becomes
-// the extra vtk/data/<index>, which must be unused.
+// Returns the skeleton entries of a separate FIELD that contains the time of the last step. Stores
+// the time as the extra vtk/data/<index>; this key must be unused.
 std::vector<Entry> FilePlan::time_entries(std::size_t index) {
   time_ = Extra{data_key(index), ScalarType::float64, Reference::nothing, {1, 1}, {}};
   time_.data.resize(sizeof(double));
@@ -253,9 +254,9 @@ std::vector<Entry> FilePlan::time_entries(std::size_t index) {
            .tuples = 1}};
 }
 
-// Adds the time of the step if the source does not have it, e.g. in a file of a series whose
-// collection contains the times. The time is added to the first field of the data set if there is
-// one, because readers keep only one field.
+// Adds the time of the last step if the skeleton does not contain a time. This is the case, for
+// example, if the source is a series of files whose times are in a collection file. The time is
+// added to the first field of the data set if there is one, because readers keep only one field.
 void FilePlan::add_missing_time() {
   auto& entries = skeleton_.entries;
   const auto end = std::find_if(entries.begin(), entries.end(), [](const Entry& each) {
@@ -300,11 +301,11 @@ void FilePlan::add_block_names() {
                                .tuples = names_.shape[0]});
 }
 
-// Adds an array with the block ids of a mesh from another format, because the blocks of VTK have
-// only a cell type.
+// Adds an array with the block ids of a mesh from another format, because a VTK file stores only
+// the type of each cell, not its block.
 void FilePlan::add_block_ids() {
   const auto& blocks = info_.schema.blocks;
-  // No array is needed for VTK's own meshes, whose block ids are cell types.
+  // No array is needed for a mesh that came from VTK, because its block ids are cell types.
   if (info_.schema.source_format.starts_with("vt")) return;
   bool differ = false, wide = false;
   for (const BlockInfo& block : blocks) {
@@ -325,8 +326,8 @@ void FilePlan::add_block_ids() {
                      .tuples = info_.cells()});
 }
 
-// Counts the numbers of all cells. Chooses the layout of version 5.x if they do not fit into the
-// classic layout.
+// Counts the integers that the file stores for all cells. Chooses the layout of version 5.x if the
+// classic layout, which is limited to 32-bit numbers, is too small.
 void FilePlan::choose_layout() {
   bool all_fixed = !has_polyhedra() && lists_.size() == 1;
   std::uint64_t all_numbers = 0;

@@ -1,6 +1,7 @@
 // FilePlan: the layout of the VTK legacy file for a mesh, determined before the first byte is
-// written. It consists of the skeleton, the cell types, and the numbers of each cell. The skeleton
-// is that of the source, or a plain one if the mesh came from another format.
+// written. The plan consists of the skeleton, the type of each cell, and the point numbers of each
+// cell. If the mesh came from a VTK file, its skeleton is derived from the skeleton of that file;
+// otherwise, it is a default skeleton.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +18,8 @@ namespace shm::converters::vtk {
 
 class FilePlan : public CellPlan {
  public:
-  // Borrows `mesh`. Reads its cells if the size of the cells in the file cannot be determined
-  // without reading them.
+  // Borrows `mesh`. Reads its cells if this is necessary to determine the size of the lists of
+  // cells in the file.
   explicit FilePlan(MeshSource& mesh);
 
   const Skeleton& skeleton() const { return skeleton_; }
@@ -61,11 +62,10 @@ class FilePlan : public CellPlan {
 
   Skeleton skeleton_;
   Extra time_, names_;
-  MadeExtras made_;               // extras for values that the source stores in another form
-  std::set<std::size_t> placed_;  // indices of arrays that have a place in the skeleton
+  MadeExtras made_;               // extras with values in the form that legacy files need
+  std::set<std::size_t> placed_;  // indices of the arrays that have an entry in the skeleton
 
-  // Roles in which arrays have occurred so far, as pairs of array and role. Each role is allowed
-  // once per array.
+  // Pairs (array, role) that have occurred so far. An array may occur only once with each role.
   std::set<std::pair<std::size_t, EntryKind>> roles_;
   std::vector<CellList> lists_;
 };

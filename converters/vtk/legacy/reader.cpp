@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::string_view kMagic = "# vtk datafile version";
 constexpr std::uint64_t kPointsAtOnce = 8192;
-// Largest number of points of a data set without any values. A limit is needed because in this case
-// the size of the file does not limit the number of points.
+// Maximum number of points of a structured data set that has no array of point values. A limit is
+// needed because a small file of this kind may declare any number of points.
 constexpr std::uint64_t kMostPointsWithoutValues = std::uint64_t{1} << 30;
 
 std::string upper_case(std::string_view text) {
@@ -139,7 +139,7 @@ bool Parser::section_keyword(const std::string& word) {
   if (word == "cell_data" || word == "point_data") {
     begin_section(word == "cell_data" ? EntryKind::cell_data : EntryKind::point_data);
   } else if (word == "metadata") {
-    std::string ignored;  // metadata that VTK does not attach to any array
+    std::string ignored;  // metadata that does not follow an array; VTK ignores it too
     input_.skip_line();
     read_metadata(0, ignored);
   } else if (word == "field") {
@@ -175,15 +175,16 @@ std::uint64_t Parser::product(std::uint64_t a, std::uint64_t b) {
   return result;
 }
 
-// Returns a column of `count` numbers that follow in the file. Like VTK, reads no line end after
-// the announcement of an empty array.
+// Reads the next `count` numbers of the file as a column (see Values). If `count` is 0, does not
+// skip the end of the current line, because VTK does not skip it either.
 Values Parser::column(ScalarType type, std::uint64_t count) {
   if (count > 0) next_line_is_binary();
   return Values(input_, binary_file_, spool_, type, count);
 }
 
-// Reads a METADATA section if there is one, up to the empty line that ends it. Component names may
-// also be empty lines, and empty lines may precede the keys of an INFORMATION.
+// If a METADATA section follows, reads it up to the empty line that ends it. Some empty lines do
+// not end the section: empty component names, empty strings, and empty lines before the keys of an
+// INFORMATION.
 void Parser::metadata(std::uint64_t components, std::string& out) {
   if (lower_case(input_.peek_word()) != "metadata") return;
   input_.skip_line();
@@ -220,8 +221,8 @@ void Parser::read_metadata(std::uint64_t components, std::string& out) {
   }
 }
 
-// --- sections before POINT_DATA and CELL_DATA: points and cells, or the dimensions and axes that
-// determine points and cells
+// --- Sections before POINT_DATA and CELL_DATA. They contain the points and cells, or the
+// dimensions and axes that determine the points and cells.
 
 // Reads a section of points or cells. Returns false if the data set cannot have such a section.
 bool Parser::geometry_keyword(EntryKind kind) {
@@ -303,7 +304,7 @@ Values Parser::cell_numbers(const char* keyword, std::string& word, std::uint64_
   word = input_.word();
   const auto type = scalar_of_word(word, skeleton_.binary);
   if (!type || is_float(*type))
-    input_.fail(ErrorCode::corrupt, "'" + word.substr(0, 40) + "' is not a type of cell numbers");
+    input_.fail(ErrorCode::corrupt, "'" + word.substr(0, 40) + "' is not an integer type");
   Values result = column(*type, count);
   std::string ignored;  // metadata with ranges, which VTK computes itself
   metadata(1, ignored);
@@ -346,8 +347,8 @@ void Parser::dimensions(EntryKind kind) {
   skeleton_.entries.push_back(std::move(entry));
 }
 
-// Reads the spacing or the origin of image data. Even binary files store these numbers as words.
-// The words are kept verbatim, so that nothing is rounded.
+// Reads the spacing or the origin of image data. These numbers are text even in binary files. Their
+// words are kept verbatim, so that nothing is rounded.
 void Parser::spacing(EntryKind kind) {
   skeleton_.entries.push_back(Entry{.kind = kind, .type = plain_words_of(kind)});
 }

@@ -35,16 +35,16 @@ class VtkSource : public MeshSource {
 
  private:
   friend class Parser;
-  // Number of lists of cells. Polygonal data have four lists, in the order in which VTK numbers
-  // their cells; other data sets have one list.
+  // Maximum number of lists of cells. Polygonal data have four lists, in the order in which VTK
+  // numbers their cells; other data sets have one list.
   static constexpr std::size_t kLists = 4;
 
   MeshInfo info_;
   Values points_;
-  LatticePoints lattice_points_;  // points of data sets that have no section POINTS
+  LatticePoints lattice_points_;  // points of a data set without a section POINTS
   std::array<CellTable, kLists> lists_;
   std::optional<Lattice> lattice_;
-  std::uint64_t lattice_cell_ = 0;  // number of the next cell of a structured data set
+  std::uint64_t lattice_cell_ = 0;  // next cell that next_cells() returns; structured data only
   bool makes_points_ = false;
   std::vector<Values> arrays_;
 };
@@ -117,10 +117,10 @@ class Parser {
   std::array<bool, kEntryKinds> seen_{};
   bool saw_types_ = false;
   std::size_t data_count_ = 0;
-  // Pairs of an array and a kind of section in which it has occurred.
+  // Pairs (array, role) that the reader has found so far.
   std::set<std::pair<std::size_t, EntryKind>> roles_;
 
-  // Indices of the first few arrays with each name, by location and name.
+  // Indices of the first few arrays with each name. The key is (location, name).
   std::map<std::pair<Location, std::string>, std::vector<std::size_t>> named_;
 };
 

@@ -3,35 +3,37 @@
 // of all features.
 //
 // Blocks: a mesh has one block for each VTK cell type and number of nodes, in order of first
-// appearance; BlockInfo::id is the VTK cell type. Polygons, polylines, polyvertices, triangle
-// strips, convex point sets and polyhedra share one block per type if their numbers of nodes
-// differ. Voxels and pixels are stored as hexahedra and quads (with permuted corners), in blocks of
-// their own type. A structured data set has one block: hexahedra, quads if one dimension is 1,
-// lines, or a vertex.
+// appearance; BlockInfo::id is the VTK cell type. If the cells of one of the types polygon,
+// polyline, polyvertex, triangle strip, convex point set and polyhedron have different numbers of
+// nodes, all cells of this type are in one block. Voxels and pixels are stored as hexahedra and
+// quads (with permuted corners), in blocks of their own type. A structured data set has one block:
+// hexahedra, quads if one dimension is 1, lines if two dimensions are 1, or a single vertex.
 //
-// Points of rectilinear and image data are computed when they are read, as VTK computes them: axis
-// values, or origin + number * spacing in double; float32 if all three axes are float32.
+// A file with rectilinear or image data does not contain points. The points are computed when they
+// are read, in the same way as in VTK: from the values of the axes, or as origin + number * spacing
+// in double precision. The points are float32 if all three axes are float32.
 //
 // Cells of polygonal data are numbered as in VTK: VERTICES, LINES, POLYGONS, TRIANGLE_STRIPS. A
-// single vertex, line, triangle or quad in these lists has that cell type.
+// cell in these lists that is a single vertex, line, triangle or quad has the cell type vertex,
+// line, triangle or quad.
 //
-// Arrays: the arrays of POINT_DATA and CELL_DATA that have a value for every vertex or cell (role
-// ""), and BLANKING of old structured grids. Bits are uint8. Strings and variants are uint32 with
-// role "vtk:string": indices into vtk/strings/<i>.
+// Arrays: the arrays of POINT_DATA and CELL_DATA that have a value for every vertex or cell
+// (without a role), and BLANKING of old structured grids. Bits are uint8. Strings and variants are
+// uint32 with role "vtk:string": indices into vtk/strings/<i>.
 //
-// vtkIdType is 32 bits wide in binary files (as VTK writes it) and read as 64 bits from text.
-// COLOR_SCALARS are uint8 in binary files and float32 (0..1) in text, as stored.
+// vtkIdType has 32 bits in binary files, as VTK writes it. In text files, it is read as 64 bits.
+// COLOR_SCALARS have the type of the file: uint8 in binary files, float32 (0..1) in text files.
 //
 // Extras:
 //   vtk/skeleton             text: the file without its numbers, line by line in file order (see
 //                            below)
-//   vtk/cell_types           int32[blocks]: VTK cell type of each block; not for structured data
-//   vtk/data/<k>             values of the array that the skeleton calls x<k>. Numbers have their
-//   own
-//                            type and the shape {tuples, components}. String, variant and bit
-//                            arrays are uint8: exactly the file's bytes (binary strings, packed
-//                            bits), its words, one value per line (text strings, variants), or 0/1
-//                            (text bits)
+//   vtk/cell_types           int32[blocks]: VTK cell type of each block; does not exist for
+//                            structured data
+//   vtk/data/<k>             values of the array that the skeleton calls x<k>. Numbers have the
+//                            type of the file and the shape {tuples, components}. Strings, variants
+//                            and bits are uint8: for strings and bits of a binary file, the bytes
+//                            of the file; for variants, and for strings of a text file, the words
+//                            of the file, one value per line; for bits of a text file, 0 or 1
 //   vtk/strings/<i>          uint8: the distinct strings of array i of the schema, one after the
 //                            other, in the form of vtk/data/<k>
 // Polyhedra have the shape `faces`. However, if a polyhedron has a face without points, or a face
@@ -43,11 +45,12 @@
 //
 // The skeleton contains the version ("5.1"), the title and ASCII or BINARY on the first three
 // lines. Further lines are:
-//   DATASET <kind>                  if absent: UNSTRUCTURED_GRID
+//   DATASET <kind>                  if absent, the data set is an UNSTRUCTURED_GRID
 //   FIELD <name> <arrays>           the arrays of the field follow; a field before POINT_DATA and
 //                                   CELL_DATA belongs to the data set
-//   POINTS <type>                   declared type of the coordinates
-//   CELLS [<type> <type>]           with types: OFFSETS and CONNECTIVITY (5.x), without: rows
+//   POINTS <type>                   type of the coordinates in the file
+//   CELLS [<type> <type>]           types of OFFSETS and CONNECTIVITY (5.x); without types, the
+//                                   cells are stored as rows
 //   VERTICES | LINES | POLYGONS | TRIANGLE_STRIPS <cells> [<type> <type>]
 //   DIMENSIONS | EXTENT | SPACING | ASPECT_RATIO | ORIGIN <words>   verbatim from the file
 //   CELL_DATA | POINT_DATA

@@ -162,7 +162,7 @@ void Writer::extra_values(const Entry& entry) {
     const ScalarType type = *scalar_of_word(entry.type, skeleton_.binary);
     if (found->type != type || raw.size() % scalar_bytes(type) != 0 ||
         raw.size() / scalar_bytes(type) != count)
-      fail_extra(key, "does not have the values that the skeleton states");
+      fail_extra(key, "the type or the number of the values differs from the skeleton");
     const std::uint64_t per_line = entry.components > 1 ? entry.components : kNumbersPerLine;
     out_.numbers(type, found->data.data(), count, per_line);
     out_.end_column();
@@ -176,8 +176,8 @@ void Writer::extra_values(const Entry& entry) {
   }
 }
 
-// Reads an array in pieces and calls take(bytes, elements) for each piece. `elements` is a multiple
-// of 8 except in the last call.
+// Reads an array in pieces and calls take(bytes, elements) for each piece. `elements` is the number
+// of elements in the piece. It is a multiple of 8, except in the last call.
 template <class Take>
 void Writer::for_each_piece(std::size_t array, Take&& take) {
   const ArrayInfo& info = info_.schema.arrays[array];

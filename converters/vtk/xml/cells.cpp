@@ -17,9 +17,10 @@ const std::byte* bytes_of(const std::vector<std::int64_t>& values) {
   return reinterpret_cast<const std::byte*>(values.data());
 }
 
-// Limits for the total number of points of all faces: on average, a point in the array may belong
-// to faces of kMostFaceUses polyhedra. kFewFaceNodes more are always allowed. A face usually
-// belongs to two polyhedra, rarely to more.
+// Limit for the total number of points in the faces of all polyhedra. The limit is kMostFaceUses
+// for each point in the array of faces, plus kFewFaceNodes. The total number exceeds the size of
+// the array of faces if several polyhedra use the same face. A face usually belongs to two
+// polyhedra, rarely to more.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
 
 }  // namespace
@@ -93,8 +94,8 @@ void CellCollector::mark_steps(Node& cells) {
   }
 }
 
-// Marks the arrays of cells that were not read. Arrays with known names are empty; all other arrays
-// are kept as extras.
+// Marks the arrays in the element Cells that were not read. Arrays named offsets, connectivity or
+// types are empty if they were not read; all other unread arrays are kept as extras.
 void CellCollector::mark_rest(Node& cells) {
   for (Node& each : cells.children) {
     if (!each.is_array()) continue;
@@ -176,8 +177,8 @@ void CellCollector::check_nodes(Node& array, const std::vector<std::int64_t>& no
                    "names point " + std::to_string(node) + " of " + std::to_string(piece.points));
 }
 
-// Reads cells, some of which are polyhedra. Arrays of faces that the writer would arrange
-// differently are kept as extras.
+// Reads the cells of a piece with polyhedra. If the writer would arrange the arrays of faces
+// differently, the original arrays are kept as extras.
 void CellCollector::read_with_faces(Node& cells, Node& offsets, Node& connectivity,
                                     const PieceRange& piece) {
   face_nodes_ = 0;
@@ -232,8 +233,8 @@ void CellCollector::add_stream_face(Node& array, Column& nodes, std::uint64_t be
 
 // Reads the faces in files up to version 2.2. For each polyhedron, the array `faces` contains the
 // number of faces, then the size and the points of each face. For each cell, the array `ends`
-// contains the end of its faces, or -1 if the cell is not a polyhedron. Returns false if `faces`
-// contains additional numbers.
+// contains the position in `faces` after the faces of the cell, or -1 if the cell is not a
+// polyhedron. Returns false if `faces` contains additional numbers.
 bool CellCollector::face_streams(Node& faces, Node& ends, const PieceRange& piece) {
   Column numbers(*this, faces, kNoLimit), cell_ends(*this, ends, piece.cells);
   if (cell_ends.size() != piece.cells)
@@ -274,8 +275,8 @@ bool CellCollector::face_streams(Node& faces, Node& ends, const PieceRange& piec
 }
 
 // Reads the faces in files from version 2.3 on, in which polyhedra are lists of faces, and faces
-// are lists of points. Returns false if polyhedra share faces, or use faces in an order that
-// differs from the numbers of the faces.
+// are lists of points. Returns false if polyhedra share faces, if faces are not numbered in the
+// order of the polyhedra, or if the arrays contain unused entries.
 bool CellCollector::face_tables(Node& cells, const PieceRange& piece) {
   Node* arrays[4] = {find(cells, kFaceConnectivity), find(cells, kFaceEnds),
                      find(cells, kPolyhedronFaces), find(cells, kPolyhedronEnds)};
@@ -370,8 +371,8 @@ void CellCollector::add_cells(Node& offsets, Node& connectivity, const PieceRang
   }
 }
 
-// Adds a cell. `numbers` contains its points or, for a polyhedron, its face stream. Adds the first
-// point of the piece to point numbers, but not to face sizes.
+// Adds a cell. `numbers` contains its points or, for a polyhedron, its face stream. Converts point
+// numbers of the piece to point numbers of the mesh; face sizes do not change.
 void CellCollector::add_cell(std::uint64_t cell, std::uint8_t type,
                              const std::vector<std::int64_t>& numbers, const PieceRange& piece) {
   std::vector<std::int64_t> moved = numbers;
@@ -381,7 +382,7 @@ void CellCollector::add_cell(std::uint64_t cell, std::uint8_t type,
       const std::int64_t size = moved[position++];
       for (std::int64_t i = 0; i < size; ++i, ++position) {
         if (moved[position] < 0 || static_cast<std::uint64_t>(moved[position]) >= piece.points)
-          moved[position] = -1;  // deliberately invalid, so that CellTable reports the error
+          moved[position] = -1;  // an invalid number, so that CellTable reports the error
         else
           moved[position] += first_point;
       }

@@ -1,5 +1,7 @@
-// CellCollector: joins the cells of all pieces of a VTU file into one table, in the form that
-// legacy files have. Point numbers count through all pieces, and polyhedra are face streams.
+// CellCollector: joins the cells of all pieces of a VTU file into one table, in the same form as
+// the cells of a legacy file. In this form, points are numbered consecutively across all pieces,
+// and a polyhedron is a face stream: the number of faces, then the size and the points of each
+// face.
 #pragma once
 
 #include <cstdint>
@@ -57,14 +59,15 @@ class CellCollector {
   ArrayLoader& loader_;
   Spool& spool_;
   PagedArray offsets_, connectivity_, types_;
-  // Number of points of the faces of all polyhedra of the current piece. A point is counted once
-  // for each face.
+  // Number of points in the faces of all polyhedra of the current piece. A point is counted once
+  // for each face that contains it.
   std::uint64_t face_nodes_ = 0;
 
-  // streams_ contains the face streams of the current piece, with point numbers that count within
-  // the piece. stream_ends_ contains the end of the stream of each cell.
+  // streams_ contains the face streams of the current piece, with point numbers relative to the
+  // piece. stream_ends_ contains, for each cell, the end of its face stream.
   PagedArray streams_, stream_ends_;
-  // Polyhedra whose points are in a different order than the points of all other polyhedra.
+  // A list of polyhedra: the number of each cell, its number of points, and its points in file
+  // order.
   struct Reordered {
     std::vector<std::int64_t> cells, counts, nodes;
     void add(std::uint64_t cell, const std::vector<std::int64_t>& points,

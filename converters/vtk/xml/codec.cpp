@@ -11,8 +11,7 @@
 namespace shm::converters::vtu {
 namespace {
 
-// Compression level. VTK's default is 5 for zlib and LZMA; LZ4 has no level. Files do not store the
-// level.
+// Compression levels. Files do not store the level, so these are VTK's defaults. LZ4 has no level.
 constexpr int kZlibLevel = 5;
 constexpr std::uint32_t kLzmaPreset = 5;
 // Memory limit of LZMA in bytes; the largest preset needs 65 MiB.
@@ -67,8 +66,8 @@ std::size_t make_lz4_block(const std::byte* values, std::size_t size, std::vecto
   return static_cast<std::size_t>(made);
 }
 
-// Compresses a block with LZMA. The dictionary is not larger than the block, so that little time is
-// needed to prepare it for small blocks.
+// Compresses a block with LZMA. The dictionary is not much larger than the block, because preparing
+// a large dictionary would slow down the encoder.
 std::size_t make_lzma_block(const std::byte* values, std::size_t size,
                             std::vector<std::byte>& out) {
   lzma_options_lzma options;

@@ -1,5 +1,5 @@
-// Encoding of the numbers in VTU files as bytes: VTK's compressors, which are applied block by
-// block, base64, and the properties of the encoding that the head of a file states.
+// Encoding of the numbers in VTU files: VTK's compressors, which compress an array block by block;
+// base64; and the properties of the encoding that the element VTKFile of a file states.
 #pragma once
 
 #include <cstddef>
@@ -13,19 +13,19 @@ namespace shm::converters::vtu {
 
 enum class Compressor : std::uint8_t { none, zlib, lz4, lzma };
 
-// Returns the compressor with the name "vtkZLibDataCompressor", ...; returns nothing for unknown
+// Returns the compressor with a name such as "vtkZLibDataCompressor". Returns nothing for unknown
 // names.
 std::optional<Compressor> compressor_of_name(std::string_view name);
 
-// The properties of the encoding that all arrays of a file share.
+// Properties of the encoding that are the same for all arrays of a file.
 struct ByteForm {
   bool big_endian = false;
   std::size_t header_bytes = 8;  // size in bytes of a number in headers: 4 or 8
   Compressor compressor = Compressor::none;
 };
 
-// Returns the maximum size in bytes of the compressed form of a block of `size` bytes. No
-// compressor produces more.
+// Returns an upper bound on the compressed size in bytes of a block of `size` bytes. The bound is
+// valid for all compressors.
 constexpr std::uint64_t most_compressed_bytes(std::uint64_t size) {
   return size + size / 8 + (std::uint64_t{1} << 16);
 }
@@ -45,7 +45,7 @@ constexpr std::uint64_t base64_length(std::uint64_t bytes) { return (bytes + 2) 
 // Returns the value (0 to 63) of a base64 character, or -1 for other characters.
 int base64_value(char c);
 
-// Appends a number of an array's header in the byte order of the file.
+// Appends a number to the header of an array, in the byte order of the file.
 void append_word(std::vector<std::byte>& out, std::uint64_t word, const ByteForm& form);
 std::uint64_t word_at(const std::byte* bytes, const ByteForm& form);
 

@@ -11,13 +11,13 @@ namespace shm::converters {
 
 struct CollectedFile {
   double time = 0;
-  std::string file;  // path as the collection states it: absolute, or relative to the folder of the
-                     // collection
+  std::string file;  // path as written in the collection: absolute, or relative to the folder of
+                     // the collection
 };
 
 // Returns true if a file that begins with `head` is a collection.
 bool looks_like_collection(std::span<const std::byte> head);
-// Returns the files that a collection lists, sorted by time. No two times are equal. Throws
+// Returns the files that a collection lists, sorted by time. All times are different. Throws
 // Failure.
 std::vector<CollectedFile> read_collection(const std::string& path);
 std::string collection_text(std::span<const CollectedFile> files);

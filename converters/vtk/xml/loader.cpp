@@ -99,10 +99,10 @@ PayloadPlace ArrayLoader::place_of(Node& array) const {
     place.style = appended_style_;
     if (document_.appended_begin == 0)
       fail(ErrorCode::truncated, array,
-           "its values are appended, but the file has no appended data");
+           "the values of the array are appended data, but the file has no appended data");
     const std::uint64_t offset = count_attribute(array, "offset");
     if (offset >= file_bytes_ - document_.appended_begin)
-      fail(ErrorCode::truncated, array, "its values begin after the end of the file");
+      fail(ErrorCode::truncated, array, "the values of the array begin after the end of the file");
     place.begin = document_.appended_begin + offset;
     place.end = file_bytes_;
     return place;
@@ -121,7 +121,7 @@ std::uint64_t ArrayLoader::read(Node& array, const ArrayType& type, std::uint64_
   if (most == 0) return 0;
   const PayloadPlace place = place_of(array);
   if (place.style == Style::base64 && place.begin == place.end) return 0;
-  // VTK writes the characters of strings as signed numbers in ASCII arrays.
+  // In ASCII arrays, VTK writes the characters of strings as signed numbers.
   const bool text = type.kind == ArrayKind::string && place.style == Style::ascii;
   const std::uint64_t found = payload_->read(place, text ? ScalarType::int8 : type.stored,
                                              type.kind == ArrayKind::bit, most, take);
@@ -153,7 +153,8 @@ bool ArrayLoader::same_values(Node& a, Node& b, Spool& spool) {
   if (same_place(a, b)) return true;
   const auto type = type_of(a);
   if (!type || type != type_of(b)) return false;
-  // Reads at most as many values of `a` as `b` has, because many arrays may be compared with `a`.
+  // Reads at most second.size() + 1 values of `a`, which is enough to find a difference. `a` may be
+  // long and may be compared with many arrays.
   const std::size_t width = scalar_bytes(type->stored);
   PagedArray second(spool, width);
   read(b, *type, kNoLimit, [&](std::span<const std::byte> values) {
@@ -180,7 +181,7 @@ std::uint64_t ArrayLoader::read_integers(
   const auto type = type_of(array);
   if (!type || type->kind != ArrayKind::number || is_float(type->stored))
     fail(ErrorCode::unsupported, array,
-         "'" + array.attribute_or("type", "").substr(0, 40) + "' is not a type of cell numbers");
+         "'" + array.attribute_or("type", "").substr(0, 40) + "' is not an integer type");
   std::vector<std::int64_t> wide;
   return read(array, *type, most, [&](std::span<const std::byte> values) {
     with_scalar(type->stored, [&](auto value) {

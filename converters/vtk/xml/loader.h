@@ -1,5 +1,5 @@
 // ArrayLoader: finds and reads the arrays that the tree of a VTU file lists. Marks each array in
-// the tree with a word that names the array or extra that stores its numbers.
+// the tree with a word that names the mesh array or the extra in which its numbers are stored.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,8 @@ class ArrayLoader {
 
   std::optional<ArrayType> type_of(const Node& array) const;
   std::uint64_t components_of(const Node& array) const;
-  // Returns the value of an attribute. Throws Failure unless the attribute exists and is a count.
+  // Returns the value of an attribute. Throws Failure unless the attribute exists and is a
+  // non-negative integer.
   std::uint64_t count_attribute(const Node& node, std::string_view key) const;
 
   // Reads at most `most` numbers of an array, and passes them to `take` in pieces. Returns the
@@ -37,8 +38,8 @@ class ArrayLoader {
                      const PayloadReader::Take& take);
   // Reads exactly `count` numbers of an array and appends them to `out`.
   void load(Node& array, const ArrayType& type, std::uint64_t count, PagedArray& out);
-  // Returns true if the values of both arrays are at the same place in the file. The arrays of
-  // several time steps share a place if their values do not change.
+  // Returns true if the values of both arrays are the same bytes of the file. The arrays of several
+  // time steps share their bytes if the values do not change.
   static bool same_place(const Node& a, const Node& b);
   // Returns true if both arrays have the same values, even if their encodings differ.
   bool same_values(Node& a, Node& b, Spool& spool);
@@ -48,10 +49,10 @@ class ArrayLoader {
                               const std::function<void(std::span<const std::int64_t>)>& take);
   // Stores all numbers of an array as an extra. Throws Failure if there are more than `most`.
   void keep_as_extra(Node& array, std::uint64_t most);
-  // Marks an array with the word that replaces its numbers in the skeleton (see vtu.h). If the
-  // numbers of the array are read, they must be read before.
+  // Marks an array with the word that replaces its numbers in the skeleton (see vtu.h). A caller
+  // that needs the numbers must read them before it calls mark().
   void mark(Node& array, const std::string& word);
-  // `text` is the mark of another array with the same numbers.
+  // Marks an array with `text`, which is the mark of another array that has the same numbers.
   void mark_like(Node& array, const std::string& text);
 
   [[noreturn]] void fail(ErrorCode code, const Node& node, std::string detail) const;
@@ -67,7 +68,8 @@ class ArrayLoader {
   std::uint64_t file_bytes_ = 0;
   Style appended_style_ = Style::base64;
   std::optional<PayloadReader> payload_;
-  // Keys of extras that contain appended data, by the place of the data in the file.
+  // Maps the position of appended data in the file to the key of the extra that contains these
+  // data.
   std::map<std::string, std::string> kept_;
   std::uint64_t extras_ = 0, extra_bytes_ = 0;
   // Block size in bytes of each array that has been read.

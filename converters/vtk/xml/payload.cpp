@@ -16,12 +16,14 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 18;
 constexpr std::size_t kFileBytes = std::size_t{1} << 16, kFirstFileBytes = std::size_t{1} << 12;
-// Limits for the total number of bytes that all arrays together may read and unpack, per byte of
-// the file. Deflate expands a byte to at most 1032 bytes; a character of text yields at most four
-// bytes; some arrays are read twice. At least kAlwaysAllowed bytes are allowed for every file.
+// Limits for the number of bytes that all arrays together may read and unpack, per byte of the
+// file: kMostExpansion if the file has a compressor, otherwise kMostPlainExpansion. Deflate expands
+// a byte to at most 1032 bytes; a character of text yields at most four bytes; some arrays are read
+// twice. At least kAlwaysAllowed bytes are allowed for every file.
 constexpr std::uint64_t kMostExpansion = 1100, kMostPlainExpansion = 16;
 constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{256} << 20;
-// Longest word in characters. A double that is written without an exponent has some 350 digits.
+// Maximum length of a word in characters. A double that is written without an exponent may have
+// about 350 digits.
 constexpr std::size_t kLongestWord = 400;
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -33,7 +35,7 @@ class FileRange {
       : file_(std::move(file)), at_(begin), end_(std::max(begin, end)) {}
 
   std::uint64_t left() const { return end_ - at_; }
-  // Returns the number of bytes read since the last call of this function, including bytes that
+  // Returns the number of bytes read since the previous call to this function, including bytes that
   // were read ahead.
   std::uint64_t newly_read() { return std::exchange(newly_read_, 0); }
   std::size_t read(std::byte* out, std::size_t count) {
@@ -83,9 +85,9 @@ bool parse_word(std::string_view word, T& value) {
 
 }  // namespace
 
-// Reads raw or base64 bytes. Base64 may be padded anywhere, e.g. between header and data; it ends
-// at the first character that is not in its alphabet. A copy of this object can read independently
-// of the original.
+// Reads raw or base64 bytes. Base64 text may contain padding at any position, e.g. between header
+// and data. The text ends at the first character that is not part of the base64 alphabet. A copy of
+// this object can read independently of the original.
 class PayloadReader::Bytes {
  public:
   Bytes(FileRange range, bool base64) : range_(std::move(range)), base64_(base64) {}
@@ -115,8 +117,8 @@ class PayloadReader::Bytes {
     return true;
   }
   std::uint64_t newly_read() { return range_.newly_read(); }
-  // Returns an upper bound for the number of bytes left. A size that the file states may not exceed
-  // this bound.
+  // Returns an upper bound on the number of bytes left. If a size that the file states exceeds this
+  // bound, the file is damaged.
   std::uint64_t most_left() const { return range_.left() + kFileBytes; }
 
  private:
@@ -190,7 +192,8 @@ void PayloadReader::decode(const PayloadPlace& place, const TakeBytes& take) {
 void PayloadReader::decode_plain(const PayloadPlace& place, Bytes& bytes, const TakeBytes& take) {
   std::array<std::byte, 8> head;
   if (bytes.read(head.data(), form_.header_bytes) != form_.header_bytes)
-    fail(ErrorCode::truncated, place, "the file ends before the size of the array");
+    fail(ErrorCode::truncated, place,
+         "the file ends before the number that states the size of the array");
   const std::uint64_t size = word_at(head.data(), form_);
   std::vector<std::byte> piece(std::min<std::uint64_t>(size, kPieceBytes));
   for (std::uint64_t done = 0; done < size;) {
@@ -253,7 +256,7 @@ std::uint64_t PayloadReader::read_binary(const PayloadPlace& place, ScalarType t
                                          std::uint64_t most, const Take& take) {
   const std::size_t width = scalar_bytes(type);
   std::uint64_t done = 0;
-  // Begins with the bytes of a number of which the last piece contained only a part.
+  // If the previous piece ended within a number, `values` begins with the bytes of this number.
   std::vector<std::byte> values;
   decode(place, [&](std::span<const std::byte> piece) {
     values.insert(values.end(), piece.begin(), piece.end());

@@ -1,7 +1,7 @@
-// PayloadReader: reads the numbers of VTU arrays from front to back, in every place and encoding:
-// text or base64 within the XML, raw or base64 appended bytes, compressed or not. Memory is
-// bounded: the reader processes pieces of 256 KiB, or one compressed block. It allocates memory
-// only for bytes that are present, never for a size that the file merely states.
+// PayloadReader: reads the numbers of VTU arrays from front to back. It supports all encodings:
+// text or base64 within the XML, and raw or base64 appended data, with or without compression.
+// Memory is bounded: the reader processes pieces of 256 KiB, or one compressed block. It allocates
+// memory only for bytes that are present, never for a size that the file merely states.
 #pragma once
 
 #include <cstddef>
@@ -28,10 +28,10 @@ struct PayloadPlace {
 
 class PayloadReader {
  public:
-  // `path` is needed for errors, and `file_bytes`, the size of the file, for limits. All arrays
-  // together may read and unpack a number of bytes that depends on the size of the file, because
-  // arrays may share their bytes, and compressed bytes may expand very much. Beyond this number,
-  // functions throw Failure (over_limit).
+  // `path` is used in error messages. `file_bytes` is the size of the file in bytes. This size
+  // determines a limit for the number of bytes that all arrays together may read and unpack; if the
+  // limit is exceeded, functions throw Failure (over_limit). The limit is needed because arrays may
+  // share bytes, and compressed bytes may expand very much.
   PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form,
                 std::uint64_t file_bytes);
 
@@ -41,8 +41,8 @@ class PayloadReader {
   using Take = std::function<void(std::span<const std::byte>)>;
   std::uint64_t read(const PayloadPlace& place, ScalarType type, bool bits, std::uint64_t most,
                      const Take& take);
-  // Returns the block size in bytes of the last array that was read, or 0 if this array was not
-  // compressed.
+  // Returns the block size in bytes of the array that was read most recently, or 0 if this array
+  // was not compressed.
   std::uint64_t block_bytes() const { return block_bytes_; }
 
  private:

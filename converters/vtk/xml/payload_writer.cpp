@@ -60,7 +60,7 @@ void PayloadWriter::begin(const Head& head) {
 
 void PayloadWriter::numbers(const std::byte* values, std::size_t count) {
   seen_ += count;
-  if (seen_ > head_.count) fail("has more values than its place in the file");
+  if (seen_ > head_.count) fail("has more values than expected");
   if (head_.style == Style::ascii) return out_.numbers(head_.type, values, count, kNumbersPerLine);
   if (head_.bits) return push_bits(values, count);
   const std::size_t width = scalar_bytes(head_.type);
@@ -124,7 +124,7 @@ void PayloadWriter::end_emit() {
 }
 
 void PayloadWriter::end() {
-  if (seen_ != head_.count) fail("has fewer values than its place in the file");
+  if (seen_ != head_.count) fail("has fewer values than expected");
   if (head_.style == Style::ascii) return out_.end_column();
   if (bit_count_ > 0) {
     const auto rest = static_cast<std::byte>(group_bits_ << (8 - bit_count_) & 0xff);

@@ -23,7 +23,7 @@ class PayloadWriter {
     std::string array;  // name of the array in error messages
     Style style = Style::raw;
     ScalarType type = ScalarType::float64;
-    bool bits = false;        // true: values are uint8 with value 0 or 1, and are written as bits
+    bool bits = false;        // true: the values 0 and 1 are passed as uint8 and written as bits
     std::uint64_t count = 0;  // number of values of the array
     std::uint64_t block_bytes = kUsualBlockBytes;
   };

@@ -55,7 +55,7 @@ void VtuPlan::plan_from_source(const Extra& text) {
   const auto* begin = reinterpret_cast<const char*>(text.data.data());
   auto parsed = parse_skeleton({begin, text.data.size()});
   if (!parsed || parsed->root().child("UnstructuredGrid") == nullptr)
-    vtk::fail_extra(text.key, "is not the skeleton of a VTU file");
+    vtk::fail_extra(text.key, "the skeleton of the VTU file is invalid");
   document_ = std::move(*parsed);
   read_head();
   add_time(grid());
@@ -81,8 +81,8 @@ void VtuPlan::read_head() {
   }
 }
 
-// Finds the points and cells of each piece. If the pieces of the source do not match the mesh any
-// more, joins them into one piece.
+// Determines the range of points and of cells of each piece. If the pieces of the source no longer
+// match the mesh, joins them into one piece.
 void VtuPlan::find_pieces() {
   PieceRange next;
   bool valid = true;
@@ -106,7 +106,7 @@ void VtuPlan::find_pieces() {
 }
 
 // Extends the first non-empty piece to the whole mesh and removes all other pieces. Also removes
-// the arrays of this piece whose values belong only to this piece.
+// the arrays whose values existed only for the first non-empty piece.
 void VtuPlan::join_pieces() {
   pieces_ = {{0, info_.vertices, 0, info_.cells()}};
   auto& nodes = grid().children;
@@ -136,8 +136,8 @@ bool VtuPlan::fits(Node& array, Location location) {
   Node* node = array.values();
   const auto word = node == nullptr ? std::nullopt : parse_values_word(node->text);
   if (!word) return false;
-  // Values that are an extra, not an array of the schema, are in the order of the source, so they
-  // fit only in order keep.
+  // If the values are stored as an extra, not as an array of the schema, they are in the order of
+  // the source. They are valid only if the mesh is in the same order (Order::keep).
   if (word->kind != ValuesWord::Kind::array) return info_.schema.order == Order::keep;
   if (word->index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& info = info_.schema.arrays[word->index];
@@ -167,8 +167,8 @@ bool VtuPlan::is_written(std::size_t array) const {
   return info.role.empty() && (!info.per_step || !info_.step_times.empty());
 }
 
-// Removes arrays of points that do not fit the mesh. The points of later time steps may be separate
-// arrays.
+// Removes the elements of arrays that do not match the points of the mesh. Arrays that contain the
+// points of later time steps remain.
 void VtuPlan::fit_points(Node& points) {
   std::erase_if(points.children, [&](Node& each) {
     if (!each.is_array()) return false;
@@ -183,8 +183,9 @@ void VtuPlan::fit_points(Node& points) {
   });
 }
 
-// Adds the array of points and the arrays that describe cells if they are missing. If the cells are
-// in a new order, arrays of faces that were kept as extras are computed from the cells again.
+// Adds the array of points and the arrays that describe cells if these arrays are missing. If the
+// cells are in a new order, arrays of faces that were kept as extras are invalid, and are computed
+// from the cells instead.
 void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
   if (own_ && range.points == 0 && piece.child("Points") == nullptr) return;
   Node& points = child_of(piece, "Points");
@@ -304,10 +305,10 @@ void VtuPlan::add_strings(Node& grid, const std::string& name, const Extra& stri
       .children.push_back(strings_element(name, {text, strings.data.size()}, format_, made_));
 }
 
-// Adds an array with the block ids of a mesh from another format, because the blocks of VTK have
-// only a cell type.
+// Adds an array with the block ids of a mesh from another format, because a VTK file stores only
+// the type of each cell, not its block.
 void VtuPlan::add_block_ids(Node& data) const {
-  // No array is needed for VTK's own meshes, whose block ids are cell types.
+  // No array is needed for a mesh that came from VTK, because its block ids are cell types.
   if (info_.schema.source_format.starts_with("vt")) return;
   bool differ = false, wide = false;
   for (const BlockInfo& block : info_.schema.blocks) {

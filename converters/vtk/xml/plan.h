@@ -1,6 +1,6 @@
 // VtuPlan: the XML tree of the VTU file to be written, complete before the first byte is written.
-// It is the tree of the source, adapted to the current mesh, or a plain tree if the mesh came from
-// another format.
+// If the mesh came from a VTU file, the tree is that of the source, adapted to the current mesh.
+// Otherwise, the tree is a default tree.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ class VtuPlan : public vtk::CellPlan {
   // case if the points ascend in the source, or if the source is not a VTU file: legacy files list
   // only the points of faces, and VTK then sorts the points of each polyhedron.
   bool sorts_points() const { return !own_ || extra("vtu/polyhedron/ascending") != nullptr; }
-  // Returns the points and cells of a <Piece>. Returns null for all other nodes.
+  // Returns the ranges of points and cells of an element Piece. Returns null for all other nodes.
   const PieceRange* piece_of(const Node& node) const {
     const auto found = by_node_.find(&node);
     return found == by_node_.end() ? nullptr : &pieces_[found->second];
@@ -63,13 +63,13 @@ class VtuPlan : public vtk::CellPlan {
   Document document_;
   ByteForm form_;
   bool raw_appended_ = true, own_ = false;
-  std::string format_ = "appended";  // encoding of new arrays, which the source did not have
+  std::string format_ = "appended";  // encoding of arrays that are not in the source file
 
-  // For each piece, its range of points and cells. The ranges are consecutive.
+  // Ranges of points and cells of each piece. The ranges of consecutive pieces are adjacent.
   std::vector<PieceRange> pieces_;
   std::map<const Node*, std::size_t> by_node_;
   std::set<std::size_t> placed_;
-  vtk::MadeExtras made_;  // extras for values that the source stores in another form
+  vtk::MadeExtras made_;  // extras with values in the form that VTU files need
 };
 
 }  // namespace shm::converters::vtu

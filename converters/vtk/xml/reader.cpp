@@ -51,7 +51,8 @@ class VtuSource : public MeshSource {
   std::vector<std::vector<PagedArray>> arrays_;  // indexed by array, then by step
 };
 
-// An array of one piece. It has one node of the tree for all time steps, or one node per time step.
+// An array of one piece. In the file, the array is one XML element for all time steps, or one XML
+// element per time step.
 struct Column {
   std::string name;
   std::uint64_t occurrence = 0;  // number of earlier columns of the piece with the same name
@@ -172,7 +173,7 @@ void Parser::find_pieces(Node& grid) {
     pieces_.push_back({&each, next});
     next.first_point += next.points;
     next.first_cell += next.cells;
-    // The limit is checked here, before anything is unpacked.
+    // Check the limit for points and cells before any array is unpacked.
     if (std::max(next.first_point, next.first_cell) > spool_.limits().most)
       loader_.fail(ErrorCode::over_limit, each,
                    "the pieces so far have more points or cells than the limit of " +
@@ -360,7 +361,7 @@ void Parser::data(Location location, const char* element_name) {
     else
       load_column(location, parts.list, {});
   }
-  // All other arrays cannot be arrays of the schema.
+  // The remaining arrays cannot be arrays of the schema, so they are kept as extras.
   for (std::size_t p = 0; p < pieces_.size(); ++p) {
     Node* node = pieces_[p].node->child(element_name);
     if (node == nullptr) continue;
@@ -457,7 +458,7 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
   info_.extras.push_back(text_extra(vtk::strings_key(index), strings.list()));
 }
 
-// Stores field data as extras, and also arrays at places of the tree that VTK ignores.
+// Stores as extras the field data and the arrays in elements that VTK ignores.
 void Parser::keep_rest(Node& node) {
   for (Node& each : node.children) {
     if (!each.is_array()) {

@@ -31,8 +31,8 @@ class Buffer {
   std::vector<std::int64_t> numbers_;
 };
 
-// The points of polyhedra whose point order differs from the usual order of the file (see vtu.h).
-// They are found by the number of the cell.
+// The points of polyhedra whose point order is stored separately, because it differs from the usual
+// order of the file (see vtu.h). The points of a polyhedron are found by the number of its cell.
 class ReorderedPolyhedra {
  public:
   explicit ReorderedPolyhedra(const VtuPlan& plan)
@@ -40,7 +40,7 @@ class ReorderedPolyhedra {
     const auto cells = plan.integers("vtu/polyhedron/cells");
     const auto counts = plan.integers("vtu/polyhedron/counts");
     if (cells.size() != counts.size())
-      vtk::fail_extra("vtu/polyhedron/counts", "is not as long as the list of polyhedra");
+      vtk::fail_extra("vtu/polyhedron/counts", "the length differs from the number of polyhedra");
     std::size_t begin = 0;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (counts[i] < 0 || static_cast<std::uint64_t>(counts[i]) > points_.size() - begin)
@@ -166,9 +166,9 @@ void StagedCells::faces_of(const PieceRange& piece,
 void StagedCells::face_numbers(std::string_view name, const PieceRange& piece, const Take& take) {
   Buffer out(take);
   std::int64_t stream_end = 0, faces = 0, points = 0;
-  // The entry of faceoffsets that is written next. It is -1 if the current cell is not a
-  // polyhedron, otherwise the end of the cell's faces. The value -2 means that there is no cell
-  // yet.
+  // Determines the entry of faceoffsets for the current cell, which is written when the cell ends.
+  // -2: there is no cell yet, so no entry is written. -1: the cell is not a polyhedron, and the
+  // entry is -1. 0: the cell is a polyhedron, and the entry is the end of its faces.
   std::int64_t waiting = -2;
   faces_of(
       piece,

@@ -38,8 +38,8 @@ class StagedCells {
   }
 
   PagedArray nodes_, node_ends_, types_;
-  PagedArray streams_, stream_ends_;  // face streams of the polyhedra, and for each cell the end of
-                                      // its stream; empty if no polyhedra exist
+  PagedArray streams_, stream_ends_;  // face streams of the polyhedra, and the end of each cell's
+                                      // stream; empty without polyhedra
   bool polyhedra_;
 };
 

@@ -1,10 +1,10 @@
 // VTK XML files of unstructured grids (.vtu), file versions 0.1 to 2.x, as meshes. Supported are
-// text, base64 and appended data, raw or base64; headers of 32 or 64 bits; both byte orders; zlib,
-// LZ4 and LZMA.
+// arrays inside the XML (as text or base64) and appended arrays (as raw bytes or base64); headers
+// of 32 or 64 bits; both byte orders; zlib, LZ4 and LZMA.
 //
 // Blocks, voxels, pixels and polyhedra are the same as in vtk.h, with the same extras:
-// vtk/cell_types, vtk/polyhedron/*. Points and cells of several pieces are concatenated; point
-// numbers count through all pieces.
+// vtk/cell_types, vtk/polyhedron/*. Points and cells of several pieces are concatenated; points are
+// numbered consecutively through all pieces.
 //
 // Arrays: an array of PointData or CellData becomes an array of the mesh (role "") if it has
 // numbers (or bits: uint8, 0 or 1) for every point or cell, with the same name, type and components

@@ -1,5 +1,6 @@
-// Writes VTU files: goes through the tree of a VtuPlan once and inserts the numbers. Appended data
-// are written last. Their offsets are then written into the space reserved in the tags.
+// Writes VTU files: traverses the tree of a VtuPlan once and inserts the numbers. Appended data are
+// written last. Their offsets are then written into the space that was reserved for them in the
+// tags.
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -23,7 +24,8 @@ namespace vtu {
 namespace {
 
 constexpr std::size_t kWrittenBytes = std::size_t{1} << 18;
-// Size in bytes of the space reserved for an offset: its digits, a quote, and blanks.
+// Size in bytes of the space that is reserved in a tag for an offset. The space is later filled
+// with the digits of the offset, the closing quote, and blanks.
 constexpr std::size_t kOffsetRoom = 22;
 
 class Writer {
@@ -106,8 +108,8 @@ void Writer::node(Node& node, int depth) {
   if (piece != nullptr) in_piece_ = false;
 }
 
-// Writes an element. If the element contains text, it is written verbatim: no white space is added
-// around the text.
+// Writes an element. If the element contains text, adds no white space around the text, so that the
+// text is written verbatim.
 void Writer::element_node(Node& node_to_write, int depth) {
   const auto is_text = [](const Node& each) { return each.kind == NodeKind::text; };
   auto& children = node_to_write.children;
@@ -153,8 +155,9 @@ void Writer::appended(Node& node_to_write, int depth) {
   indent(depth);
   out_.text(" _");
   const std::uint64_t begin = out_.position();
-  // Arrays that are the same at several time steps are written once. Strings are the exception:
-  // VTK 9.1 crashes unless it reads the strings of each step separately.
+  // Arrays that are the same at several time steps are written once. Strings are an exception: they
+  // are written once per step, because VTK 9.1 crashes if it does not read the strings of each step
+  // separately.
   std::map<std::string, std::string> places;
   for (const Waiting& each : waiting_) {
     const Node* values = each.array->values();
@@ -279,7 +282,7 @@ void Writer::extra_values(const ValuesWord& word, PayloadWriter::Head head) {
   if (found == nullptr) vtk::fail_extra(key, "is missing");
   const std::size_t width = scalar_bytes(head.type);
   if (found->type != head.type || found->data.size() % width != 0)
-    vtk::fail_extra(key, "does not have the values that the skeleton states");
+    vtk::fail_extra(key, "the type of the values differs from the skeleton");
   head.count = found->data.size() / width;
   payload_.begin(head);
   payload_.numbers(found->data.data(), head.count);
