@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""Checks that the boundary surface equals the result of VTK's vtkGeometryFilter, for generated meshes and the corpus.
+"""Checks that the boundary surface found by the library equals the result of VTK's vtkGeometryFilter, for
+generated meshes and for the corpus.
 
   boundary_test.py LIBSHMFORMAT_C.SO SHM [--all]      SHM: path of the tool; SHM_CORPUS: folder of the corpus
 
-Only small files of the corpus are read; with --all, every file. Faces are compared as sets of vertices, without the
-second-order nodes of cells. VTK's filter differs in two ways: it hides a face if any other cell, of any dimension, has all
-vertices of the face, and it counts a cell that has a vertex twice as two cells. Only such faces may be missing from VTK's
-result. Each of them must be a side of exactly one cell.
+Only the small files of the corpus are read; with --all, every file is read. Faces are compared as sets of
+vertices, without the second-order nodes of cells. VTK's filter differs from the library in two ways: it hides
+a face if another cell of any dimension contains all vertices of the face, and it counts a cell that contains
+a vertex twice as two cells. VTK's result may lack a face only for one of these reasons, and only if the face
+is a side of exactly one cell.
 """
 import os
 import subprocess
@@ -35,7 +37,7 @@ import shmformat  # noqa: E402
 from vtk_corpus import corpus  # noqa: E402
 
 MOST_BYTES = 1 << 17
-# For each shape: VTK's type of the linear cell, and its number of corners.
+# For each shape: the type number of VTK's linear cell and the number of its corners.
 LINEAR = {"vertex": (1, 1), "line": (3, 2), "triangle": (5, 3), "quad": (9, 4), "tetrahedron": (10, 4), "hexahedron": (12, 8),
           "wedge": (13, 6), "pyramid": (14, 5)}
 SIDES = {"tetrahedron": ((0, 1, 3), (1, 2, 3), (0, 3, 2), (0, 2, 1)),
@@ -46,7 +48,8 @@ POLYGON, POLYHEDRON = 7, 42
 
 
 def faces_of(nodes):
-    """Returns the faces of a polyhedron. Returns an empty list unless its nodes are faces that each end with their first vertex."""
+    """Returns the faces of a polyhedron. Returns an empty list if the node list does not consist of faces
+    that each repeat their first vertex at the end."""
     faces, at = [], 0
     while at < len(nodes):
         if nodes[at] not in nodes[at + 1:]:
@@ -58,7 +61,7 @@ def faces_of(nodes):
 
 
 class Grid:
-    """Those cells of a mesh that have a geometry, as a VTK grid and as lists of corners."""
+    """The cells of a mesh, as a VTK grid and as lists of corners. Cells without a geometry are left out."""
 
     def __init__(self, mesh):
         cells = mesh.cells
@@ -112,7 +115,7 @@ class Grid:
         return faces
 
     def sides(self, cell):
-        """Returns the sides of a cell as sets of vertices, without sides that contain a vertex twice."""
+        """Returns the sides of a cell as sets of vertices. Leaves out sides that contain a vertex twice."""
         shape, nodes = self.cells[cell]
         cycles = faces_of(nodes) if shape == "faces" else [[nodes[at] for at in side] for side in SIDES.get(shape, ())]
         odd = set()
@@ -121,7 +124,8 @@ class Grid:
         return odd
 
     def reasons(self, faces):
-        """Returns for each face that VTK's result lacks whether exactly one volume cell has it, and whether VTK hides it."""
+        """Yields two truth values for each face that VTK's result lacks: whether the face belongs to exactly
+        one volume cell, and whether VTK hides the face."""
         at = defaultdict(list)
         wanted = {vertex for face in faces for vertex in face}
         for cell, (_, nodes) in enumerate(self.cells):
@@ -147,7 +151,7 @@ class Case(unittest.TestCase):
         self.packed = Path(folder.name) / "run.shm"
 
     def compare(self, path):
-        """Compares the boundaries of a file. Returns the number of faces."""
+        """Compares the boundary of a file with VTK's result. Returns the number of faces."""
         with shmformat.open(path) as mesh:
             found = mesh.boundary()
             grid = Grid(mesh)
@@ -163,7 +167,7 @@ class Case(unittest.TestCase):
 
 class Made(Case):
     def made(self, points, blocks):
-        """Writes a mesh of these blocks, given as (shape, cells)."""
+        """Writes a mesh with these blocks. Each block is a pair (shape, cells)."""
         cells = [np.array(rows) for _, rows in blocks]
         offsets = np.concatenate([[0], np.cumsum(np.concatenate([np.full(len(rows), rows.shape[1]) for rows in cells]))])
         types = np.concatenate([np.full(len(rows), LINEAR[shape][0], np.uint8) for (shape, _), rows in zip(blocks, cells)])

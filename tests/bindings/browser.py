@@ -21,7 +21,7 @@ class Browser:
         self.folder = tempfile.mkdtemp(prefix="shm-browser-")
         to_read, self.write = os.pipe()
         self.read, to_write = os.pipe()
-        # The browser reads from descriptor 3 and writes to 4.
+        # The browser reads commands from file descriptor 3 and writes its answers to descriptor 4.
         self.process = subprocess.Popen(
             ["bash", "-c", f'exec 3<&{to_read} 4>&{to_write}; exec "$0" "$@"', PROGRAM, "--headless=new", "--no-sandbox",
              "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--no-first-run",
@@ -54,7 +54,7 @@ class Browser:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def take(self, timeout):
-        """Returns the next message; None after a timeout."""
+        """Returns the next message of the browser, or None if none arrives in time."""
         while b"\0" not in self.pending:
             if not select.select([self.read], [], [], timeout)[0]:
                 return None
@@ -96,23 +96,24 @@ class Browser:
         self.call("Page.navigate", url=url)
 
     def run(self, script):
-        """Returns the value of a JavaScript expression. If the value is a promise, returns its result."""
+        """Evaluates a JavaScript expression in the page and returns its value. If the value is a promise,
+        waits for it and returns its result."""
         got = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in got:
             raise RuntimeError(got["exceptionDetails"].get("exception", {}).get("description", script))
         return got["result"].get("value")
 
     def wait(self, script, timeout=60, title=None):
-        """Waits until the expression is true; returns the seconds that this took."""
+        """Waits until the JavaScript expression is true. Returns the waiting time in seconds."""
         began = time.monotonic()
         while not self.run(script):
             if time.monotonic() - began > timeout:
-                raise RuntimeError(f"{title or script}: not in {timeout} seconds; {self.errors}")
+                raise RuntimeError(f"{title or script}: not true after {timeout} seconds; errors: {self.errors}")
             time.sleep(0.02)
         return time.monotonic() - began
 
     def processor_seconds(self):
-        """Returns the processor time in seconds of all processes of the browser that still exist."""
+        """Returns the total CPU time, in seconds, of the browser processes that are still running."""
         of, taken = {}, {}
         for stat in Path("/proc").glob("[0-9]*/stat"):
             try:
@@ -144,8 +145,8 @@ class Browser:
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=held, clickCount=1)
 
     def touch(self, *fingers):
-        """Touches the page with fingers. A finger is a list of positions: its first touch, then its moves. All lists have the
-        same length."""
+        """Simulates touches with one or more fingers. A finger is a list of positions: the position of its
+        first touch, then the positions to which it moves. All lists have the same length."""
         for i, places in enumerate(zip(*fingers)):
             self.call("Input.dispatchTouchEvent", type="touchMove" if i else "touchStart",
                       touchPoints=[{"x": x, "y": y, "id": finger} for finger, (x, y) in enumerate(places)])
@@ -173,7 +174,7 @@ class Browser:
 
 
 def pixels(png):
-    """Returns the pixels of a PNG file with 8 bits per channel and 3 or 4 channels."""
+    """Returns the pixels of a PNG file that has 8 bits per channel and 3 or 4 channels."""
     at, packed = 8, b""
     while at < len(png):
         length, kind = struct.unpack(">I4s", png[at:at + 8])

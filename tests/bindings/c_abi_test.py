@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Checks that the binary interface of the C library is unchanged.
 
-    c_abi_test.py              compares
-    c_abi_test.py --renew      updates bindings/c/shmformat.abi. Until the format is 1.0, this is allowed only on purpose,
-                               in a separate commit
+    c_abi_test.py              compares the header with the stored description, bindings/c/shmformat.abi
+    c_abi_test.py --renew      updates the stored description. Until the format is 1.0, do this only if the
+                               change is intended, and in a separate commit
 
-The declarations of the header are compiled as a library of empty functions, which abidw describes. New functions are
-allowed; any other change fails. (The library's own sources include the header, so that the compiler checks that they
-agree with it. c_library_test.py checks that they define every function.)
+The test compiles the declarations of the header as a library of empty functions, and abidw describes the
+binary interface of that library. The header may have new functions; any other difference from the stored
+description is a failure. (The sources of the real library include the header, so the compiler checks that
+they agree with it. c_library_test.py checks that the real library defines every function.)
 """
 import re
 import subprocess
@@ -27,14 +28,16 @@ def run(*command, **more):
 
 
 def described(header, folder):
-    """Describes the interface of a header with abidw. Returns the path of the description, and the number of functions."""
+    """Describes the interface of a header with abidw. Returns the path of the description and the number of
+    functions."""
     plain = re.sub(r"/\*.*?\*/", " ", header, flags=re.S)
     (folder / "shmformat.h").write_text(header, encoding="utf-8")
     bodies = []
     for kind, name, arguments in PROTOTYPE.findall(plain):
         body = "{}" if kind.strip() == "void" else "{ return 0; }"
         bodies.append(f"{kind}{name}{arguments} {body}")
-    source, library, out = "face.c", "libface.so", "face.abi"  # relative paths, so that the description contains no path of this machine
+    # Relative paths keep this machine's folders out of the description.
+    source, library, out = "face.c", "libface.so", "face.abi"
     (folder / source).write_text('#include "shmformat.h"\n' + "\n".join(bodies) + "\n", encoding="utf-8")
     for command in (("gcc", "-std=c99", "-g", "-shared", "-fPIC", "-Wl,-soname,libshmformat_c.so.1", source, "-o", library),
                     ("abidw", "--no-show-locs", "--no-comp-dir-path", "--no-corpus-path", "--no-elf-needed", library,
@@ -53,7 +56,8 @@ class Face(unittest.TestCase):
         self.header = HEADER.read_text(encoding="utf-8")
 
     def difference(self, header):
-        """Returns abidiff's report on a header compared with the description; None if only functions were added."""
+        """Compares a header with the stored description. Returns None if they differ only by new functions,
+        and abidiff's report otherwise."""
         face, _ = described(header, self.folder)
         done = run("abidiff", "--no-added-syms", DESCRIPTION, face)
         return "" if done.returncode == 0 else done.stdout + done.stderr
@@ -75,7 +79,7 @@ class Face(unittest.TestCase):
 
     def test_other_changes_are_seen(self):
         for old, new in (("uint64_t vertices, cells, corners;", "uint64_t cells, vertices, corners;"),
-                         ("int32_t status; /* a shmf_status */", "int64_t status;"),
+                         ("  int32_t status; ", "  int64_t status; "),
                          ("SHMF_CORRUPT = 3,", "SHMF_CORRUPT = 30,"),
                          ("SHMF_API void shmf_close(shmf_file* file);", "SHMF_API int shmf_close(shmf_file* file);"),
                          ("SHMF_API void shmf_close(shmf_file* file);", "")):

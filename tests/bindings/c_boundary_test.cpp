@@ -1,5 +1,5 @@
-// Tests of the boundary surface through the C interface. It must equal the library's result, for
-// whole files and for pieces. Wrong calls must return errors.
+// Tests of the boundary surface through the C interface. The surface must equal the surface that
+// the C++ library returns, for whole files and for pieces. Invalid calls must return errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ CBoundary found(shmf_file* file, const WantedArrays& wanted = {},
   return CBoundary(boundary);
 }
 
-/// Converts the surface that a caller of the C interface receives to the library's type.
+/// Converts a surface in the form of the C interface to the C++ type of the library.
 BoundarySurface seen(const shmf_boundary* boundary, std::size_t arrays) {
   shmf_surface told{};
   told.struct_size = sizeof told;
@@ -108,8 +108,8 @@ TEST(CBoundary, OfEveryGoldenFileIsWhatTheLibraryFinds) {
   }
 }
 
-/// Returns the faces that belong to exactly one of the cells `first` to end - 1, as pairs of a cell
-/// number and a set of vertices.
+/// Returns the faces that belong to exactly one of the cells from `first` up to but excluding
+/// `end`. Each face is a pair of a cell number and a set of vertices.
 std::multiset<std::pair<std::uint64_t, std::set<std::uint64_t>>> counted(const Mesh& mesh,
                                                                          std::uint64_t first,
                                                                          std::uint64_t end) {
@@ -165,7 +165,7 @@ TEST(CBoundary, OfSelectedCells) {
       EXPECT_EQ(std::memcmp(&surface.arrays[1][f * 16], &mesh->arrays[1][number * 16], 16), 0);
       EXPECT_EQ(std::memcmp(&surface.arrays[4][f * 8], &mesh->steps[4][2][number * 8], 8), 0);
     }
-    // For all cells, the boundary of the piece equals that of the file.
+    // A piece that contains all cells has the same boundary as the file.
     EXPECT_TRUE(first != 0 || surface == expected(bytes, kAll));
   }
 }
@@ -209,7 +209,7 @@ TEST(CBoundary, RefusesWhatMakesNoSense) {
   EXPECT_EQ(status_of(options, "1000 bytes"), SHMF_OVER_LIMIT);
   options.struct_size = 0;
   EXPECT_EQ(status_of(options, "struct_size"), SHMF_MISUSE);
-  // A caller that was compiled with an older header passes options with fewer members.
+  // A caller that was compiled with an older header passes an options struct with fewer members.
   options = WantedArrays().options();
   options.max_bytes = 1;
   options.struct_size = offsetof(shmf_boundary_options, max_bytes);

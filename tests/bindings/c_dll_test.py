@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Tests the C library for Windows with C programs for Windows.
+"""Tests the Windows build of the C library with C programs that are compiled for Windows.
 
   c_dll_test.py SHMFORMAT_C.DLL IMPORT_LIBRARY RUNNER
 
-RUNNER runs a Windows program on this machine. The library exports exactly the functions that the header declares, and
-depends only on libraries of the system. The examples compile with a C compiler for Windows. One example writes a file,
-and by default refuses to replace an existing file; the other example reads the file.
+RUNNER is a command that runs Windows programs on this machine. The library exports exactly the functions that
+the header declares, and depends only on system libraries. A C compiler for Windows compiles the examples. One
+example writes a file, and by default refuses to replace an existing file; the other example reads that file.
 """
 import re
 import shutil

@@ -1,4 +1,5 @@
-// Tests that the C interface returns a status and does not leak memory, whichever allocation fails.
+// Tests that the C interface returns an error status and does not leak memory, no matter which
+// memory allocation fails.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -10,8 +11,8 @@
 
 namespace {
 
-// Number of further allocations that succeed; negative if all succeed. The next allocation then
-// fails; later allocations fail, too, if for_good is true.
+// Number of allocations that will still succeed. The allocation after them fails. If `for_good` is
+// true, all later allocations fail, too. If this number is negative, all allocations succeed.
 long allowed = -1;
 bool for_good = true, has_failed = false;
 
@@ -43,9 +44,9 @@ void* taken(std::size_t bytes) {
 namespace shm {
 namespace {
 
-/// Calls `work` repeatedly, each time with more successful allocations, until it succeeds. Does
-/// this twice: for the failure of a single allocation, and for the failure of all later
-/// allocations.
+/// Calls `work` repeatedly, and lets one more allocation succeed each time, until no allocation
+/// fails. Does this twice: first, all allocations after the first failure fail, too; then only a
+/// single allocation fails.
 template <class Work>
 void with_little_memory(Work&& work) {
   for (const bool all : {true, false}) {
@@ -57,7 +58,7 @@ void with_little_memory(Work&& work) {
       const shmf_status status = work();
       const bool enough = !has_failed;
       allowed = -1;
-      // Code that can do without the memory continues.
+      // If a single allocation fails, code that does not need the memory may continue and succeed.
       ASSERT_TRUE(status == SHMF_NO_MEMORY || (status == SHMF_OK && (enough || !all)))
           << "allocation " << n << ", status " << status;
       refused += status == SHMF_NO_MEMORY ? 1 : 0;

@@ -1,4 +1,4 @@
-// Shared code of the tests of the C interface: handles that free the objects to which they refer,
+// Code that the tests of the C interface share: handles that free the objects they refer to,
 // targets that own their memory, and a file with every kind of data.
 #pragma once
 
@@ -43,7 +43,7 @@ inline File opened(std::span<const std::byte> bytes, bool damaged = false) {
   return File(file);
 }
 
-/// A target that owns its memory. Bytes that must not be written follow the memory.
+/// A target (shmf_target) that owns its memory. Guard bytes after this memory must stay unchanged.
 struct Wanted {
   static constexpr std::size_t kBehind = 16;
   shmf_target target{};
@@ -71,7 +71,7 @@ struct Wanted {
   }
 };
 
-/// Asks for the sizes of the targets, then reads all data in one call.
+/// Asks for the sizes of all targets, allocates memory for them, and reads their data in one call.
 inline shmf_status read_all(shmf_file* file, std::vector<Wanted>& wanted, shmf_error& why) {
   std::vector<shmf_target> targets;
   for (const Wanted& it : wanted) targets.push_back(it.target);
@@ -100,7 +100,7 @@ Bytes raw(const std::vector<T>& values) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// Returns a file with points and cells of two blocks, arrays of all kinds, and steps.
+/// Returns a file with points, the cells of two blocks, arrays of all kinds, and time steps.
 inline Bytes two_blocks_file(Order order = Order::keep, std::uint64_t segment_cells = 0) {
   Mesh mesh;
   const TestMesh from = grid(9, 8, 7, ScalarType::float64, warped, porous);

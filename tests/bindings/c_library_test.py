@@ -3,9 +3,10 @@
 
   c_library_test.py LIBSHMFORMAT_C.SO
 
-The header compiles as C99 and C++11 without warnings, alone and together with the headers of POSIX shared memory. The
-example in its introduction is a correct program. The library is small. It exports exactly the symbols that the header
-declares, with the prefix shmf_ and a single symbol version.
+The header compiles as C99 and C++11 without warnings, both alone and together with the headers of POSIX
+shared memory. The example in its introduction is a correct program. The size of the library is below a limit.
+The library exports exactly the symbols that the header declares, all with the prefix shmf_ and the same
+symbol version.
 """
 import re
 import shutil
@@ -24,7 +25,7 @@ MESH = ROOT / "tests" / "golden" / "0.10" / "keep.shm"
 MOST_BYTES = 2_500_000
 LIBRARY = None
 
-# The example in the introduction of the header is inserted into this program.
+# The test inserts the example from the introduction of the header into this program.
 PROGRAM = r"""
 #include <inttypes.h>
 #include <stdio.h>
@@ -76,7 +77,8 @@ class Library(unittest.TestCase):
         self.compiles("gcc", "c99", text + beside, "b.c", "-D_XOPEN_SOURCE=700", "-fsyntax-only")
 
     def test_the_example_of_the_header_works(self):
-        # Members that an initializer leaves out are zero, which the example relies on.
+        # The example relies on the rule of C that members without an initializer are zero. The warning is
+        # therefore disabled.
         self.compiles("gcc", "c99", program_of_the_header(), "example.c", "-Wno-missing-field-initializers", LIBRARY,
                       f"-Wl,-rpath,{LIBRARY.parent}", "-o", self.path / "example")
         shutil.copy(MESH, self.path / "run.shm")

@@ -1,5 +1,5 @@
-// Tests of reading through the C interface. It must return the same data as the library, for every
-// golden file. Wrong calls must return errors.
+// Tests of reading through the C interface. For every golden file, the C interface must return the
+// same data as the C++ library. Invalid calls must return errors.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -18,7 +18,7 @@
 namespace shm {
 namespace {
 
-/// Checks that everything read from a file through the C interface equals the result of
+/// Checks that the data read from a file through the C interface equals `mesh`, the result of
 /// read_mesh().
 void expect_same(shmf_file* file, const Mesh& mesh) {
   shmf_error why{};
@@ -101,8 +101,8 @@ void expect_same(std::span<const std::byte> bytes, const File& file) {
     expect_same(file.get(), *mesh);
     return;
   }
-  // The vertices of this file are not numbered consecutively from 0, so that it has no whole
-  // arrays.
+  // The vertices of this file are not numbered consecutively from 0. Arrays of the whole mesh
+  // therefore cannot be read.
   EXPECT_EQ(mesh.error().code, ErrorCode::corrupt);
   std::vector<Wanted> wanted{{SHMF_POINTS, SHMF_FLOAT64}};
   shmf_error why{};
@@ -175,7 +175,7 @@ void expect_piece(std::span<const std::byte> bytes, const shmf_selection& select
   for (const std::uint64_t v : vertices) copied(points, mesh->xyz, v, 24);
   EXPECT_EQ(wanted[0].bytes(), points);
   const auto corners = wanted[1].values<std::int32_t>(), begin = wanted[2].values<std::int32_t>();
-  // Number of each cell within the arrays on block 1.
+  // For each cell of block 1: its index in the arrays that are defined on block 1 only.
   std::vector<std::uint64_t> element(mesh->cell_count());
   std::uint64_t next = 0;
   for (std::size_t c = 0; c < element.size(); ++c)
@@ -304,7 +304,8 @@ TEST(CInterface, WrongTargetsAreMisuseBeforeAnyIsFilled) {
   refused({SHMF_POINTS, 0}, 400000, "no type 0");
 }
 
-// The size of an array depends on the number of cells in each block, which the index states.
+// The index states the number of cells in each block. The size of an array on a block depends on
+// this number.
 TEST(CInterface, AnIndexThatLiesAboutBlocksIsCorrupt) {
   const Bytes bytes = two_blocks_file();
   for (const int more : {-1, 1}) {
@@ -314,7 +315,7 @@ TEST(CInterface, AnIndexThatLiesAboutBlocksIsCorrupt) {
     });
     const File file = opened(inconsistent);
     for (const std::uint32_t array :
-         {2u, 5u}) {  // a static array and a stepped array, both on block 1
+         {2u, 5u}) {  // one array without steps and one array with steps, both on block 1
       std::vector<Wanted> wanted{{SHMF_VALUES, SHMF_FLOAT64, array}};
       shmf_error why{};
       EXPECT_EQ(read_all(file.get(), wanted, why), SHMF_CORRUPT) << array << ", " << more;
@@ -463,7 +464,7 @@ TEST(CInterface, SourcesAreClosedOnceAndMayFailAnywhere) {
   EXPECT_EQ(fetched.closed, 2);
 }
 
-// Data that was not requested is not read.
+// The library must not read data that was not requested.
 TEST(CInterface, OnlyWhatIsWantedIsRead) {
   const Bytes bytes = two_blocks_file();
   const auto fetched_for = [&](std::vector<Wanted> wanted) {
@@ -539,7 +540,7 @@ TEST(CInterface, ACallerMayEndARun) {
   EXPECT_EQ(shmf_read(file.get(), &target, 1, nullptr, &why), SHMF_OK);
 }
 
-// From a truncated file, everything that is left can be read.
+// Data that is still complete in a truncated file can be read.
 TEST(CInterface, DamagedFilesGiveWhatIsWhole) {
   const Bytes bytes = two_blocks_file();
   const File whole = opened(bytes);
@@ -559,7 +560,8 @@ TEST(CInterface, DamagedFilesGiveWhatIsWhole) {
   EXPECT_EQ(shmf_verify(left.get(), nullptr, &why), SHMF_MISUSE);
 }
 
-// Every faulty file is refused when it is opened or verified, or by reading all of it.
+// Every faulty file leads to an error: when it is opened, when it is verified, or when all of its
+// data is read.
 TEST(CInterface, EveryFaultyFileIsRefused) {
   for (const auto& entry : std::filesystem::directory_iterator(faulty_folder())) {
     if (entry.path().extension() != ".shm") continue;
@@ -577,7 +579,7 @@ TEST(CInterface, EveryFaultyFileIsRefused) {
   }
 }
 
-/// Decodes a whole stream in pieces of `piece` bytes.
+/// Passes a whole stream to the decoder in pieces of `piece` bytes.
 std::map<std::int32_t, int> decoded(std::span<const std::byte> bytes, std::size_t piece, Bytes& xyz,
                                     shmf_status& status,
                                     const shmf_open_options* options = nullptr) {

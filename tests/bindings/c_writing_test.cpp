@@ -12,7 +12,7 @@
 namespace shm {
 namespace {
 
-/// Passes the schema of a mesh to `writer`.
+/// Passes the schema of `mesh` (blocks, arrays, options) to `writer`.
 void declare(shmf_writer* writer, const Schema& schema) {
   shmf_error why{};
   for (const BlockInfo& block : schema.blocks) {
@@ -39,7 +39,7 @@ void declare(shmf_writer* writer, const Schema& schema) {
   }
 }
 
-/// Returns a writer whose file is stored in `out`.
+/// Returns a writer that appends its output to `out`.
 CWriter writer_into(Bytes& out, const shmf_write_options& options) {
   shmf_writer* writer = nullptr;
   shmf_error why{};
@@ -61,7 +61,7 @@ shmf_target given(std::int32_t what, std::int32_t type, const Bytes& bytes,
   return target;
 }
 
-/// Writes steps, times and extras of a mesh.
+/// Writes the steps, step times and extras of a mesh.
 void write_rest(shmf_writer* writer, const Mesh& mesh) {
   shmf_error why{};
   for (std::uint32_t a = 0; a < mesh.steps.size(); ++a)
@@ -118,7 +118,7 @@ TEST(CInterface, WhatItWritesIsWhatTheLibraryWrites) {
           given(SHMF_POINTS, SHMF_FLOAT64, mesh.xyz),
           given(SHMF_CORNERS, narrow ? SHMF_INT32 : SHMF_UINT64, narrow ? few : many),
           given(SHMF_CELL_BLOCKS, SHMF_INT32, blocks)};
-      // Blocks state the number of corners of their cells.
+      // If each block states the number of corners per cell, SHMF_CORNER_BEGIN is not needed.
       if (!narrow) arrays.push_back(given(SHMF_CORNER_BEGIN, SHMF_INT64, begin));
       for (std::uint32_t a = 0; a < mesh.arrays.size(); ++a)
         if (!mesh.schema.arrays[a].per_step)
@@ -281,7 +281,7 @@ TEST_F(CWriterOfPaths, NothingIsReplacedUnaskedAndNothingHalfDoneIsLeft) {
   EXPECT_NE(std::string(why.message).find("none"), std::string::npos);
 }
 
-// Appending steps results in the same file as writing them in one run.
+// A file whose steps are appended later equals a file whose steps are all written in one run.
 TEST_F(CWriterOfPaths, StepsAreAppended) {
   for (const Order order : {Order::keep, Order::stream}) {
     const Mesh mesh = sample(order);
@@ -295,7 +295,8 @@ TEST_F(CWriterOfPaths, StepsAreAppended) {
     shmf_error why{};
     ASSERT_EQ(shmf_writer_append(name.c_str(), nullptr, &writer, &why), SHMF_OK) << why.message;
     const CWriter owner(writer);
-    // In order stream, the numbers are those that readers return.
+    // In order `stream`, appended values refer to the vertex and cell numbers that readers return,
+    // not to those of the source.
     const auto old = read_file(name);
     ASSERT_TRUE(old);
     const auto whole = [&] {

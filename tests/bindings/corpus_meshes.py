@@ -1,4 +1,5 @@
-"""Reads meshes with different readers and converts them to one form, so that any two can be compared.
+"""Reads meshes with different readers and converts them to a common form, so that the results of any two
+readers can be compared.
 
 Each reading function returns an object of class Seen. If an independent reader cannot read a file, the function raises
 Refused.
@@ -9,7 +10,7 @@ from dataclasses import dataclass, field
 
 import gmsh
 import meshio
-import meshio._vtk_common  # the numbers that its cells have in VTK
+import meshio._vtk_common  # defines VTK's type numbers of meshio's cells
 import netCDF4
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -25,7 +26,8 @@ import shmformat.meshio
 import shmformat.vtk
 
 vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-# Second-order cell types by linear type and number of nodes. Some programs write such cells with the linear type.
+# For (linear cell type, number of nodes): the second-order cell type. Some programs write second-order cells
+# with the linear type.
 HIGHER = {(12, 20): 25, (12, 27): 29, (13, 15): 26}
 POLY_VERTEX, PIXEL, QUAD, VOXEL, HEXAHEDRON = 2, 8, 9, 11, 12
 
@@ -36,8 +38,9 @@ class Refused(Exception):
 
 @dataclass
 class Seen:
-    """A mesh with cells in VTK's form. `steps` has an entry for each time step, or one entry if no time steps exist. An
-    entry contains the arrays by location ("point", "cell") and name."""
+    """A mesh with cells in VTK's form. `steps` contains one entry per time step, or one entry if the mesh has
+    no time steps. Each entry is a dictionary of arrays; the key is the pair of location ("point" or "cell")
+    and name."""
     points: np.ndarray
     offsets: np.ndarray
     corners: np.ndarray
@@ -49,18 +52,19 @@ class Seen:
     sets: list | None = None
     # Time of each step.
     times: np.ndarray | None = None
-    # Id of the block of each cell in the source.
+    # For each cell: the id of its block in the source file.
     block_ids: np.ndarray | None = None
     # True if `steps` contains only the first step.
     first: bool = False
-    # True if there may be arrays that .shm files do not store.
+    # True if the source may contain arrays that .shm files do not store.
     more: bool = False
     # True if the reader merges several arrays into one, and converts float32 to float64.
     joined: bool = False
 
 
 def by_own_types(offsets, corners, types):
-    """Converts cells to the form of .shm files: no voxels and pixels, and types that match the number of nodes."""
+    """Converts cells to the form used in .shm files: replaces voxels and pixels with hexahedra and quads, and
+    corrects types that do not match the number of nodes."""
     corners, types = corners.astype(np.int64), types.astype(np.uint8)
     for kind, instead, swapped in ((PIXEL, QUAD, (2,)), (VOXEL, HEXAHEDRON, (2, 6))):
         first = offsets[:-1][types == kind]
@@ -90,7 +94,7 @@ def by_python(path):
 
 
 def roles_of(path):
-    """Returns the arrays that belong to the source format and are not data of the mesh."""
+    """Returns the arrays that only describe the source format, such as ids, and are not data of the mesh."""
     with shmformat.open(path) as mesh:
         return {(place, name) for place, data in (("point", mesh.point_data), ("cell", mesh.cell_data)) for name in data
                 if data.role(name)}
@@ -123,7 +127,7 @@ def by_our_meshio(path, steps):
 
 
 def by_c(output, steps):
-    """Parses the output of read_all: lines, each followed by values."""
+    """Parses the output of read_all, which consists of header lines that are each followed by values."""
     dtypes = [None, *map(np.dtype, ("i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"))]
     mesh, static, stepped, sets = {}, {}, {}, []
     at = 0
@@ -150,7 +154,8 @@ def by_c(output, steps):
 
 
 def arrays_of(grid, without=""):
-    """Returns the numeric arrays that have a name; if several arrays have the same name, the first of them."""
+    """Returns the numeric arrays that have a name. If several arrays have the same name, returns only the
+    first of them."""
     found = {}
     for place, data in (("point", grid.GetPointData()), ("cell", grid.GetCellData())):
         for index in range(data.GetNumberOfArrays()):
@@ -203,7 +208,8 @@ def by_vtk(path):
 
 
 def with_block_ids(seen):
-    """Removes data that .shm files do not store as arrays: the numbers of blocks, and the numbers of groups (stored as sets)."""
+    """Removes arrays that .shm files do not store as arrays: the block numbers of cells, and group numbers,
+    which .shm files store as sets."""
     for name in ("gmsh:geometrical", "avsucd:material", "Material Id"):
         seen.block_ids = seen.steps[0].pop(("cell", name), seen.block_ids)
     seen.steps[0].pop(("cell", "gmsh:physical"), None)
@@ -212,7 +218,7 @@ def with_block_ids(seen):
 
 
 def by_vtu(paths):
-    """Reads a .vtu file for each step with VTK. In these files, sets are arrays."""
+    """Reads one .vtu file per time step with VTK. In .vtu files, sets are stored as arrays."""
     steps = []
     for path in paths:
         grid = updated(vtkXMLUnstructuredGridReader(), path)
@@ -221,7 +227,8 @@ def by_vtu(paths):
 
 
 def by_vtks_exodus(path):
-    """Reads an Exodus file with VTK. Restores the order of blocks in the file, because VTK sorts them by number."""
+    """Reads an Exodus file with VTK. VTK sorts the blocks by id; this function restores the order of the
+    file."""
     reader = vtkExodusIIReader()
     reader.SetFileName(str(path))
     reader.ApplyDisplacementsOff()
@@ -261,7 +268,8 @@ def grids_of(tree):
 
 
 def joined(blocks):
-    """Joins the arrays of all blocks by name. Blocks without an array of that name receive NaN, or 0 for integers."""
+    """Joins the arrays of all blocks that have the same name. For a block without an array of that name,
+    fills in NaN, or 0 if the values are integers."""
     found = {}
     for at, (_, arrays) in enumerate(blocks):
         for key, values in arrays.items():
@@ -275,7 +283,7 @@ def joined(blocks):
 
 
 def by_meshio(path, kind):
-    """Reads a file with meshio. `kind`: the format as printed by `shm info`."""
+    """Reads a file with meshio. `kind` is the name of the format as printed by `shm info`."""
     kind = {"ucd": "avsucd"}.get(kind, kind)
     try:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
@@ -287,8 +295,8 @@ def by_meshio(path, kind):
     return seen
 
 
-# For each Gmsh cell type: VTK's type, and the position of each of VTK's nodes in Gmsh's order. EDGES contains the
-# positions of the edge nodes of hexahedra, after the eight corners.
+# For each Gmsh cell type: VTK's cell type, and for each node in VTK's order its position in Gmsh's order.
+# EDGES contains the positions of the edge nodes of hexahedra, which follow the eight corners.
 EDGES = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]
 OF_GMSH = {1: (3, 2), 2: (5, 3), 3: (QUAD, 4), 4: (10, 4), 5: (HEXAHEDRON, 8), 6: (13, 6), 7: (14, 5), 8: (21, 3), 10: (28, 9),
            12: (29, [*EDGES, 22, 23, 21, 24, 20, 25, 26]), 16: (23, 8), 17: (25, EDGES), 36: (POLY_VERTEX, 16),
@@ -296,7 +304,8 @@ OF_GMSH = {1: (3, 2), 2: (5, 3), 3: (QUAD, 4), 4: (10, 4), 5: (HEXAHEDRON, 8), 6
 
 
 def by_gmsh(path, mesh):
-    """Reads a file with Gmsh, which returns items in its own order, and sorts them by Gmsh's tags as in `mesh`."""
+    """Reads a file with Gmsh. Gmsh returns nodes and elements in its own order; this function sorts them by
+    tag into the order of `mesh`."""
     gmsh.initialize(["gmsh"], False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -324,7 +333,8 @@ def by_gmsh(path, mesh):
 
 
 def from_meshio(meshes):
-    """Converts meshes of meshio that represent one mesh at several steps."""
+    """Converts several meshio meshes, each of which is the same mesh at a different time step, to one mesh
+    with steps."""
     sizes, corners, types = [], [], []
     for block in meshes[0].cells:
         data = np.asarray(block.data)
@@ -346,8 +356,9 @@ def from_meshio(meshes):
 
 
 def differences(seen, mesh, roles=frozenset()):
-    """Returns the differences as sentences, each with its subject: "points", "cells", "sets", "times" or "arrays". `mesh` is
-    the .shm file as Python reads it. `roles` are those of its arrays that other readers need not have."""
+    """Compares two meshes and returns their differences. Each difference is a pair of a subject ("points",
+    "cells", "sets", "times" or "arrays") and a sentence. `mesh` is the .shm file as read by the Python
+    package. `roles` contains those arrays of `mesh` that other readers may lack."""
     wrong = []
     points = native(np.asarray(seen.points))
     if mesh.points.shape != points.shape or mesh.points.astype(points.dtype).tobytes() != points.tobytes():
@@ -385,7 +396,8 @@ def different_arrays(seen, theirs, ours, roles):
 
 
 def parts_of(key, values, ours):
-    """Joins the component arrays that a reader merges into one array of several components."""
+    """Returns the arrays in `ours` that a reader has merged into its array `key`, one array per component.
+    Returns an empty list if there are none."""
     count = values.shape[1] if values.ndim > 1 else 1
     names = [other for other in ours if other[0] == key[0]]
     for first in range(len(names) - count + 1):
@@ -399,7 +411,8 @@ def native(values):
 
 
 def same_values(theirs, ours, widened):
-    """Compares values bit for bit. Integers are compared as numbers, because some readers convert them to wider types."""
+    """Compares values bit for bit. Integers are compared by value, because some readers convert them to wider
+    types."""
     theirs = native(theirs)
     if theirs.dtype.kind != "f" or ours.dtype.kind != "f":
         return theirs.dtype.kind in "iub" and ours.dtype.kind in "iu" and np.array_equal(theirs, ours)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that all readers read the same data from the .shm file of every mesh of the corpus.
+"""Checks for every mesh of the corpus that all readers read the same data from its .shm file.
 
   corpus_readers_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool; SHM_CORPUS: folder of the corpus
 
@@ -7,10 +7,12 @@ Each file is compressed once. The Python package reads all arrays at all steps. 
 - the source as read by VTK, meshio and Gmsh,
 - the same .shm file as read by a pipeline of VTK, by meshio and by programs in C (read_all.c, and the example of the
   header),
-- VTK's view of the .vtu files that `shm decompress` writes.
-Points are compared in the precision of the reader. corpus_exceptions.tsv lists files that a reader does not read, and
-justified differences. A line in it that is not needed is a failure. Exit code 77 (skipped) if no corpus exists.
-`pytest corpus_readers_test.py` takes the paths from SHMFORMAT_LIBRARY and SHM_TOOL; the default is build/release.
+- the .vtu files that `shm decompress` writes, as read by VTK.
+Points are compared in the precision of the
+reader. corpus_exceptions.tsv lists files that a reader does not read, and justified differences. If a line of
+this file is no longer needed, the test fails. Exit code 77 (skipped) if no corpus exists. `pytest
+corpus_readers_test.py` takes the paths from the environment variables SHMFORMAT_LIBRARY and SHM_TOOL; the
+default is build/release.
 """
 import multiprocessing
 import os
@@ -37,10 +39,10 @@ from c_library_test import program_of_the_header  # noqa: E402
 CORPUS = Path(os.environ.get("SHM_CORPUS") or "/nowhere")
 EXCEPTIONS = HERE / "corpus_exceptions.tsv"
 SKIPPED = "SHM_CORPUS is not a folder, so that no corpus file was read"
-# Independent readers for each format; the names of formats are as printed by `shm info`.
+# For each source format, as named by `shm info`: the independent readers for it.
 OTHERS = {"exodus": ("vtk", "meshio"), "vtk": ("vtk", "meshio"), "vtu": ("vtk", "meshio"), "ucd": ("vtk", "meshio"),
           "gmsh": ("gmsh", "meshio")}
-PROGRAMS = None  # folder of read_all and of the example in the introduction of shmformat.h
+PROGRAMS = None  # folder of two compiled programs: read_all and the example of shmformat.h
 
 
 def run(*command):
@@ -51,21 +53,23 @@ def run(*command):
 
 
 def decompressed(packed, steps, folder):
-    """Returns the paths of .vtu files, one for each step."""
+    """Returns the paths of a series of .vtu files, one for each step."""
     folder.mkdir()
     run(SHM, "decompress", "-q", "-T", "1", packed, "-o", folder / ("step_%04d.vtu" if steps else "mesh.vtu"))
     return sorted(folder.iterdir())
 
 
 def header_example(folder, mesh):
-    """Checks the output of the example for FOLDER/run.shm: counts, the first coordinate and the last corner."""
+    """Checks the output of the header's example program for FOLDER/run.shm: the counts, the first coordinate
+    and the last corner."""
     expected = "%d %d %g %d\n" % (len(mesh.points), len(mesh.types), mesh.points[0, 0], mesh.corners[-1])
     printed = run(PROGRAMS / "example", folder).decode()
     return [] if printed == expected else [("all", f"it prints {printed!r}, not {expected!r}")]
 
 
 def compare_file(name):
-    """Compares one file. Returns (subject, sentence) of each difference by reader; ("all", ...) if the reader fails."""
+    """Compares the readers for one file. Returns the differences by reader as pairs (subject, sentence). If a
+    reader fails, its only subject is "all"."""
     import corpus_meshes as meshes
     import shmformat
     source, found = CORPUS / name, {}

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests round trips of meshes through .shm files with meshio. (corpus_readers_test.py tests the meshes of the corpus.)
+"""Tests that meshes written to .shm files with meshio are read back unchanged. (corpus_readers_test.py tests
+the meshes of the corpus.)
 
     meshio_test.py LIBSHMFORMAT_C.SO
 """
@@ -21,7 +22,7 @@ import shmformat.meshio  # noqa: E402
 
 
 def sample():
-    """Returns hexahedra, wedges and quads over the same points."""
+    """Returns hexahedra, wedges and quads that use the same points."""
     points = np.random.default_rng(3).random((20, 3))
     cells = [("hexahedron", np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])),
              ("wedge", np.array([[8, 9, 10, 12, 13, 14]])), ("quad", np.array([[12, 13, 14, 15]]))]

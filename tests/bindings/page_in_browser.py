@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Tests the page shm.html in headless Chromium: its pictures of real meshes, and the bytes that it fetches.
+"""Tests the page shm.html in headless Chromium: the pictures of real meshes, and the number of bytes that the
+page fetches.
 
   page_in_browser.py PAGE SHM FOLDER HEXAHEDRA SECOND_ORDER MIXED [TEST...]
 
 PAGE: shm.html. SHM: the tool. FOLDER: a folder for generated files. HEXAHEDRA, SECOND_ORDER and MIXED: .shm files of
-hexahedra, of second-order cells, and of cells of several shapes. TEST: names of tests as for unittest, by default all.
-The script prints its measurements. scripts/test-web runs it. Needs the program chromium.
+hexahedra, of second-order cells, and of cells of several shapes. TEST: names of the tests to run, in the form
+that unittest expects; by default, all tests are run. The script prints its measurements. scripts/test-web
+runs it. Needs the program chromium.
 """
 import functools
 import http.server
@@ -22,17 +24,17 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from browser import PROGRAM, Browser  # noqa: E402
 
-MOST_SECONDS = 2.0  # maximum wall-clock time until 35 thousand hexahedra are visible, on two cores
+MOST_SECONDS = 2.0  # maximum wall-clock time, on two cores, until a mesh of 35 thousand hexahedra is visible
 PAGE = SHM = FOLDER = None
 MESHES = {}
-# Maximum number of bytes that the package reads to open a file: its beginning and its end.
+# Maximum number of bytes that the package reads from the beginning and the end of a file to open it.
 FOUND = 24 << 10
-# Messages of the library for a file of another kind, an empty file, and a file without its end.
+# Error messages of the library: for a file of another format, for an empty file, and for a truncated file.
 FOREIGN, EMPTY, CUT = "this is not a .shm file", "the file is too short", "end record"
 # Messages of the package about a server.
 NO_FILE, CLOSED = "there is no such file: the server answers 404", "the connection failed"
 
-# Contrast ratio of each text to its background, as defined by WCAG.
+# Computes the contrast ratio between each text and its background, as defined by WCAG.
 CONTRASTS = """(() => {
   const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
   const light = (colour) => parts(colour).slice(0, 3).map((part) => part / 255)
@@ -54,8 +56,9 @@ CONTRASTS = """(() => {
 
 
 def bent_bar(path, side, warmer=0, rough=0):
-    """Writes a curved bar of side x side x 4*side hexahedra as legacy VTK. `warmer`: number added to the values of vertices
-    above the middle. `rough`: largest random change of a coordinate. Returns the number of cells."""
+    """Writes a curved bar of side x side x 4*side hexahedra as legacy VTK. `warmer` is added to the values of
+    vertices above the middle. `rough` is the largest random change of a coordinate. Returns the number of
+    cells."""
     chance = random.Random(side)
     nodes = [(x, y, z) for z in range(4 * side + 1) for y in range(side + 1) for x in range(side + 1)]
     lines = ["# vtk DataFile Version 3.0", "bar", "ASCII", "DATASET UNSTRUCTURED_GRID", f"POINTS {len(nodes)} double"]
@@ -78,7 +81,8 @@ def bent_bar(path, side, warmer=0, rough=0):
 
 @functools.cache
 def long_file():
-    """Creates a file of 131 thousand hexahedra in eight segments, larger than a megabyte. Returns its path and cell count."""
+    """Creates a .shm file of 131 thousand hexahedra in eight segments, which is larger than a megabyte.
+    Returns its path and cell count."""
     source, packed = FOLDER / "long.vtk", FOLDER / "long.shm"
     cells = bent_bar(source, 32, rough=.25)
     subprocess.run([SHM, "compress", source, "-fqo", packed, "--segment-cells", str(cells // 8)], check=True)
@@ -96,8 +100,9 @@ def steps_file():
 
 
 class Ranges(http.server.SimpleHTTPRequestHandler):
-    """A server that supports ranges, accepts pages of any origin, and counts requests and bytes of bodies. Files below
-    /whole/ are sent only as a whole. Files below /closed/ are sent only to pages of this server."""
+    """An HTTP server that supports range requests, allows requests from pages of any origin, and counts the
+    requests and the bytes that it sends. Files below /whole/ are always sent completely. Files below /closed/
+    are sent only to pages of this server."""
     sent = requests = 0
 
     def do_GET(self):
@@ -172,7 +177,7 @@ class Page(unittest.TestCase):
         return self.browser.run(f"document.getElementById({json.dumps(name)}).textContent")
 
     def drawn(self):
-        """Counts the pixels of each colour in the picture, except those of the background."""
+        """Returns the number of pixels of each colour in the picture, without the white background."""
         _, _, found = self.browser.picture("#picture")
         counts = Counter(found)
         ground = (255, 255, 255)
@@ -183,7 +188,7 @@ class Page(unittest.TestCase):
         self.assertEqual(self.browser.errors, [])
 
     def serve(self):
-        """Serves FOLDER during the test. Returns the address."""
+        """Serves FOLDER until the test ends. Returns the URL of the server."""
         server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Ranges, directory=str(FOLDER)))
         self.addCleanup(server.server_close)
         self.addCleanup(server.shutdown)
@@ -224,7 +229,7 @@ class Page(unittest.TestCase):
         seconds = self.open(packed)
         processor = self.browser.processor_seconds() - before
         print(f"{cells} hexahedra are visible after {seconds:.2f} s, of at most {MOST_SECONDS}; "
-              f"{processor:.2f} s of processor time")
+              f"{processor:.2f} s of CPU time")
         self.assertIn(f"{cells:,} cells", self.text())
         faces = 2 * 21 * 21 + 4 * 21 * 84
         self.assertIn(f"{faces:,} faces", self.text())
@@ -239,7 +244,7 @@ class Page(unittest.TestCase):
         yellow = sum(count for (red, green, blue), count in self.drawn().items() if min(red, green) > 2 * blue)
         self.assertGreater(yellow, 300)
         self.assertNotEqual(before, self.drawn())
-        # With a cut, fewer cells are shown, and the interior of the mesh is visible.
+        # A cut hides some cells and makes the interior of the mesh visible.
         self.choose("clip", "2")
         self.assertRegex(self.text(), r"Cut across z at 42\.")
         self.assertIn(f"{2 * 21 * 21 + 4 * 21 * 43:,} faces", self.text())
@@ -360,7 +365,8 @@ class Page(unittest.TestCase):
         package = FOLDER / "small"
         shutil.copytree(PAGE.parent, package, dirs_exist_ok=True)
         decoder = (package / "shmformat.wasm").read_bytes()
-        # Limits the memory of the decoder: replaces the maximum of 65536 pages of 64 KiB by 144.
+        # Limits the memory of the decoder: replaces the maximum number of 64-KiB pages in the WebAssembly
+        # file, 65536, with 144.
         at = decoder.index(bytes([0x80, 0x80, 0x04]), 8)
         (package / "shmformat.wasm").write_bytes(decoder[:at] + bytes([0x90, 0x81, 0x00]) + decoder[at + 3:])
         source = Path(__file__).resolve().parents[2] / "bindings" / "web"
@@ -464,7 +470,7 @@ def main():
     if len(sys.argv) < 7:
         sys.exit(__doc__)
     if PROGRAM is None:
-        print("chromium is not there: the page was not tried")
+        print("chromium is not installed: the page was not tested")
         sys.exit(77)
     PAGE, SHM, FOLDER = (Path(path).resolve() for path in sys.argv[1:4])
     FOLDER.mkdir(parents=True, exist_ok=True)

@@ -1,10 +1,10 @@
-// Tests the computations that the page makes before it draws: cameras, colours, numbers, surfaces,
-// choices.
+// Tests the modules that compute the page's content before it is drawn: cameras, colours, formatted
+// numbers, surfaces, and the choices in its menus.
 //
 //     node page_modules_test.mjs
 //
-// Environment variables: SHM_PAGE is a folder with the modules of the page; SHM_COLOURS contains
-// {blocks, values, none} of converters/picture.
+// Environment variables: SHM_PAGE is the folder with the modules of the page. SHM_COLOURS contains
+// the colours of converters/picture as {blocks, values, none}.
 import assert from "node:assert/strict";
 import { pathToFileURL } from "node:url";
 import test from "node:test";
@@ -19,13 +19,13 @@ const pointing = await at("pointing");
 
 const near = (got, wanted, what) => wanted.forEach((number, i) =>
   assert.ok(Math.abs(got[i] - number) < 1e-6, `${what ?? "is"} ${[...got]}, not ${wanted}`));
-/** Returns the position of a point in the picture. */
+/** Returns the position in the picture at which the camera shows a point. */
 function seen(made, [x, y, z], aspect = 1) {
   const m = camera.matrixOf(made, aspect);
   return [0, 1, 2].map((row) => m[row] * x + m[4 + row] * y + m[8 + row] * z + m[12 + row]);
 }
 
-test("a camera looks from the given direction, with z up", () => {
+test("a camera looks from the given direction, with the z axis pointing up", () => {
   const front = camera.axesOf(camera.cameraFrom([0, -3, 0]));
   near(front.right, [1, 0, 0]);
   near(front.up, [0, 0, 1]);
@@ -53,7 +53,7 @@ test("a box fits the picture, whichever side of the picture is larger", () => {
       assert.ok(most > 0.919 && most < 0.921, `${view} at ${aspect}: ${most}`);
     }
   }
-  // The space reserved at the bottom stays free.
+  // The mesh does not cover the space reserved at the bottom of the picture.
   const tall = { ...box, most: [1, 0.5, 9] };
   const lifted = camera.fitted(camera.cameraFrom([0, -1, 0]), tall, 2, .25);
   const [low, high] = [0, 9].map((z) => seen(lifted, [0, 0, z], 2)[1]);
@@ -61,7 +61,7 @@ test("a box fits the picture, whichever side of the picture is larger", () => {
   const place = seen(lifted, [1, 0, 3], 2);
   near(seen(camera.zoomed(lifted, 2, 2 * place[0], place[1]), [1, 0, 3], 2).slice(0, 2),
     place.slice(0, 2));
-  // A mesh without extent is not magnified infinitely.
+  // The camera does not magnify a mesh of size zero infinitely.
   const none = { least: [0, 0, 0], most: [0, 0, 0] };
   const point = camera.fitted(camera.cameraFrom([1, 1, 1]), none, 1);
   assert.ok(Number.isFinite(point.scale));
@@ -72,7 +72,7 @@ test("a nearer point has a smaller depth", () => {
   assert.ok(seen(made, [0, -1, 0])[2] < seen(made, [0, 1, 0])[2]);
 });
 
-test("moving follows the pointer, and zooming keeps the point under it", () => {
+test("the mesh follows the pointer when moved, and zooming keeps the point under the pointer fixed", () => {
   const made = camera.turned(camera.zoomed(camera.cameraFrom([1, -2, 1]), 3), 0.3, 0.2);
   const before = seen(made, [0.1, 0.2, 0.3], 2);
   const after = seen(camera.moved(made, 0.25, -0.125), [0.1, 0.2, 0.3], 2);
@@ -95,7 +95,7 @@ test("keys rotate, move and enlarge", () => {
 });
 
 test("colours are those of shm preview", () => {
-  // The colours of converters/picture, which its own tests check.
+  // The page must use the same colours as converters/picture, which has its own tests.
   const told = JSON.parse(process.env.SHM_COLOURS);
   assert.equal(told.blocks.length, 21);
   told.blocks.forEach((colour, i) => assert.deepEqual(colours.blockColour(i), colour));
@@ -110,7 +110,7 @@ test("colours are those of shm preview", () => {
   for (let i = 1; i < 256; ++i) assert.ok(light(i) > light(i - 1) - 1.1, `lightness at ${i}`);
 });
 
-test("numbers are written in the format of %g", () => {
+test("numbers are formatted as by printf with %g", () => {
   const cases = [[0, "0"], [-0, "0"], [1 / 3, "0.333333"], [-1.5e300, "-1.5e+300"],
     [100000, "100000"], [1000000, "1e+06"], [999999.5, "1e+06"], [0.0001, "0.0001"],
     [0.00001234567, "1.23457e-05"], [42, "42"], [1234.5678, "1234.57"], [Infinity, "inf"],
@@ -134,7 +134,7 @@ test("control characters in names are shown as escapes", () => {
 const quad = { points: Float64Array.of(0, 0, 0, 4, 0, 0, 4, 2, 0, 0, 2, 0), faceCount: 1,
   connectivity: Uint32Array.of(2, 3, 0, 1), offsets: Uint32Array.of(0, 4) };
 
-test("a polygon becomes a fan around its smallest corner, with its edges", () => {
+test("a polygon is divided into triangles around its first corner", () => {
   const frame = surface.frameOf(quad.points);
   assert.deepEqual([frame.middle, frame.half], [[2, 1, 0], 2]);
   const places = surface.placesOf(frame, quad.points);
@@ -158,7 +158,7 @@ test("faces with a vertex that is not finite are left out, lines and vertices ar
   assert.ok(surface.frameOf(new Float64Array(0)).isEmpty);
 });
 
-test("the largest and the smallest numbers have finite positions", () => {
+test("the largest and the smallest possible coordinates are drawn at finite positions", () => {
   const large = Number.MAX_VALUE;
   const points = Float64Array.of(-large, 0, 0, large, 5e-324, 0);
   const frame = surface.frameOf(points);
@@ -183,7 +183,7 @@ test("vectors are shown by their length or by a component", () => {
   assert.deepEqual([...surface.numbersOf(BigInt64Array.of(-2n, 5n), 1, null)], [-2, 5]);
 });
 
-test("arrays with one name on different blocks are one array", () => {
+test("arrays of the same name on different blocks are offered as one array", () => {
   const array = (index, name, blocks, more = {}) => ({ index, name, blocks, role: "",
     location: "cell", components: 1, steps: [0, 1], ...more });
   const listed = choices.colourings([array(0, "heat", [0]), array(1, "heat", [2]),

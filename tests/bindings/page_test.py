@@ -3,8 +3,8 @@
 
   page_test.py PACKAGE
 
-PACKAGE: the folder of the built web package, with shm.html. scripts/test-web tests the page in a browser
-(page_in_browser.py). page_modules_test.mjs tests the functions of its modules with Node.js.
+PACKAGE is the folder of the built web package, which contains shm.html. scripts/test-web tests the page in a
+browser (page_in_browser.py). page_modules_test.mjs tests the functions of the page's modules with Node.js.
 """
 import base64
 import gzip
@@ -26,7 +26,7 @@ PACKAGE = Path(sys.argv[1]).resolve()
 del sys.argv[1:]
 NODE = shutil.which("node") or shutil.which("nodejs")
 if NODE is None or not (PACKAGE / "shm.html").exists():
-    print("node and the page (scripts/setup --web, the target web) are not there: nothing was tested")
+    print("node or the page is missing (run scripts/setup --web, build the target web): nothing was tested")
     sys.exit(77)
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -36,7 +36,7 @@ FETCHING = {"src", "href", "srcset", "data", "action", "formaction", "poster", "
 
 
 class Elements(html.parser.HTMLParser):
-    """Attributes of all elements, and the contents of scripts and styles."""
+    """An HTML parser that collects the attributes of all elements, and the contents of scripts and styles."""
 
     def __init__(self, page):
         super().__init__(convert_charrefs=True)
@@ -59,7 +59,7 @@ class Elements(html.parser.HTMLParser):
 
 
 def colours():
-    """Returns the colours of blocks and values in converters/picture."""
+    """Returns the colours that converters/picture uses for blocks and values."""
     text = (ROOT / "converters" / "picture" / "colours.cpp").read_text(encoding="utf-8")
 
     def table(name):
@@ -114,7 +114,7 @@ class Page(unittest.TestCase):
             "default-src": "'none'", "script-src": f"{hashed(self.elements.inside['module'])} 'wasm-unsafe-eval'",
             "style-src": hashed(self.elements.inside["style"]), "worker-src": "blob:",
             "connect-src": "https: http:", "base-uri": "'none'", "form-action": "'none'"})
-        # The policy must precede everything that it restricts.
+        # The security policy must precede every element that it restricts.
         self.assertLess(self.text.index("Content-Security-Policy"), self.text.index("<style>"))
 
     def test_decoder_is_that_of_the_package(self):
@@ -141,7 +141,8 @@ class Page(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_place_for_a_file(self):
-        """The element for an embedded file has the form that `shm view` expects (converters/tool/shown/page.cpp)."""
+        """`shm view` (converters/tool/shown/page.cpp) embeds a file in the script element `file`, and expects
+        exactly this tag."""
         place = '<script type="application/octet-stream" id="file" data-name=""></script>'
         self.assertEqual(self.text.count(place), 1)
         self.assertIn(place, (ROOT / "converters" / "tool" / "shown" / "page.cpp").read_text(encoding="utf-8"))

@@ -1,10 +1,11 @@
-"""Tests the plugin in ParaView: its reader returns the same data as ParaView's own reader of Exodus files.
+"""Tests the ParaView plugin: its reader must return the same data as ParaView's own reader of Exodus files.
 
     pvpython paraview_check.py FOLDER [--loaded]
 
 FOLDER contains pairs of an Exodus file and its .shm file, such as `x.e` and `x.shm`. `two` and `run` are the meshes of
-tests/support/sample_meshes.py. With --loaded, ParaView has loaded the plugin as usual; otherwise the load() function of
-the plugin loads it. scripts/test-paraview creates the files and runs this script in both ways.
+tests/support/sample_meshes.py. With --loaded, ParaView has already loaded the plugin. Without --loaded, this
+script loads it by calling the plugin's function load(). scripts/test-paraview creates the files and runs this
+script in both ways.
 """
 import sys
 import unittest
@@ -31,7 +32,8 @@ def output(proxy, time=None):
 
 
 def parts_of(collection):
-    """Returns the grids of a collection by group and name, as its assembly lists them."""
+    """Returns the grids of a collection as a dictionary. Each key is the pair of a group and a name in the
+    assembly of the collection."""
     assembly, parts = collection.GetDataAssembly(), {}
     for group in assembly.GetChildNodes(0, False):
         for node in assembly.GetChildNodes(group, False):
@@ -42,7 +44,8 @@ def parts_of(collection):
 
 
 def of_exodus(name):
-    """Converts the names that ParaView's own reader gives to unnamed blocks and sets to our names; all in lower case."""
+    """Converts the names that ParaView's own reader gives to unnamed blocks and sets to the names that the
+    plugin uses. The results are in lower case."""
     for theirs, own in (("block_", "block "), ("nodelist_", "node set "), ("surface_", "side set ")):
         if name.startswith(theirs) and name[len(theirs):].isdigit():
             return own + name[len(theirs):]
@@ -55,8 +58,8 @@ def arrays_of(data):
 
 
 def shape_of(grid):
-    """Returns (corners, points of cells, types of cells, corner offsets) of a grid. Points of cells are compared by position,
-    because readers number points differently."""
+    """Returns (corners, points of cells, types of cells, corner offsets) of a grid. `points of cells`
+    contains coordinates instead of point numbers, because readers number points differently."""
     if grid.GetNumberOfCells() == 0:
         return np.zeros(0, int), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
     corners = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
@@ -65,7 +68,7 @@ def shape_of(grid):
 
 
 def times_of(reader):
-    """Returns the times of a reader as a list; ParaView returns a single time as a plain number."""
+    """Returns the times of a reader as a list, even if ParaView returns a single time as a plain number."""
     return np.atleast_1d(reader.TimestepValues).tolist()
 
 
@@ -90,7 +93,8 @@ class Plugin(unittest.TestCase):
             setattr(reader, kind, list(names[::2]))
 
     def same(self, own, theirs, what):
-        """Checks that cells and all common data are equal; returns the number of compared arrays."""
+        """Checks that two grids have equal cells and equal values in all arrays that both have. Returns the
+        number of compared arrays."""
         (corners, *shape), (their_corners, *their_shape) = shape_of(own), shape_of(theirs)
         for one, other in zip(shape, their_shape, strict=True):
             self.assertTrue(np.array_equal(one, other), what)

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Tests the Python package: its arrays are NumPy arrays, and written meshes are restored unchanged.
+"""Tests the Python package: data is returned as NumPy arrays, and meshes that are written and read again are
+unchanged.
 
   python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-The golden tests compare golden files of all kinds with the output of shm_text, and corpus_readers_test.py compares the
-corpus with other readers. This test checks the shape, type and owner of arrays, the number of bytes that are read from
-a source, and errors.
+Other tests compare the data: the golden tests with the output of shm_text, and corpus_readers_test.py with
+other readers. This test checks the shape, type and owner of arrays, the number of bytes read from a source,
+and errors.
 """
 import gc
 import io
@@ -97,8 +98,9 @@ class Reading(FolderTest):
             self.assertEqual(caught.exception.code, "misuse")
 
     def test_memory_of_the_caller_is_filled_where_it_is(self):
-        """Arrays of the caller are filled in place, even as parts of larger arrays, whose rest is unchanged. NumPy owns all
-        other memory."""
+        """The package writes directly into arrays that the caller supplies, even if they are parts of larger
+        arrays; the rest of the larger arrays is unchanged. All other arrays own their memory through
+        NumPy."""
         data = (GOLDEN / "steps_and_extras.shm").read_bytes()
         with shmformat.open(data) as mesh:
             room, values = np.full((72, 3), 7.), np.full((4, 12), 7, np.float32)
@@ -111,22 +113,23 @@ class Reading(FolderTest):
                    mesh.cell_data["p"][1], part.points, part.cells.connectivity, part.cell_numbers, part.vertex_numbers,
                    mesh.step_times, *(one.numbers for one in mesh.sets), *(extra.values for extra in mesh.extras)]
         for i, array in enumerate(own):
-            base = array if array.base is None else array.base  # a reshaped array refers to the array that owns the memory
+            base = array if array.base is None else array.base  # the memory of a reshaped array belongs to its base
             self.assertTrue(base.flags.owndata and array.flags.writeable, i)
             self.assertFalse(np.shares_memory(array, np.frombuffer(data, np.uint8)), i)
             for other in own[:i]:
                 self.assertFalse(np.shares_memory(array, other), i)
 
     def hundred_arrays(self, steps):
-        """Writes a hundred cell arrays of 4000 incompressible bytes per step. Returns the path and the values of one array."""
-        points, cells = bar(500)  # with fewer cells, several steps would share a chunk
+        """Writes a file with a hundred cell arrays, each with 4000 incompressible bytes per step. Returns the
+        path of the file and the values of one array."""
+        points, cells = bar(500)  # with fewer cells, a chunk would contain several steps
         values = np.random.default_rng(2).random((100, steps, 500))
         shmformat.write(self.path("a.shm"), points, cells, step_times=np.arange(float(steps)), level="fast",
                         cell_data={f"a{i}": dict(enumerate(own)) for i, own in enumerate(values)})
         return self.path("a.shm"), values[50]
 
     def test_one_step_of_one_array_takes_its_own_bytes(self):
-        """Index and schema are read once, when the file is opened."""
+        """The index and the schema are read only once, when the file is opened."""
         made, values = self.hundred_arrays(4)
         subprocess.run([SHM, "compress", "-q", "--level", "fast", "--key-steps", "1", made, "-o", self.path("b.shm")],
                        check=True)
@@ -146,7 +149,7 @@ class Reading(FolderTest):
         made, values = self.hundred_arrays(10)
         source = Counted(made.read_bytes())
         mesh = shmformat.open(source)
-        for step in (7, 9):  # one step in eight does not refer to other steps
+        for step in (7, 9):  # one step in eight is coded without reference to other steps
             before = source.given
             self.assertTrue(np.array_equal(mesh.cell_data["a50"][step], values[step]))
             self.assertLess(source.given - before, 8 * 4000)
@@ -204,7 +207,7 @@ class Reading(FolderTest):
             self.assertIsInstance(archive, shmformat.Archive)
             meshes = {name: archive[name] for name in archive}
         self.assertGreater(len(meshes), 1)
-        for mesh in meshes.values():  # the meshes remain valid after the archive is closed
+        for mesh in meshes.values():  # a mesh remains usable after its archive is closed
             self.assertEqual(len(mesh.points), mesh.vertex_count)
 
     def test_cells_and_vertices_may_be_limited(self):
@@ -372,7 +375,7 @@ class Boundary(FolderTest):
             self.assertEqual(len(found), 10)
             self.assertEqual(sorted(set(found.cell_numbers)), [3, 4])
             self.assertEqual(sorted(found.vertex_numbers), list(range(12, 24)))
-            self.assertEqual(len(mesh.boundary(threads=2)), 38)  # the selection in the open piece does not affect the mesh
+            self.assertEqual(len(mesh.boundary(threads=2)), 38)  # `mesh` is not restricted by the selection of `piece`
             self.assertEqual(len(piece.boundary()), 10)
 
     def test_values_at_steps(self):
@@ -433,7 +436,8 @@ class Writing(FolderTest):
                 self.assertTrue(np.array_equal(mesh.points, points))
                 self.assertTrue(np.array_equal(mesh.cells.connectivity.reshape(-1, 8), cells))
                 self.assertTrue(np.array_equal(mesh.extras[-1].values, extras[0].values))
-            # In any order, each corner has the same coordinates and the same value as before.
+            # Whatever the order, each corner of a cell has the same coordinates and the same value as in the
+            # input.
             self.assertTrue(np.array_equal(mesh.points[mesh.cells.connectivity], points[cells.reshape(-1)]))
             self.assertTrue(np.array_equal(mesh.point_data["v"][mesh.cells.connectivity], values[cells.reshape(-1)]))
             self.assertEqual(mesh.point_data["t"].shape, (164,))

@@ -12,7 +12,7 @@ static void put(const char* what, const shmf_target* one, const char* name) {
   fwrite(one->data, 1, one->used, stdout);
 }
 
-/* Asks for the sizes, then reads the data. */
+/* Asks the library for the size of the data, allocates memory, and reads the data. */
 static int read_targets(shmf_file* file, shmf_target* all, size_t count) {
   if (shmf_read(file, all, count, NULL, &why) != SHMF_OK) return why.status;
   for (size_t i = 0; i < count; ++i) {
@@ -30,7 +30,7 @@ static shmf_target want(int32_t what, int32_t type, uint32_t array) {
   return (shmf_target){sizeof(shmf_target), what, type, array, SHMF_FILL, 0, NULL, 0, 0};
 }
 
-/* Reads the mesh and all arrays without steps in one pass, and writes them. */
+/* Reads the mesh and all arrays without time steps in one pass, and prints them. */
 static int put_mesh(shmf_file* file, const shmf_info* info, shmf_array* arrays) {
   shmf_target* all = calloc(5 + (size_t)info->arrays, sizeof *all);
   size_t count = 5;

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Tests files on a server: few requests are needed, only the required data is fetched, and errors are clear.
+"""Tests reading files from a server: the package sends few requests, fetches only the required data, and
+reports clear errors.
 
   remote_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-The test runs its own server, which counts requests and can be made to misbehave.
+The test runs its own server, which counts requests and can simulate faults.
 """
 import http.server
 import os
@@ -90,13 +91,14 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 class Server(http.server.ThreadingHTTPServer):
     def handle_error(self, *_):
-        pass  # ignores connections that the client closes during an answer
+        pass  # ignores the error if a client closes the connection during an answer
 
 
 class Remote(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        """Creates a mesh of some megabytes in several segments, with three fields, one of them static."""
+        """Creates a .shm file of several megabytes with several segments and three fields, one of which is
+        static."""
         cls.folder = tempfile.TemporaryDirectory()
         source, packed = (os.path.join(cls.folder.name, name) for name in ("a.vtk", "a.shm"))
         subprocess.run([MAKE_MESH, "ogrid", "90000", source, "--double"], capture_output=True, check=True)
@@ -141,7 +143,8 @@ class Remote(unittest.TestCase):
         self.assertEqual(self.server.connections, 1)
 
     def asks(self, call):
-        """Runs `call`. Returns the number of requests and the number of bytes that it caused, and its result."""
+        """Runs `call`. Returns the number of requests and the number of bytes that the call caused, and its
+        result."""
         given, asked = self.server.given, len(self.server.asked)
         result = call()
         return len(self.server.asked) - asked, self.server.given - given, result
@@ -150,7 +153,7 @@ class Remote(unittest.TestCase):
         mesh, here = self.open(), shmformat.open(self.data)
         self.assertGreater(len(here.segments), 7)
         asked, _, arrays = self.asks(mesh.read)
-        self.assertLessEqual(asked, 2)  # one request for the headers of the groups, and one for the streams of points and cells
+        self.assertLessEqual(asked, 2)  # one request for headers, one for streams
         self.assertTrue(np.array_equal(arrays.points, here.points))
         asked, given, cells = self.asks(lambda: self.open().read(points=False).cells)
         self.assertLessEqual(asked, 5)
@@ -237,7 +240,7 @@ class Remote(unittest.TestCase):
         self.server.mode, self.server.good = "fails", len(self.server.asked)
         self.fails("the connection failed", mesh.verify)
         self.server.mode = ""
-        mesh.verify()  # the mesh can be used again once the server works
+        mesh.verify()  # once the server works again, the same mesh object can be read
 
     def test_a_file_that_changes_is_told(self):
         mesh = self.open()

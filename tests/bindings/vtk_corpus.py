@@ -16,7 +16,8 @@ def corpus():
 
 
 def exodus_files(shm, packed):
-    """Yields the path of each Exodus file after compressing it to `packed` with the tool `shm`."""
+    """Compresses each Exodus file of the corpus to the path `packed` with the tool `shm`. Yields the path of
+    the Exodus file."""
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     for source in sorted((corpus() / "exodus").iterdir()):
         if source.stat().st_size > MOST_BYTES:
@@ -27,7 +28,8 @@ def exodus_files(shm, packed):
 
 
 class Exodus:
-    """Contents of a file as VTK's reader returns them. `sets` contains grids by kind and number; None for empty sets."""
+    """The contents of an Exodus file as VTK's reader returns them. `sets` maps the kind and number of each
+    set to a grid, or to None if the set is empty."""
 
     def __init__(self, name):
         reader = vtkExodusIIReader()

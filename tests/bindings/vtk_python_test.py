@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Tests the reader and the writer for VTK pipelines.
+"""Tests the reader and the writer that the Python package provides for VTK pipelines.
 
   vtk_python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-Arrays belong to VTK and remain valid after the reader is deleted; disabled arrays are not read; steps, pieces, blocks and
-sets agree with the file. Sets of the Exodus files of the corpus (SHM_CORPUS), and sides of all shapes, equal those of
-VTK's own reader of Exodus files. (corpus_readers_test.py tests the rest of the corpus.)
+The test checks that arrays belong to VTK and remain valid after the reader is deleted, that disabled arrays
+are not read, and that steps, pieces, blocks and sets agree with the file. Sets of the Exodus files of the
+corpus (SHM_CORPUS) and sides of all shapes must equal those that VTK's own reader of Exodus files returns.
+(corpus_readers_test.py tests the other data of the corpus.)
 """
 import gc
 import itertools
@@ -44,7 +45,7 @@ class Case(unittest.TestCase):
         return os.path.join(self.folder.name, name)
 
     def bar(self, **more):
-        """Writes a bar of 50 hexahedra with a point array, a cell array, and an array at steps."""
+        """Writes a bar of 50 hexahedra with a point array, a cell array, and an array with time steps."""
         x = np.repeat(np.arange(51), 4) * .1
         corner = np.tile(np.arange(4), 51)
         self.points = np.column_stack([x, (corner == 1) | (corner == 2), corner >= 2]).astype(np.float64)
@@ -170,7 +171,8 @@ class Vtk(Case):
             writer.Write()
 
     def same(self, a, b):
-        """Compares points, cells, and all arrays of the first grid."""
+        """Checks that grids `a` and `b` have equal points and cells, and that each array of `a` equals the
+        array of the same name in `b`."""
         self.assertEqual(vtk_to_numpy(a.GetPoints().GetData()).tobytes(), vtk_to_numpy(b.GetPoints().GetData()).tobytes())
         self.assertTrue(np.array_equal(*(vtk_to_numpy(grid.GetCellTypesArray()) for grid in (a, b))))
         for get in ("GetOffsetsArray", "GetConnectivityArray"):
@@ -183,8 +185,9 @@ class Vtk(Case):
 
 
 def sides_of(grid):
-    """Returns (types, offsets of the points of each cell, points cell by cell) of a grid, which may be None. The points are
-    converted to 32-bit floats, because VTK's reader of Exodus files returns this type."""
+    """Returns (cell types, offsets, points) of a grid. `points` contains the coordinates of the points of the
+    first cell, then those of the second cell, and so on; `offsets` states where each cell begins. The grid
+    may be None. Points are converted to 32-bit floats, the type that VTK's reader of Exodus files returns."""
     if grid is None or grid.GetNumberOfCells() == 0:
         return np.zeros(0, np.uint8), np.zeros(1, int), np.zeros((0, 3), np.float32)
     points = vtk_to_numpy(grid.GetPoints().GetData()).astype(np.float32)
@@ -198,7 +201,8 @@ def one_by_one(types, offsets, points):
 
 class Sets(Case):
     def parts(self, reader):
-        """Returns the parts of the collection by the groups of its assembly."""
+        """Returns the parts of a collection as a dictionary. Each key is the pair of a group and a name in
+        the assembly of the collection."""
         out = reader.GetOutput()
         assembly = out.GetDataAssembly()
         parts = {}
@@ -225,7 +229,8 @@ class Sets(Case):
         self.assertEqual(vtk_to_numpy(some.GetCellData().GetArray("n")).tolist(), [5, 7])
         self.assertIsNotNone(block.GetCellData().GetArray("t"))
         self.assertEqual(vtk_to_numpy(some.GetPointData().GetGlobalIds()).tolist(), list(range(20, 36)))
-        # Sides in the order of the set: the last face, the first face, and a face along the bar.
+        # The sides are in the order of the set: the end face of the bar at x = 5, its end face at x = 0, and
+        # a face along the bar.
         self.assertEqual([ends.GetCell(i).GetBounds()[:2] for i in range(3)], [(5, 5), (0, 0), (2, 2.1)])
         self.assertEqual([ends.GetCellType(i) for i in range(3)], [9, 9, 9])
         self.assertEqual(ends.GetNumberOfPoints(), 12)
@@ -276,7 +281,7 @@ class Sets(Case):
             self.assertTrue(np.array_equal(back.point_data["v"], points))
             self.assertEqual(back.cell_data["n"].tolist(), [0, 1, 2, 3])
         values = vtk_to_numpy(collection.GetPartition(1, 0).GetPointData().GetArray("v"))
-        values += 1  # vertices at which the blocks differ stay separate
+        values += 1  # vertices stay separate if the values of the two blocks differ
         writer.Write()
         self.assertEqual(len(shmformat.open(self.path("back.shm")).points), 24)
         values -= 1
@@ -322,8 +327,9 @@ class Sets(Case):
     CORNERS = {3: 2, 5: 3, 9: 4, 21: 2, 22: 3, 23: 4, 28: 4}  # number of corners of each side type
 
     def all_sides(self, kinds):
-        """Writes a file with a cell of each kind, and for each cell a side set of all of its sides. The points of the cells
-        are random, except that nodes on edges are at their midpoints."""
+        """Writes a file with one cell of each kind, and a side set for each cell that contains all sides of
+        the cell. The points of the cells are random, except that a node on an edge is at the midpoint of the
+        edge."""
         sides = {"triangle": 5, "quad": 6, "tetrahedron": 4, "pyramid": 5, "wedge": 5, "hexahedron": 6}
         points = np.random.default_rng(5).random((sum(nodes for _, nodes in kinds), 3)).astype(np.float32)
         offsets = np.cumsum([0] + [nodes for _, nodes in kinds])
@@ -351,7 +357,7 @@ class Sets(Case):
 
     @staticmethod
     def points_of_face(cell, face):
-        ids = cell.GetFace(face).GetPointIds()  # VTK overwrites these ids when another face is requested
+        ids = cell.GetFace(face).GetPointIds()  # VTK reuses this list of ids for the next face that is requested
         return [ids.GetId(at) for at in range(ids.GetNumberOfIds())]
 
     def test_sides_are_those_of_vtks_exodus_reader(self):
@@ -359,7 +365,8 @@ class Sets(Case):
         kinds = [kind for kind in KINDS if kind[0] in self.SHAPES and kind not in unknown_to_it]
         self.all_sides(kinds)
         subprocess.run([SHM, "convert", self.path("all.shm"), self.path("all.e")], check=True, stdout=subprocess.DEVNULL)
-        with netCDF4.Dataset(self.path("all.e"), "a") as file:  # Exodus defines sides of quads as edges only
+        # In Exodus, the sides of QUAD are only edges; the sides of SHELL also include its faces.
+        with netCDF4.Dataset(self.path("all.e"), "a") as file:
             for name in file.variables:
                 if name.startswith("connect"):
                     word = file[name].elem_type
@@ -371,7 +378,8 @@ class Sets(Case):
             self.assertEqual(len(own), len(theirs), kind)
             for (side_type, nodes), (_, expected) in zip(own, theirs):
                 corners = self.CORNERS[side_type]
-                # VTK's reader rotates the corners of some sides, but not the nodes on their edges.
+                # For some sides, VTK's reader starts the list of corners at another corner, but leaves the
+                # list of edge nodes unchanged.
                 begun = [np.roll(nodes[:corners], by, axis=0) for by in range(corners if corners > 2 else 1)]
                 self.assertTrue(any(np.array_equal(one, expected[:corners]) for one in begun), (kind, nodes, expected))
                 for some in (slice(corners, 2 * corners), slice(2 * corners, None)):
@@ -410,14 +418,16 @@ class Sets(Case):
         compared = {"node": 0, "side": 0}
         for source in exodus_files(SHM, self.path("a.shm")):
             if source.name == "libmesh__nontrivial_elem_num_map.exo":
-                continue  # the sides of quads in space are edges in Exodus, but sides of shells in .shm files
+                # In Exodus, the sides of these quads are edges. In .shm files, they are sides of
+                # shells.
+                continue
             with self.subTest(source=source.name):
                 parts, exodus = self.read_sets(), Exodus(str(source))
                 self.assertEqual(set(parts), set(exodus.sets))
                 for key, part in parts.items():
                     (types, *own), (their_types, *theirs) = sides_of(part), sides_of(exodus.sets[key])
                     self.assertTrue(all(map(np.array_equal, own, theirs)), key)
-                    # VTK's reader treats edges of three nodes as triangles.
+                    # VTK's reader returns an edge with three nodes as a triangle.
                     self.assertTrue(((types == their_types) | (types == 21) & (their_types == 5)).all(), key)
                     if len(types):
                         self.assertEqual(part.GetNumberOfPoints(), exodus.sets[key].GetNumberOfPoints(), key)
@@ -426,7 +436,8 @@ class Sets(Case):
         self.assertGreater(compared["node"], 80)
 
     def read_sets(self):
-        """Returns the sets of a.shm, by kind and number."""
+        """Returns the sets of a.shm as a dictionary. Each key is the pair of the kind and the number of a
+        set."""
         sets = shmformat.open(self.path("a.shm")).sets
         reader = shmformat.vtk.Reader(blocks=True, sets=True)
         reader.SetFileName(self.path("a.shm"))

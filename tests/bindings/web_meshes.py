@@ -1,4 +1,5 @@
-"""Reads files with the library, and describes the data as lines. web_read.mjs writes the same lines for the web package.
+"""Reads files with the native library, and describes the data as lines of text. web_read.mjs creates the same
+lines with the web package.
 
 Needs the environment variable SHMFORMAT_LIBRARY, and bindings/python on the Python path.
 """
@@ -19,7 +20,7 @@ TYPES = {number: dtype.name for number, dtype in DTYPES.items()}
 
 
 def name_of(chars):
-    """Returns a name as web pages receive it, even if it is not valid UTF-8."""
+    """Decodes a name as the web package does for web pages, even if the name is not valid UTF-8."""
     return text(chars).encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
@@ -37,7 +38,7 @@ def wide(numbers):
 
 
 class Native:
-    """Reads a file with the calls of web_read.mjs, in the same order."""
+    """Reads a file with the same sequence of calls as web_read.mjs."""
 
     def __init__(self, content, bare):
         self.lines, self.seconds, self.bare = [], 0.0, bare
@@ -95,7 +96,9 @@ class Native:
             self.read_all()
 
     def describe(self):
-        """Adds lines only at the end, because the web package reports nothing about a file that it cannot describe."""
+        """Collects the description in `self.described`. The caller adds it to the lines only if describing
+        the whole file succeeds, because the web package reports nothing about a file that it cannot
+        describe."""
         def put(what, *words):
             self.described.append([what, " ".join(map(str, words))])
 
@@ -237,7 +240,7 @@ def native(path, flips=(), cut=None, bare=False):
 
 
 class Web:
-    """Reads files with the package in a process of Node.js, by the same calls."""
+    """Reads files with the web package in a Node.js process, which makes the same calls."""
 
     def __init__(self, node, package):
         self.process = subprocess.Popen([node, str(HERE / "web_read.mjs"), str(package)], stdin=subprocess.PIPE,
@@ -262,7 +265,7 @@ class Web:
 
 
 def difference(native_lines, web_lines):
-    """Returns the first line that differs; None if all are equal."""
+    """Returns the first pair of lines that differ, or None if all lines are equal."""
     for ours, theirs in zip(native_lines, web_lines):
         if ours != theirs:
             return ours, theirs

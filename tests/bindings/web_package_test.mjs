@@ -1,4 +1,5 @@
-// Tests the code of the web package around the decoder: workers, Blobs, servers, cancelled calls.
+// Tests the JavaScript code of the web package that calls the decoder: workers, Blobs, servers,
+// aborted calls.
 //
 //     node web_package_test.mjs PACKAGE MESH GOLDEN
 //
@@ -18,7 +19,7 @@ const content = readFileSync(mesh);
 const files = { "/mesh.shm": content, "/foreign": Buffer.alloc(1 << 20, "solid cube\n") };
 const CELLS = 40000;
 
-/** Serves files with range requests, and counts. `mode`: how the server misbehaves. */
+/** Serves ranges of files, and counts requests and bytes. `mode` selects how the server misbehaves. */
 const server = createServer((request, response) => {
   const asked = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? "");
   counted.requests += 1;
@@ -69,7 +70,7 @@ after(() => {
   server.close();
 });
 
-/** Runs a test with a worker and without. */
+/** Defines a test that runs twice: with a worker and without a worker. */
 function both(name, run) {
   for (const worker of [true, false]) {
     test(`${name}, ${worker ? "in a worker" : "in this thread"}`, { timeout: 60000 },
@@ -95,7 +96,7 @@ both("an open file has its description", async (options) => {
   await assert.rejects(file.read(), failsWith("misuse", /the file is closed/));
 });
 
-both("everything is read in one pass, with progress", async (options) => {
+both("all data is read in one pass, and progress is reported", async (options) => {
   const file = await open(new Blob([content]), options);
   const told = [];
   const got = await file.read({ arrays: [{ name: "pressure", step: 1 }, { name: "heat" }],
@@ -150,13 +151,14 @@ both("the boundary surface", async (options) => {
   await file.close();
 });
 
-both("only requested data of a URL is fetched, by few requests", async (options) => {
+both("only the requested data of a URL is fetched, with few requests", async (options) => {
   begin();
   const file = await open(url, options);
   assert.ok(counted.requests <= 2, `${counted.requests} requests`);
   assert.ok(counted.bytes <= 24 << 10, `${counted.bytes} bytes`);
   const far = await file.read({ points: false, cells: false, arrays: [{ name: "pressure", step: 2 }] });
-  // The step values are half of the file, and each step is coded relative to the previous step.
+  // Half of the file consists of step values. Step 2 is coded relative to step 1, and step 1
+  // relative to step 0.
   assert.ok(counted.bytes < .51 * content.length, `${counted.bytes} of ${content.length} bytes`);
   assert.ok(counted.requests <= 4, `${counted.requests} requests`);
   await file.close();
@@ -183,7 +185,7 @@ both("everything of a URL", async (options) => {
   await near.close();
 });
 
-both("a server without ranges sends the whole file", async (options) => {
+both("if a server does not support range requests, the whole file is fetched", async (options) => {
   begin("no ranges");
   const file = await open(url, options);
   assert.equal((await file.read()).cellCount, CELLS);
@@ -191,7 +193,7 @@ both("a server without ranges sends the whole file", async (options) => {
   await file.close();
 });
 
-both("a file of another kind on a server is recognized by its beginning", async (options) => {
+both("a file of another format on a server is recognized by its first bytes", async (options) => {
   for (const mode of ["", "no ranges"]) {
     begin(mode);
     const foreign = url.replace("mesh.shm", "foreign");
@@ -203,7 +205,7 @@ both("a file of another kind on a server is recognized by its beginning", async 
   }
 });
 
-both("a server that hides the size of a range is asked for it", async (options) => {
+both("if the answer to a range request lacks the file size, the package asks for it", async (options) => {
   begin("hides");
   const file = await open(url, options);
   assert.equal((await file.read()).cellCount, CELLS);
@@ -230,7 +232,7 @@ both("errors of servers are reported", async (options) => {
   await assert.rejects(open("http://127.0.0.1:9/x.shm", options), failsWith("io", /failed/));
 });
 
-both("errors have the message of the library, and the position", async (options) => {
+both("errors contain the message of the library and the position in the file", async (options) => {
   const hurt = new Uint8Array(content);
   hurt[content.length / 2 | 0] ^= 1;
   const file = await open(hurt, options);
@@ -313,7 +315,7 @@ test("a call that is aborted while it decodes does not affect other calls", asyn
   await file.close();
 });
 
-test("workers as in browsers, and pages that forbid workers", async () => {
+test("the package uses workers in browsers, and works in pages that forbid workers", async () => {
   const { Worker } = await import("node:worker_threads");
   let made = 0;
   globalThis.Worker = class {
@@ -370,7 +372,7 @@ both("several calls at once", async (options) => {
   await file.close();
 });
 
-test("lack of memory is reported, and the next call uses a new decoder", async () => {
+test("running out of memory is an error, and the next call uses a new decoder", async () => {
   const wasm = await WebAssembly.compile(readFileSync(`${folder}/shmformat.wasm`));
   const engine = new Engine(wasm, new Blob([content]), {});
   for (const left of [0, 1 << 16, 1 << 20, 16 << 20]) {

@@ -1,11 +1,12 @@
-// Reads files with the web package, and writes the data as lines. web_meshes.py creates the same
-// lines with the library.
+// Reads files with the web package, and prints the data as lines. web_meshes.py creates the same
+// lines with the native library.
 //
 //     node web_read.mjs PACKAGE < REQUESTS
 //
-// PACKAGE: the folder of the package. Each input line is {"path", "flips": [[byte, bit]], "cut": bytes or
-// null, "bare": only measure}. Each output line is {"lines": [[subject, value]], "seconds": processor time of
-// the calls}.
+// PACKAGE: the folder of the package. Each input line is {"path", "flips", "cut", "bare"}: the
+// file, a list [[byte, bit]] of bits to flip, the number of bytes to keep (null: all), and whether
+// only to measure the time of reading. Each output line is {"lines": [[subject, value]], "seconds":
+// CPU time of the calls}.
 import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
 import { createInterface } from "node:readline";
@@ -28,7 +29,7 @@ const wide = (numbers) => hashed(BigUint64Array.from(numbers, BigInt));
 let lines;
 let seconds;
 
-/** Runs a call and adds the lines of its result, or its error. */
+/** Runs a call. Adds the lines of its result, or a line with its error. */
 async function attempt(what, call, put) {
   const before = process.cpuUsage();
   let result;

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Checks that the decoder as WebAssembly is small and returns the same results as the library.
+"""Checks that the WebAssembly decoder is small and returns the same results as the native library.
 
   web_test.py LIBSHMFORMAT_C.SO PACKAGE [CLANG]
 
-PACKAGE: the folder of the built web package; CLANG: the compiler of its decoder. Both decoders read valid and faulty
-golden files, some of them with flipped bits or truncated. They must return the same arrays or the same message.
-web_package_test.mjs tests the code around the decoder: workers, servers, cancelled calls.
+PACKAGE: the folder of the built web package; CLANG: the compiler of its decoder. The WebAssembly decoder and
+the native library read valid and faulty golden files; some of the files are truncated or contain flipped
+bits. Both must return the same arrays or the same error message. web_package_test.mjs tests the JavaScript
+code that calls the decoder: workers, servers, aborted calls.
 """
 import gzip
 import json
@@ -26,7 +27,7 @@ CLANG = sys.argv[3] if len(sys.argv) > 3 else "clang-19"
 del sys.argv[1:]
 NODE = shutil.which("node") or shutil.which("nodejs")
 if NODE is None or not (PACKAGE / "shmformat.wasm").exists():
-    print("node and the web package (scripts/setup --web, the target web) are not there: nothing was tested")
+    print("node or the web package is missing (run scripts/setup --web, build the target web): nothing was tested")
     sys.exit(77)
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -140,7 +141,8 @@ class SameAsTheLibrary(unittest.TestCase):
 
 class Package(unittest.TestCase):
     def test_around_the_decoder(self):
-        """Runs the tests in JavaScript with a mesh of several segments and requests."""
+        """Runs the tests of web_package_test.mjs with a mesh that has several segments and needs several
+        requests."""
         cells = 40_000
         chance = np.random.default_rng(3)
         corner = np.tile(np.arange(4), cells + 1)

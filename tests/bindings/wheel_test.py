@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Tests the Python wheel. It can be built without network access, and reads a file after installation into a new environment.
+"""Tests the Python wheel: it can be built without network access, and it reads a file after it is installed
+into a new environment.
 
   wheel_test.py LIBSHMFORMAT_C.SO
 
-NumPy and cffi are taken from the system. One wheel must work with every installed version of CPython.
+NumPy and cffi of the system are used. The same wheel must work with every installed version of CPython.
 """
 import os
 import re
@@ -43,7 +44,8 @@ class Wheel(unittest.TestCase):
         for part in ("python", "c"):
             shutil.copytree(ROOT / "bindings" / part, self.path / "bindings" / part,
                             ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
-        # Without --sdist and --wheel, build creates the wheel from the source distribution.
+        # If neither --sdist nor --wheel is given, `python -m build` first creates the source distribution and
+        # then builds the wheel from it.
         self.run_in(sys.executable, "-m", "build", "--no-isolation", "--outdir", self.path,
                     self.path / "bindings" / "python")
         (wheel,), (sources,) = self.path.glob("*.whl"), self.path.glob("*.tar.gz")

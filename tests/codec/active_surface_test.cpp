@@ -51,7 +51,7 @@ TEST(ActiveSurface, SlotsAreReused) {
   }
   EXPECT_EQ(surface.next_id(), 8000u);
   EXPECT_LE(surface.vertex_slots(),
-            256u + 3 * 8u);  // the slots of finalized vertices are not reused immediately
+            256u + 3 * 8u);  // slots of finalized vertices are reused only after a delay
   EXPECT_LE(surface.cell_slots(), 2u);
 }
 
@@ -116,7 +116,7 @@ TEST(ActiveSurface, ACellKeepsItsSlotWhileItHasAFace) {
   const std::uint32_t second = surface.begin_cell();
   EXPECT_NE(second, first);
   surface.remove_face(a);
-  surface.end_cell();  // the cell has no face, so its slot is free again
+  surface.end_cell();  // the second cell has added no face, so its slot is free again
   const std::uint32_t third = surface.begin_cell();
   EXPECT_EQ(third, second);
   surface.remove_face(b);  // the last face of the first cell
@@ -126,8 +126,8 @@ TEST(ActiveSurface, ACellKeepsItsSlotWhileItHasAFace) {
   EXPECT_EQ(surface.begin_cell(), first);
 }
 
-// After random sequences of added, removed and finalized elements, the surface has the same faces
-// as a plain list.
+// After random sequences of operations that add, remove and finalize elements, the surface has the
+// same faces as a plain list.
 TEST(ActiveSurface, LikeAPlainList) {
   std::mt19937_64 random(1);
   ActiveSurface surface;

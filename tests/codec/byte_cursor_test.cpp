@@ -135,7 +135,8 @@ TEST(ByteCursor, CopyBetweenHostAndFile) {
   copy_little_endian(nullptr, nullptr, 0, 4);
 }
 
-// Compares with published values of XXH64 with seed 0, of which checksum() returns the low half.
+// Compares checksum() with published values of XXH64 with seed 0. checksum() returns the low 32
+// bits of XXH64.
 TEST(Checksum, IsTheLowHalfOfXxh64) {
   EXPECT_EQ(checksum({}), 0x51d8e999u);
   const auto abc = bytes_of({'a', 'b', 'c'});

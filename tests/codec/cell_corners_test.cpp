@@ -1,4 +1,5 @@
-// Tests of cells of all shapes: the open faces between them, round trips, and their encoded size.
+// Tests of coding the corners of cells of all shapes: the open faces between cells, round trips,
+// and encoded sizes.
 #include <numeric>
 
 #include "mesh/open_faces.h"
@@ -22,7 +23,7 @@ TEST(OpenFaces, ASecondCellClosesAFace) {
   add(faces, {0, 1, 2, 3});
   EXPECT_EQ(faces.vertex(0).faces, 3);
   add(faces, {1, 2, 3, 4});
-  EXPECT_EQ(faces.behind()[3], 0u);  // cell 0 is across face 0 2 1 of the new cell
+  EXPECT_EQ(faces.behind()[3], 0u);  // the neighbour across face 0 2 1 of the new cell is cell 0
   EXPECT_EQ(faces.behind()[0], OpenFaces::kNever);
   EXPECT_EQ(faces.find(std::array<std::uint32_t, 3>{3, 1, 2}), kNone);
   EXPECT_NE(faces.find(std::array<std::uint32_t, 3>{1, 0, 2}), kNone);
@@ -67,7 +68,8 @@ TEST(OpenFaces, DegenerateCellsAndCrowdedVertices) {
   OpenFaces faces;
   add(faces, {5, 5, 5, 5});
   EXPECT_EQ(faces.vertex(5).faces, 0);
-  add(faces, {0, 1, 2, 2});  // this cell has face 0 1 2 twice, and therefore opens and closes it
+  add(faces,
+      {0, 1, 2, 2});  // this cell has the face 0 1 2 twice: it opens the face and closes it again
   EXPECT_EQ(faces.vertex(0).faces, 0);
   for (std::uint32_t i = 0; i < 100; ++i) add(faces, {9, 10 + 3 * i, 11 + 3 * i, 12 + 3 * i});
   EXPECT_EQ(faces.vertex(9).faces, 128);
@@ -168,8 +170,9 @@ std::uint64_t bytes_of(const TestMesh& mesh, const char* stream) {
 }
 std::uint64_t connectivity_bytes(const TestMesh& mesh) { return bytes_of(mesh, "connectivity"); }
 
-// Checks the bits per vertex of float64 coordinates on grids in which the lattice predicts nearly
-// all coordinates. Without that prediction, 90 bits and more are needed.
+// Checks the encoded size of float64 coordinates, in bits per vertex, on grids in which lattice
+// prediction is exact for nearly all coordinates. Without lattice prediction, a vertex needs 90
+// bits or more.
 TEST(CellCorners, CoordinatesOfCutGridsCostLittleMore) {
   const double whole =
       8.0 * static_cast<double>(bytes_of(bent_cut_grid(CellShape::hexahedron, kWhole), "geometry"));
@@ -185,7 +188,7 @@ TEST(CellCorners, RegularMeshesCostNextToNothing) {
   EXPECT_LT(connectivity_bytes(cut_grid(CellShape::wedge, kWedges)), 250u);
 }
 
-/// Returns a grid in which every second column is divided into wedges. The wedges precede the
+/// Returns a grid in which every second column is divided into wedges. All wedges precede all
 /// hexahedra.
 TestMesh columns_of_wedges() {
   TestMesh mesh = grid(12, 11, 10);
@@ -206,8 +209,8 @@ TestMesh columns_of_wedges() {
   return mesh;
 }
 
-// Every hexahedron touches wedges on four sides. If hexahedra were coded by their vertices, they
-// would need 1701 bytes in order and 3436 bytes shuffled.
+// Every hexahedron touches wedges on four sides. If hexahedra were coded by vertex numbers, they
+// would need 1701 bytes in scanline order and 3436 bytes in random order.
 TEST(CellCorners, HexahedraAreFoundByTheFacesOfOtherCells) {
   TestMesh mesh = columns_of_wedges();
   EXPECT_LT(connectivity_bytes(mesh), 800u);

@@ -1,5 +1,5 @@
-// Tests which codec a Writer chooses for hexahedra by default: the result is never larger than with
-// the best codec.
+// Tests which codec a Writer chooses for hexahedra by default: the file must not be larger than
+// with the codec that results in the smallest file.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -15,8 +15,9 @@ std::uint64_t bytes_with(const TestMesh& mesh, ConnectivityCodec codec) {
   return written(mesh, 65536, codec).size();
 }
 
-/// Returns the codec of the first segment. With sanitizers, these large meshes are only written and
-/// not read; other tests read smaller meshes of the same codecs.
+/// Writes the mesh and returns the codec of its first segment. With sanitizers, the file is not
+/// read back, because the meshes are large; other tests read smaller meshes that are coded with the
+/// same codecs.
 ConnectivityCodec codec_of(const TestMesh& mesh, const WriteOptions& options = {}) {
   MemorySink sink;
   if (kSanitized)
@@ -60,7 +61,7 @@ TEST(CodecChoice, MixedWhereItSavesMuch) {
 }
 
 TEST(CodecChoice, EachSegmentForItself) {
-  // The first half is in rows of a grid, the second half in random order.
+  // The first half of the cells is in grid rows, the second half in random order.
   TestMesh mesh = grid(16, 16, 16);
   std::mt19937_64 random(4);
   std::shuffle(mesh.cells.begin() + 2048, mesh.cells.end(), random);
@@ -97,7 +98,8 @@ TEST(CodecChoice, FastTakesPatternsWhereThereCanBeSome) {
   for (auto& point : points)
     for (double& v : point) v = static_cast<double>(random() >> 40);
   mesh.set_points(points);
-  // A few cells are out of order. The rows codec codes such cells in fewer bits.
+  // A few cells are out of order. The codec `rows` encodes such a mesh in fewer bits than
+  // `patterns`.
   for (std::size_t i = 4000; i < mesh.cells.size(); i += 4000)
     std::swap(mesh.cells[i], mesh.cells[i + random() % 60]);
   const auto in_stream = [](const TestMesh& of) { return with_order(of, Order::stream, true, 0); };
@@ -105,7 +107,7 @@ TEST(CodecChoice, FastTakesPatternsWhereThereCanBeSome) {
   EXPECT_EQ(codec_of(grid(5, 5, 5), {.level = Level::fast}), patterns);
   EXPECT_EQ(codec_of(in_stream(shuffled(mesh)), {.level = Level::fast}), patterns);
   EXPECT_EQ(codec_of(with_order(mesh, Order::stream, true, 5), {.level = Level::fast}), rows);
-  // shifts cannot code polygons with varying numbers of nodes
+  // the codec `shifts` cannot encode polygons with varying numbers of nodes
   mesh.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});
   EXPECT_EQ(codec_of(in_stream(mesh), {.level = Level::fast}), rows);
   EXPECT_EQ(codec_of(in_stream(mesh), {.level = Level::best}), mixed);
@@ -129,7 +131,8 @@ TEST(CodecChoice, FastTakesShiftsWhereTheyTakeNoRoom) {
   std::mt19937_64 random(9);
   shuffle_vertices(scrambled, random);
   EXPECT_NE(of(scrambled, Level::fast), shifts);
-  // In order stream the source's vertex numbers do not matter.
+  // In orders `stream` and `free`, vertices are renumbered, so the vertex numbers of the source do
+  // not matter.
   for (const Order order : {Order::stream, Order::free})
     EXPECT_EQ(of(with_order(scrambled, order, false, 0), Level::fast), shifts);
   // The schema does not allow shifts.
@@ -148,8 +151,8 @@ TEST(CodecChoice, DefaultTakesShiftsWhereValuesAreAsSmall) {
   expect_round_trip(large, {}, &by_number);
   expect_round_trip(large, {.connectivity = replay}, &over_surface);
   EXPECT_LE(by_number.streams.at("geometry") * 100, over_surface.streams.at("geometry") * 101);
-  // Shifts are not chosen if the mesh is too small, has no rows, or has rows with every hundredth
-  // cell out of order.
+  // The writer does not choose shifts if the mesh is too small, if it has no rows, or if every
+  // hundredth cell is out of order.
   EXPECT_NE(codec_of(bent_grid(31, 32, 33), {}), shifts);
   EXPECT_NE(codec_of(shuffled(large), {}), shifts);
   TestMesh disturbed = large;

@@ -1,5 +1,5 @@
-// The generated meshes (support/coded_meshes.h) cover the registry of codecs: each codec occurs in
-// some file, and spec/registry.md agrees.
+// Checks that the generated meshes (support/coded_meshes.h) use every registered codec at least
+// once, and that the library agrees with spec/registry.md.
 #include "support/coded_meshes.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,8 @@
 namespace shm {
 namespace {
 
-/// Returns the codecs that occur in the generated files, whichever codecs were requested.
+/// Returns the codecs that occur in the generated files, even if the writer chose another codec
+/// than requested.
 const CodecUses& written_uses() {
   static const CodecUses all = [] {
     CodecUses uses;
@@ -36,7 +37,8 @@ struct Registered {
   std::map<int, std::string> names;
   CodecUses uses;
 };
-/// Returns the table of codecs in spec/registry.md, without withdrawn, reserved and free numbers.
+/// Returns the table of codecs in spec/registry.md, without the withdrawn, reserved and free codec
+/// numbers.
 Registered registered_codecs() {
   std::ifstream in(SHM_SOURCE_DIR "/spec/registry.md");
   Registered all;
@@ -68,15 +70,15 @@ TEST(CodedMeshes, AreInEveryCodecThereIs) {
   EXPECT_EQ(written.size(), codecs_of_the_library().size());
 }
 
-// The library and spec/registry.md agree on the numbers and names of codecs, and on the data that
-// each codec codes.
+// The library and spec/registry.md agree on the number and name of each codec and on the kind of
+// data that it encodes.
 TEST(CodedMeshes, AreInTheCodecsThatAreRegistered) {
   const Registered registered = registered_codecs();
   EXPECT_EQ(codecs_of_the_library(), registered.names);
   EXPECT_EQ(written_uses(), registered.uses);
 }
 
-// Every codec of cells has a name for callers, and no other codec has that name.
+// Every codec for cells has a public name, and no two codecs have the same name.
 TEST(CodedMeshes, AreInEveryCodecThatCallersName) {
   std::set<std::string> named, of_cells;
   for (const CellCodec& it : cell_codecs()) {

@@ -1,5 +1,5 @@
 // Tests of connectivity: each of the ten ways in which a hexahedron can touch its neighbours, and
-// encoding and decoding without other data.
+// encoding and decoding of connectivity without coordinates and values.
 #include "codecs/surface/cells/connectivity.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,8 @@
 namespace shm {
 namespace {
 
-/// Codes the cells of `mesh` in order, decodes them, and compares. Returns the decoded cells.
+/// Encodes the cells of `mesh` in their order, decodes them, and checks that the decoded cells
+/// equal the original cells. Returns the decoded cells.
 std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCodec codec) {
   std::vector<std::uint64_t> last(mesh.vertices);
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c)
@@ -26,7 +27,7 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCo
   Connectivity<RangeEncoder> encoder(mesh.schema);
   encoder.set_codec(codec);
   std::map<std::uint64_t, std::uint32_t> slots;
-  // Number of each vertex, in the order in which vertices were introduced.
+  // For each vertex, in the order in which vertices are introduced: its number in the mesh.
   std::vector<std::uint64_t> numbers_by_id;
   std::vector<CellTopology> coded, decoded;
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
@@ -77,7 +78,7 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCo
   return decoded;
 }
 
-/// Tests every codec. Returns the cells of the paper codec.
+/// Checks the cells with every codec. Returns the cells decoded with the codec `paper`.
 std::vector<CellTopology> expect_same_cells(const TestMesh& mesh) {
   expect_same_cells(mesh, ConnectivityCodec::rows);
   expect_same_cells(mesh, ConnectivityCodec::replay);
@@ -87,8 +88,8 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh) {
 
 enum : std::uint32_t { kBottom = 1, kWest = 2, kSouth = 4, kEast = 8, kNorth = 16, kTop = 32 };
 
-/// Returns a mesh of the centre cell of a 3x3x3 grid and some of its six neighbours, which `faces`
-/// selects. The centre is the last cell.
+/// Returns the centre cell of a 3x3x3 grid and some of its six neighbours. `faces` selects the
+/// neighbours. The centre cell is the last cell of the mesh.
 TestMesh neighbourhood(std::uint32_t faces, bool corner_order) {
   const TestMesh all = grid(3, 3, 3);
   TestMesh mesh = all;
@@ -103,9 +104,9 @@ TestMesh neighbourhood(std::uint32_t faces, bool corner_order) {
   return mesh;
 }
 
-/// Returns the number of active faces of the centre, and the number of opposite pairs among these
-/// faces. The two numbers distinguish the ten cases: CORNER and BRIDGE both have three faces, but
-/// different numbers of pairs.
+/// Returns the number of active faces of the centre cell, and the number of pairs of opposite faces
+/// among them. The two numbers distinguish the ten cases: CORNER and BRIDGE both have three active
+/// faces, but different numbers of pairs.
 std::pair<int, int> shape_of(std::uint32_t mask) {
   const auto has = [&](std::uint32_t faces) { return (mask & faces) == faces ? 1 : 0; };
   return {std::popcount(mask), has(kBottom | kTop) + has(kWest | kEast) + has(kSouth | kNorth)};
@@ -141,7 +142,8 @@ TEST(Connectivity, TheTenConfigurations) {
     }
 }
 
-// Every set of faces, with the centre in each of its 24 rotations, is one of the ten cases.
+// Every set of active faces, with the centre cell in each of its 24 rotations, is one of the ten
+// cases.
 TEST(Connectivity, EverySetOfFacesInEveryRotation) {
   for (std::uint32_t faces = 0; faces < 64; ++faces)
     for (std::uint32_t r = 0; r < kRotationCount; ++r) {
@@ -151,7 +153,7 @@ TEST(Connectivity, EverySetOfFacesInEveryRotation) {
       const auto cells = expect_same_cells(mesh);
       ASSERT_FALSE(HasFailure()) << "faces " << faces << ", rotation " << r;
       ASSERT_EQ(shape_of(cells.back().face_mask), shape_of(faces));
-      // A face is active exactly if one of the previous cells has all of its corners.
+      // A face is active if and only if one of the previous cells contains all of its corners.
       for (std::uint32_t k = 0; k < 6; ++k) {
         const bool shared =
             std::any_of(mesh.cells.begin(), mesh.cells.end() - 1, [&](const auto& other) {
@@ -187,8 +189,8 @@ TEST(Connectivity, RepeatedCorners) {
 }
 
 TEST(Connectivity, AnIslandIsFoundByItsNumber) {
-  // The row grows alternately at its two ends, so that the gate is never on the previous
-  // hexahedron.
+  // The row grows alternately at its two ends. The gate (the face to which a hexahedron is
+  // attached) therefore never belongs to the previous hexahedron.
   const TestMesh row = grid(20, 1, 1);
   TestMesh mesh = row;
   mesh.cells.clear();
@@ -210,8 +212,8 @@ TEST(Connectivity, RegularGridsCostLittle) {
   EXPECT_LT(report->streams.at("connectivity"), 600u);  // of 4096 cells
 }
 
-// Some cells of this mesh were divided into eight. The codec predicts the stray corners of each
-// divided cell, i.e. the corners that differ from the replayed cell.
+// Some cells of this mesh were divided into eight. The codec replays an earlier cell for each
+// divided cell, and predicts the strays: the corners that differ from those of the earlier cell.
 TEST(Connectivity, CutCellsReplayInFewBits) {
   // Limits in bytes. The sizes would be 5000 and 5464 bytes if the codec did not predict strays.
   for (const auto& [order, most] : {std::pair{Order::keep, 4300u}, {Order::stream, 4950u}}) {
@@ -228,7 +230,7 @@ TEST(Connectivity, CutCellsReplayInFewBits) {
   }
 }
 
-// Decoding arbitrary bytes may fail, but must not do anything worse.
+// Decoding arbitrary bytes must either succeed or return an error.
 TEST(Connectivity, AnyBytesDecodeOrAreRefused) {
   std::mt19937_64 random(1);
   TestMesh mesh;

@@ -1,7 +1,7 @@
 // The program whose instructions instructions_test.py counts. It encodes and decodes three
 // generated meshes in memory, at each level, in one thread, and compares the decoded meshes. After
-// each call of counted_run(), it prints a line: "counted", mesh, hexahedra, level, "encode" or
-// "decode".
+// each call to counted_run(), the program prints a line with these words: "counted", name of the
+// mesh, number of hexahedra, level, and "encode" or "decode".
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -17,9 +17,10 @@
 #include "programs/mesh_fields.h"
 #include "shm/mesh.h"
 
-// callgrind collects data while this function runs, and identifies the function by name. Compilers
-// must not create renamed copies of it. Therefore the function does not end with a tail call, and
-// it is called through a pointer whose value no compiler can determine.
+// Calls the function whose instructions are counted. callgrind collects data while this function
+// runs, and finds the function by its name, so compilers must not create renamed copies of the
+// function. Therefore the function does not end with a tail call, and it is called through a
+// pointer whose value no compiler can determine.
 extern "C" bool counted_run(const std::function<bool()>& run) {
   volatile bool ok = run();
   return ok;
@@ -57,7 +58,8 @@ shm::Mesh with_floats(shm::Mesh mesh) {
   return mesh;
 }
 
-/// Adds one float32 array that is equal at all steps, and another one that grows from step to step.
+/// Adds a float32 array whose values are the same at all steps, and another float32 array whose
+/// values increase from step to step.
 void add_field(shm::Mesh& mesh, const make_mesh::Field& field, shm::Location location) {
   std::vector<float> values(field.values.begin(), field.values.end());
   mesh.add_array<float>(field.name, location, values);

@@ -16,7 +16,8 @@ TEST(IdMap, EmptyFindsNothing) {
   EXPECT_EQ(map.find(~std::uint64_t{0}), kNone);
 }
 
-/// Runs the same operations on an IdMap and on a standard map; `draw` returns the next number.
+/// Runs the same operations on an IdMap and on a standard map, and compares the results. `draw`
+/// returns the next number.
 template <class Draw>
 void expect_like_standard_map(Draw&& draw, std::size_t most) {
   std::mt19937_64 random(1);
@@ -59,8 +60,9 @@ TEST(IdMap, FewNumbersAgainAndAgain) {
 TEST(IdMap, AnyNumbers) {
   expect_like_standard_map([](auto& random) { return random(); }, 30000);
 }
-// The hashes of these numbers are equal in all bits that the table uses. The numbers form one long
-// run in the table, in which erasing moves the most entries.
+// The hashes of these numbers are equal in all bits that the hash table uses. The numbers form one
+// long run of entries in the table. Erasing an entry of this run moves the largest possible number
+// of entries.
 TEST(IdMap, NumbersThatCollide) {
   constexpr std::uint64_t kInverse = 0xf1de83e19937733d;  // of 0x9e3779b97f4a7c15 modulo 2^64
   static_assert(kInverse * 0x9e3779b97f4a7c15u == 1);

@@ -1,4 +1,4 @@
-// Nodes of second-order cells: their positions, their size in files, and round trips.
+// Tests of the nodes of second-order cells: their positions, their size in files, and round trips.
 #include "codecs/surface/cells/mid_nodes.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 using Kind = MidNode::Kind;
 
-/// VTK's parametric coordinates of the 27 nodes of a triquadratic hexahedron, in halves.
+/// Parametric coordinates of the 27 nodes of VTK's triquadratic hexahedron, in units of 1/2.
 constexpr std::array<std::array<int, 3>, 27> kTriquadratic = {
     {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {0, 0, 2}, {2, 0, 2}, {2, 2, 2},
      {0, 2, 2}, {1, 0, 0}, {2, 1, 0}, {1, 2, 0}, {0, 1, 0}, {1, 0, 2}, {2, 1, 2},
@@ -39,7 +39,7 @@ TEST(NodeLayout, OfHexahedraIsVtks) {
       EXPECT_EQ(kTriquadratic[p][a], mean(node->corner, node->kind == Kind::edge ? 2 : 4, a)) << p;
       if (node->kind == Kind::edge) continue;
       EXPECT_EQ(kTriquadratic[p][a], mean(node->middle, 4, a)) << p;
-      // middle[i] is between corner[i] and the next corner
+      // middle[i] is the midpoint of the edge from corner[i] to the next corner
       for (std::size_t i = 0; i < 4; ++i)
         EXPECT_EQ(2 * kTriquadratic[node->middle[i]][a],
                   kTriquadratic[node->corner[i]][a] + kTriquadratic[node->corner[(i + 1) % 4]][a]);
@@ -47,8 +47,8 @@ TEST(NodeLayout, OfHexahedraIsVtks) {
     EXPECT_EQ(node->kind, p < 20 ? Kind::edge : p < 26 ? Kind::face : Kind::body);
     EXPECT_EQ(node->parallels, p < 20 ? 3 : p < 26 ? 1 : 0);
     for (std::size_t i = 0; i < node->parallels; ++i) {
-      // The offset from node p to its parallel node equals the offset from the first corner to the
-      // node beside this corner.
+      // The vector from node p to its parallel node i equals the vector from the first corner to
+      // the node beside[i].
       int away = 0;
       for (int a = 0; a < 3; ++a) {
         const int step = kTriquadratic[node->parallel[i]][a] - kTriquadratic[p][a];
@@ -121,7 +121,8 @@ TEST(MiddleTable, LeadsFromPlacesToLiveVertices) {
   EXPECT_EQ(table.find(edge), kNone);
   table.put(edge, v[4]);
   EXPECT_EQ(table.find(table.edge(v[0], v[1])), v[4]);
-  // A face is identified by its corners in any order around it, and differs from an edge.
+  // A face has the same key, whatever its first corner and its direction are. The key of a face
+  // differs from the keys of all edges.
   table.put(table.face({v[2], v[1], v[0], v[3]}), v[5]);
   EXPECT_EQ(table.find(table.face({v[3], v[0], v[1], v[2]})), v[5]);
   EXPECT_EQ(table.find(table.edge(v[0], v[2])), kNone);
@@ -180,9 +181,9 @@ TEST(MidNodes, OfAllShapesComeBack) {
       }
 }
 
-// Decoding may rotate the corners of hexahedra with eight nodes, but not the corners of adjacent
-// second-order cells. Encoder and decoder must agree on the order of the corners of a face between
-// two such cells.
+// The decoder may rotate the corners of hexahedra with eight nodes, but not those of adjacent
+// second-order cells. Encoder and decoder must agree on the corner order of a face between two
+// second-order cells.
 TEST(MidNodes, BesideHexahedraThatMayTurn) {
   for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
                            ConnectivityCodec::mixed, ConnectivityCodec::replay})
@@ -209,8 +210,8 @@ TEST(MidNodes, BesideHexahedraThatMayTurn) {
     }
 }
 
-// Mid nodes whose positions and numbers can be computed from the corners need no bytes. The
-// remaining bytes code the corners.
+// Mid nodes need no bytes if their positions and numbers can be computed from the corners. The
+// encoded bytes belong to the corners.
 TEST(MidNodes, CostNothingOnAGrid) {
   for (std::uint32_t nodes : {20u, 27u})
     for (ConnectivityCodec codec : kCodecs) {

@@ -7,7 +7,7 @@ PROGRAM is counted_coding, LIBRARY the shared library that it uses, both built a
 is build/release. callgrind counts only the instructions of LIBRARY, because those of zstd, xxHash and the C
 library depend on the processor and on their versions. The counts are the same in every run, however busy
 the machine is. bench/instructions.csv contains the previous counts; a count may differ from its previous
-value by 5 %. --renew stores the new counts in bench/instructions.csv.
+value by at most 5 %. --renew stores the new counts in bench/instructions.csv.
 """
 import argparse
 import csv
@@ -25,14 +25,15 @@ WITHIN = .05
 
 
 def instructions_of(profile, library):
-    """Returns the instructions of `library` in a callgrind file, without those of functions that it calls."""
+    """Returns the number of instructions that a callgrind file attributes to `library`, without those of
+    functions that the library calls."""
     total, ours, of_call = 0, False, False
     with open(profile, encoding="utf-8", errors="replace") as lines:
         for line in lines:
             if line.startswith("ob="):
                 ours = os.path.realpath(line[3:].strip()) == library
             elif line.startswith("calls="):
-                of_call = True  # the next line states the instructions of the called function
+                of_call = True  # the next line contains the number of instructions of the called function
             elif line[:1].isdigit():
                 if ours and not of_call:
                     total += int(line.split()[1])
@@ -41,7 +42,8 @@ def instructions_of(profile, library):
 
 
 def count(program, library):
-    """Returns a dictionary from (mesh, hexahedra, level, way) to instructions."""
+    """Runs the program under callgrind. Returns a dictionary from (mesh, hexahedra, level, way) to the number
+    of instructions. The way is "encode" or "decode"."""
     counted = {tuple(line.split(",")): instructions_of(profile, os.path.realpath(library))
                for line, profile in counted_runs(program)}
     if not counted or not all(counted.values()):
@@ -64,7 +66,7 @@ def write_ledger(counted):
 
 
 def faults(counted, before):
-    """Yields a message for each count that has changed too much."""
+    """Yields a message for each count that differs too much from its previous value."""
     for key in [*before, *(new for new in counted if new not in before)]:
         mesh, hexahedra, level, way = key
         name = f"{mesh}, {hexahedra} hexahedra, level {level}, {way}"

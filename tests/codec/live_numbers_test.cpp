@@ -65,13 +65,14 @@ TEST(LiveNumbers, ANumberHasOneOwner) {
   EXPECT_EQ(numbers.state(8), State::imported);
   EXPECT_EQ(numbers.remove(8), State::imported);
   EXPECT_EQ(numbers.remove(8), State::dead);
-  // The previous state of the number is forgotten.
+  // If a removed number is added again, its previous state must have no effect.
   EXPECT_TRUE(numbers.add(8, false));
   EXPECT_EQ(numbers.state(8), State::own);
   expect_same(numbers, {{7, false}, {8, false}});
 }
 
-/// Runs the same operations on LiveNumbers and on a standard map; `draw` returns the next number.
+/// Runs the same operations on LiveNumbers and on a standard map, and compares the results. `draw`
+/// returns the next number.
 template <class Draw>
 void expect_like_standard_map(Draw&& draw, std::size_t most) {
   std::mt19937_64 random(1);
@@ -83,7 +84,7 @@ void expect_like_standard_map(Draw&& draw, std::size_t most) {
     const std::uint64_t number = draw(random);
     const bool imported = random() % 3 == 0;
     ASSERT_EQ(numbers.state(number), state_in(twin, number));
-    // The hint is the position of the last lookup, or arbitrary.
+    // The hint may be the table position of the most recent lookup or any other value.
     ASSERT_EQ(numbers.is_live(number, hint), twin.contains(number));
     std::size_t any = random();
     ASSERT_EQ(numbers.is_live(number, any), twin.contains(number));
@@ -133,9 +134,9 @@ TEST(LiveNumbers, NumbersFarApart) {
                            3000);
 }
 
-// All these words hash to the same position, or to the last position of the table. They form long
-// runs, some of which continue at the beginning of the table. Removing a word from such a run moves
-// the most entries.
+// All these numbers hash to the same position of the table, or to its last position. They form long
+// runs of entries, some of which continue at the beginning of the table. Removing a number from
+// such a run moves the largest possible number of entries.
 TEST(LiveNumbers, WordsThatCollide) {
   for (const std::uint64_t mask : {0xfff, 0xffe}) {
     std::vector<std::uint64_t> words;
@@ -174,8 +175,8 @@ TEST(LiveNumbers, Runs) {
   }
 }
 
-/// The numbers are multiples of a number for which a plain multiplicative hash returns the same
-/// position. With such a hash, the test would run for minutes.
+/// All numbers are multiples of kStride. A plain multiplicative hash would map all of them to the
+/// same table position, and the test would run for minutes.
 TEST(LiveNumbers, NumbersOfAnEnemy) {
   constexpr std::uint64_t kStride = 0x77a0f8664ddccf40u, kCount = std::uint64_t{1} << 18;
   LiveNumbers numbers;

@@ -1,5 +1,5 @@
-// Tests of the mixing coder: stretch and squash, encoding and decoding, the size of coded noise and
-// of coded patterns, and exact bytes.
+// Tests of the mixing coder: the functions stretch and squash, encoding and decoding, the encoded
+// size of noise and of patterns, and the exact bytes.
 #include "entropy/mixing.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,8 @@ TEST(Mixing, SquashAndStretchAreEachOthersInverse) {
     EXPECT_NEAR(squash(stretch(p)), p, 1 + p / 200.) << p;
 }
 
-/// Runs `code(coder)` with an encoder and a decoder; returns the bytes.
+/// Runs `code(coder)` with an encoder, then with a decoder of the encoded bytes. Returns these
+/// bytes.
 template <class Code>
 std::vector<std::byte> both_ways(Code code) {
   RangeEncoder out;
@@ -48,7 +49,8 @@ std::vector<std::byte> both_ways(Code code) {
   return bytes;
 }
 
-/// Codes `decisions` in a single context. The clue of decision i is clue(of(i)). Returns the bytes.
+/// Encodes and decodes `decisions` in a single context. The clues of decision i are computed from
+/// of(i). Returns the encoded bytes.
 template <class Of>
 std::vector<std::byte> coded(const std::vector<bool>& decisions, Of&& of) {
   return both_ways([&](auto& coder) {
@@ -86,7 +88,8 @@ TEST(Mixing, CluesAndHistoryArePutToUse) {
     copies[i] = noise[i];
     waves[i] = i / 3 % 2 == 0;
   }
-  // Either a clue or the last decisions of the coder reveal the next decision.
+  // Each decision can be predicted: in `copies` from its clue, in `waves` from the previous
+  // decisions.
   EXPECT_LT(coded(copies, [&](std::size_t i) { return noise[i] ? 1 : 2; }).size(), 60u);
   EXPECT_LT(coded(waves, [](std::size_t) { return 0; }).size(), 60u);
 }
@@ -112,8 +115,8 @@ TEST(Mixing, NumbersInTreesAndRunsBothWays) {
 }
 
 TEST(Mixing, EveryClueIsATableEntryOfItsOwnUntilTheTableIsFull) {
-  // There are more clues than entries in the table. Entries are therefore replaced, and coding must
-  // still work.
+  // The test uses more clues than the table has entries. Entries are therefore replaced, and
+  // decoding must still be correct.
   const auto bits = random_bits(300000, .3);
   const auto bytes = coded(bits, [](std::size_t i) { return i; });
   EXPECT_LT(8. * static_cast<double>(bytes.size()), 300000 * .8813 * 1.03);

@@ -58,7 +58,7 @@ TEST(Packing, DamageIsRefused) {
 // Ascending numbers in rows of four.
 Bytes rows_of_numbers(std::uint32_t rows) {
   ByteWriter out;
-  out.put_bytes(Bytes(5, std::byte{9}));  // the bytes that precede the numbers in an extra
+  out.put_bytes(Bytes(5, std::byte{9}));  // in an extra, other fields precede the numbers
   for (std::uint32_t row = 0; row < rows; ++row)
     for (const std::uint32_t number : {0u, 1u, 102u, 101u}) out.put_u32(row + number);
   return std::move(out.bytes);
@@ -121,8 +121,9 @@ TEST(Zstd, BackAndForth) {
   }
   EXPECT_FALSE(zstd_decompress({}, 0));
   EXPECT_FALSE(zstd_decompress(noise(100), 100));
-  // Some of these frames state a window that a decoder need not support. A frame states its window
-  // by its descriptor or by its size.
+  // A zstd frame states its window size by a window descriptor or by its content size. Some of
+  // these frames state a window that is larger than decoders must support. Such frames must be
+  // refused.
   const auto framed = [](std::initializer_list<int> head) {
     Bytes frame{std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}};
     for (const int value : head) frame.push_back(static_cast<std::byte>(value));

@@ -1,7 +1,7 @@
-// Compares with the figures of the paper for its mesh "grid", which has 15 x 15 x 15 hexahedra in
-// scanline order. Table 2 of the paper states, in bits per hexahedron (bph), 1.93 without a delay
-// buffer and 1.35 with a delay buffer of 50 cells. In bits per vertex (bpv), it states 0.4 with
-// coordinates of 16 bits and 19.5 with lossless coordinates.
+// Compares the encoded size with the figures that the paper publishes for its mesh "grid", 15 x 15
+// x 15 hexahedra in scanline order. Table 2 of the paper states, in bits per hexahedron (bph), 1.93
+// without a delay buffer and 1.35 with a delay buffer of 50 cells. In bits per vertex (bpv), it
+// states 0.4 with coordinates of 16 bits and 19.5 with lossless coordinates.
 #include <cstdio>
 
 #include "support/test_mesh.h"

@@ -1,4 +1,4 @@
-// Tests of polyhedra: the open faces between them, round trips, and their encoded size.
+// Tests of coding polyhedra: the open faces between them, round trips, and encoded sizes.
 #include <numeric>
 
 #include "mesh/polyhedron_surface.h"
@@ -93,7 +93,7 @@ TEST(Polyhedra, ComeBackWithValues) {
   }
 }
 
-/// The mesh has faces of random vertices that share few edges, and a vertex that belongs to a
+/// The faces of this mesh have random vertices, so they share few edges. One vertex belongs to a
 /// thousand faces.
 TEST(Polyhedra, ComeBackWhereNothingFits) {
   TestMesh mesh = polyhedra();
@@ -115,8 +115,8 @@ TEST(Polyhedra, ComeBackWhereNothingFits) {
   expect_all_modes(mesh);
 }
 
-/// A cell needs 12 bits, although the list of its nodes repeats all faces of a hexahedron, with 30
-/// nodes.
+/// Each cell is a hexahedron stored as a polyhedron. Its node list contains all six faces, with 30
+/// nodes in total. Nevertheless, a cell needs only 12 bits.
 TEST(Polyhedra, OfAGridTakeFewBytes) {
   TestMesh mesh = grid(12, 12, 12, ScalarType::float32, straight);
   mesh.schema.blocks[0].shape = CellShape::faces;

@@ -1,4 +1,5 @@
-// Tests of the range coder, adaptive bits and the models based on them, in encoding and decoding.
+// Tests of encoding and decoding with the range coder, its adaptive bits, and the models that are
+// built from adaptive bits.
 #include "entropy/range_coder.h"
 
 #include <gtest/gtest.h>
@@ -102,7 +103,7 @@ TEST(RangeCoder, RawBitsOfEveryCount) {
   EXPECT_LE(bytes.size(), bits / 8 * 1001 / 1000 + 8);
 }
 
-// Long runs of 0xFF bytes with and without a carry at their end.
+// Tests long runs of 0xFF bytes, with and without a carry at the end of the run.
 TEST(RangeCoder, CarriesThroughLongRuns) {
   for (std::uint64_t last : {0u, 1u, 0xffffu})
     for (int ones = 0; ones < 40; ++ones)
@@ -126,8 +127,8 @@ TEST(RangeCoder, TheEncoderStartsAnewAfterFinish) {
   EXPECT_EQ(once(), first);
 }
 
-// Decoding arbitrary bytes can continue without end, but the decoder never reads beyond the last
-// byte.
+// Any number of symbols can be decoded from arbitrary bytes, but the decoder never reads beyond the
+// last byte.
 TEST(RangeCoder, AnyBytesDecode) {
   std::mt19937_64 random(3);
   for (int n = 0; n < 200; ++n) {

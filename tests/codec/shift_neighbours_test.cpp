@@ -1,6 +1,6 @@
-// Tests of ShiftNeighbours, which finds neighbours by vertex and cell numbers. In these grids,
-// numbers of different rows never coincide. The neighbours must therefore equal those that this
-// test finds by coordinates.
+// Tests of ShiftNeighbours, which finds neighbours by vertex and cell numbers. In the grids of this
+// test, each number occurs in one row only. The neighbours must therefore equal those that the test
+// finds by coordinates.
 #include "codecs/shifts/shift_neighbours.h"
 
 #include <gtest/gtest.h>
@@ -20,11 +20,12 @@ using Place = std::array<int, 3>;
 
 constexpr std::array<std::uint32_t, 7> kSteps = {1, 2, 4, 3, 5, 6, 7};  // axes, as bits
 constexpr std::uint32_t kRingBits = 12;
-// Number of elements of the group; large enough for the ring.
+// Number of elements that the group declares. It is large enough for a ring of 2^kRingBits
+// positions.
 constexpr std::uint64_t kClaimed = 1024;
 
-/// Returns the number of a place in the grid. Numbers of rows and layers are far apart, so that no
-/// number is used two or three steps beyond the grid.
+/// Returns the number of the vertex or cell at position `at` of the grid. The numbers of rows and
+/// layers are far enough apart that two or three steps beyond the grid never lead to a used number.
 std::uint64_t number_at(const Place& at) {
   return static_cast<std::uint64_t>((at[0] + 4) + 16 * (at[1] + 4) + 256 * (at[2] + 4));
 }
@@ -34,8 +35,8 @@ Place moved(Place at, std::uint32_t axes, const std::array<int, 3>& by, int time
   return at;
 }
 
-/// The elements added so far, each with a mark that tells whether its whole lattice neighbourhood
-/// was known.
+/// The elements added so far, each with a flag. The flag is true if the whole lattice neighbourhood
+/// of the element was known when the element was added.
 class Met {
  public:
   bool has(const Place& at) const { return full_.contains(at); }
@@ -65,8 +66,9 @@ void expect_item(const Neighbourhood& item, const Expected& expected, const Plac
     }
 }
 
-/// If the nearest neighbour is known, adds the neighbours two and three steps away along each axis,
-/// and the third kind of prediction.
+/// For each axis along which the nearest neighbour is known, adds the neighbours two and three
+/// steps away, and sets kThird if the whole lattice neighbourhood of the nearest neighbour was
+/// known.
 void go_on(Expected& expected, const Met& met, std::uint32_t axes, const Place& self,
            const std::array<int, 3>& direction) {
   for (std::uint32_t a = 0; a < axes; ++a) {
@@ -87,7 +89,8 @@ bool is_full(const Expected& expected, std::uint32_t axes) {
   return (expected.known & lattice) == lattice;
 }
 
-/// Adds the cells at these places one after the other, and compares the neighbourhoods.
+/// Adds cells at given positions one after the other, and compares the neighbourhoods with the
+/// expected ones.
 class CheckedNeighbours {
  public:
   explicit CheckedNeighbours(std::uint32_t axes)
@@ -132,7 +135,7 @@ class CheckedNeighbours {
     return schema;
   }
 
-  /// Checks a new vertex, whose neighbours are found along the edges of its cell.
+  /// Checks a new vertex. Its neighbours are found along the edges of its cell.
   void vertex(const Neighbourhood& item, const Place& self, std::uint32_t bits) {
     std::array<int, 3> direction{};
     for (std::uint32_t a = 0; a < axes_; ++a) direction[a] = (bits >> a & 1) != 0 ? -1 : 1;
@@ -148,8 +151,8 @@ class CheckedNeighbours {
     full_vertices += is_full(expected, axes_) ? 1 : 0;
   }
 
-  /// Checks a cell, which is identified by its last corner. Along each axis, its neighbour is one
-  /// cell back, or, if no such cell exists, one cell forward.
+  /// Checks a cell, which is identified by its last corner. Along each axis, the expected neighbour
+  /// is the cell one step back or, if that cell does not exist, the cell one step forward.
   void whole(const Neighbourhood& item, const Place& low) {
     const Place self = moved(low, (1u << axes_) - 1, {1, 1, 1});
     std::array<int, 3> direction{-1, -1, -1};
@@ -172,7 +175,8 @@ class CheckedNeighbours {
   Met vertices_, cells_;
 };
 
-/// Visits the cells of a grid, each axis upwards or downwards, with axis `fastest` varying fastest.
+/// Visits the cells of a grid. Each axis runs upwards or downwards; axis `fastest` is the innermost
+/// loop.
 void for_grid(const Place& size, std::uint32_t downwards, std::uint32_t fastest,
               const std::function<void(const Place&)>& visit) {
   const std::uint32_t middle = (fastest + 1) % 3, slowest = (fastest + 2) % 3;
@@ -213,7 +217,7 @@ TEST(ShiftNeighbours, OfQuadsAreThoseInTheGrid) {
     }
 }
 
-// Cells in random order: neighbours are found if they were already added.
+// The cells are added in random order. A neighbour must be found if it was added before.
 TEST(ShiftNeighbours, OfScatteredCells) {
   std::vector<Place> cells;
   for_grid({4, 4, 4}, 0, 0, [&](const Place& at) { cells.push_back(at); });
@@ -225,7 +229,8 @@ TEST(ShiftNeighbours, RingsForgetWhatHasTheirPlace) {
   Schema schema;
   schema.blocks.push_back({1, "", CellShape::vertex, 1});
   ShiftNeighbours neighbours(schema, true, true);
-  EXPECT_FALSE(neighbours.begin_group(12, 100));  // more positions than such a group may have
+  EXPECT_FALSE(
+      neighbours.begin_group(12, 100));  // a ring of 2^12 positions is too large for 100 elements
   ASSERT_TRUE(neighbours.begin_group(3, 2));
   std::vector<Neighbourhood> vertices, cells;
   CellMarks marks;

@@ -82,7 +82,7 @@ SomeCells next_cells(ShiftDecoder& decoder, std::size_t most) {
   return some;
 }
 
-/// Decodes a group; returns nothing if the bytes are invalid.
+/// Decodes a group. Returns an empty optional if its bytes are invalid.
 std::optional<Group> decode(ShiftDecoder& decoder, std::span<const std::byte> bytes,
                             std::size_t cells, std::size_t unused = 0) {
   if (!begin(decoder, bytes, cells)) return std::nullopt;
@@ -104,7 +104,7 @@ std::optional<Group> decode(ShiftDecoder& decoder, std::span<const std::byte> by
   return group;
 }
 
-/// Returns the encoded size of each group in bytes, and checks that each group decodes correctly.
+/// Encodes each group and checks that it decodes correctly. Returns the encoded sizes in bytes.
 std::vector<std::size_t> expect_back(const Schema& schema, const std::vector<Group>& groups,
                                      bool may_import = false) {
   ShiftEncoder encoder(schema, may_import);
@@ -122,7 +122,8 @@ std::vector<std::size_t> expect_back(const Schema& schema, const std::vector<Gro
   return sizes;
 }
 
-/// Marks first and last uses of vertices, and which of the first uses are imports.
+/// Marks the first and the last use of each vertex in the cells. If is_imported(number) is true,
+/// marks the first use as an import.
 template <class IsImported>
 void mark(Group& group, IsImported&& is_imported) {
   std::unordered_map<std::uint64_t, std::pair<std::size_t, std::size_t>> last;  // cell, node
@@ -143,7 +144,8 @@ void mark(Group& group) {
   mark(group, [](std::uint64_t) { return false; });
 }
 
-/// Returns a grid in scanline order, with vertices numbered from `first`.
+/// Returns a grid in scanline order. Its vertices are numbered consecutively, beginning with
+/// `first`.
 Group grid(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz, std::uint64_t first = 0) {
   Group group;
   const auto v = [&](std::uint64_t i, std::uint64_t j, std::uint64_t k) {
@@ -217,8 +219,8 @@ TEST(Shifts, MoreThanThereArePlaces) {
     std::uint64_t at = 0;
     std::mt19937_64 random(1);
     for (std::uint64_t n = 0; n < 5000; ++n) {
-      // The first cells use all shifts one after the other; the following cells use random shifts.
-      // Some shifts thus occur again soon, and others only after they have left the table.
+      // The first cells use all different shifts in turn; the following cells use random shifts.
+      // Some shifts therefore recur soon, and others recur only after the table has dropped them.
       at += 1 + (n < 2 * different ? n : random()) % different;
       Cell cell;
       for (std::uint64_t i = 0; i < 8; ++i) cell.numbers.push_back(at + i);
@@ -255,7 +257,8 @@ TEST(Shifts, CellsOfOneToSixtyFourNodes) {
     }
   mark(rows);
   const auto sizes = expect_back(schema, {any, rows, rows});
-  // These bytes code the first and last cells of each row, and the change from one row to the next.
+  // The bytes encode the first and the last cell of each row, and the change from one row to the
+  // next.
   EXPECT_LE(sizes[1], 64u * 64 * 4);
 }
 
@@ -345,7 +348,7 @@ TEST(Shifts, TheSameBytesTwice) {
 
 // --- damage
 
-/// The words of a group, and its symbols.
+/// The two parts of an encoded group: its words, and one symbol byte per cell.
 struct Parts {
   Bytes words, symbols;
 };
@@ -367,7 +370,8 @@ Parts take_apart(const Bytes& bytes, std::size_t cells) {
   return {Bytes(all->begin(), middle), Bytes(middle, all->end())};
 }
 
-/// Decodes everything; the result must be safe to use without checks.
+/// Decodes all cells of a group and checks that a caller can use the result without checks of its
+/// own.
 void read_all(const Schema& schema, bool may_import, const Bytes& bytes, std::size_t cells) {
   ShiftDecoder decoder(schema, may_import);
   if (!begin(decoder, bytes, cells)) return;
@@ -419,7 +423,7 @@ TEST(ShiftsDamaged, EveryCut) {
     more.push_back(std::byte{0});
     ShiftDecoder decoder(it.schema, may_import);
     EXPECT_FALSE(begin(decoder, more, cells));
-    // The zstd data is valid, but the words of the group end too early.
+    // The zstd frame is valid, but the words that it contains end too early.
     const Parts parts = take_apart(whole, cells);
     for (std::size_t size = 0; size < parts.words.size(); ++size) {
       Parts less = parts;
@@ -493,7 +497,7 @@ TEST(ShiftsDamaged, LiesAreRefused) {
   EXPECT_FALSE(is_good({words(0, 3, {}, std::uint64_t{1} << 63), symbols({255})}, 1))
       << "a last use of a missing node";
   EXPECT_FALSE(is_good({words(0, 1, 2, 2), symbols({255})}, 1, true))
-      << "an import that is not a first use";
+      << "a vertex is marked as imported in a cell that is not its first use";
   EXPECT_FALSE(is_good({words(0, 3, 4, 2), symbols({255})}, 1, true))
       << "an import of a missing node";
   EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({0})}, 1)) << "no shift at position 0 yet";

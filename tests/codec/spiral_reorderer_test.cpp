@@ -18,7 +18,7 @@ SpiralReorderer::Corners corners_of(const TestCell& cell) {
   return corners;
 }
 
-/// Returns the order in which cells leave a buffer of `delay` cells.
+/// Returns the order in which the cells of `mesh` leave a reordering buffer of `delay` cells.
 std::vector<std::uint32_t> order_of(const TestMesh& mesh, std::size_t delay) {
   SpiralReorderer reorderer;
   std::vector<std::uint32_t> order;
@@ -70,8 +70,8 @@ TEST(SpiralReorderer, EveryCellLeavesOnce) {
     }
 }
 
-// A cell enters the buffer only when it is added, so that no cell can leave more than `delay`
-// positions early.
+// A cell cannot leave the buffer before it is added. It therefore comes at most `delay` positions
+// earlier than in the input.
 TEST(SpiralReorderer, NoCellIsEarlierThanTheBufferAllows) {
   std::mt19937_64 random(2);
   TestMesh mesh = grid(8, 8, 8);
@@ -89,7 +89,7 @@ TEST(SpiralReorderer, FollowsNeighbours) {
   EXPECT_GT(neighbours_in_sequence(mesh, order_of(mesh, 100)),
             neighbours_in_sequence(mesh, straight_order));
   shuffle_cells(mesh, random);
-  // If all cells are in the buffer, nearly every cell touches the previous cell.
+  // If the buffer is large enough for all cells, nearly every cell touches the cell before it.
   EXPECT_GT(neighbours_in_sequence(mesh, order_of(mesh, 1000)), 900u);
 }
 

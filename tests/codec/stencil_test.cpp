@@ -1,5 +1,5 @@
-// Checks stencils against Table 1 of the paper, and with functions that the stencils must predict
-// exactly.
+// Checks prediction stencils against Table 1 of the paper, and with functions that they must
+// predict exactly.
 #include "codecs/shared/stencil.h"
 
 #include <gtest/gtest.h>
@@ -66,8 +66,8 @@ TEST(Stencil, UsesKnownCornersOnly) {
     }
 }
 
-// A parallelogram predicts linear functions over a parallelepiped exactly; Lorenzo's rule also
-// predicts mixed terms of two axes.
+// A parallelogram stencil predicts linear functions on a parallelepiped exactly; the Lorenzo
+// stencil also predicts products of two coordinates exactly.
 TEST(Stencil, ExactOnSmoothFunctions) {
   const auto cell = hexahedron();
   const auto linear = [](const std::array<double, 3>& p) {

@@ -1,5 +1,5 @@
-// Tests the coding of vertex numbers without other data: the encoded size for files that are
-// numbered in the usual ways, and round trips.
+// Tests the coder of vertex numbers, separately from other coders: the encoded sizes for common
+// numberings, and round trips.
 #include "codecs/surface/cells/vertex_numbers.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace shm {
 namespace {
 
-/// Returns a cell of eight new vertices that stores its corners in this order.
+/// Returns a cell with eight new vertices, whose corners are stored in the given order.
 CellTopology fresh_cell(const std::array<std::uint8_t, 8>& stored, std::uint32_t first_slot) {
   CellTopology cell;
   cell.hexahedral = true;
@@ -23,8 +23,8 @@ CellTopology fresh_cell(const std::array<std::uint8_t, 8>& stored, std::uint32_t
   return cell;
 }
 
-/// Returns the encoded size of these numbers in bytes, and checks that they decode correctly. Each
-/// cell has eight numbers.
+/// Encodes these vertex numbers, eight for each cell, and checks that they decode correctly.
+/// Returns the encoded size in bytes.
 std::size_t cost(const std::vector<std::uint64_t>& numbers,
                  const std::array<std::uint8_t, 8>& stored) {
   RangeEncoder out;

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests conversions between formats with other programs: VTK, Gmsh, and netCDF's ncdump.
+"""Tests conversions between formats and compares the results with other programs: VTK, Gmsh, and netCDF's
+ncdump.
 
 Usage: between_formats_test.py PATH_OF_SHM     (exit code 77, skipped, if one of these programs is missing)
 """
@@ -33,8 +34,9 @@ def apart(function, *words):
         return pool.submit(function, *words).result()
 
 
-# Nodes in the order of the Exodus manual: first the corners, then further nodes. Each string lists the corners between
-# which one further node is placed.
+# Node order of each element type according to the Exodus manual: the number of corners, which come first,
+# then one string for each further node. The node is at the mean of those corners whose numbers are in its
+# string.
 EDGES_HEX = ["12", "23", "34", "41", "15", "26", "37", "48", "56", "67", "78", "85"]
 EDGES_WEDGE = ["12", "23", "31", "14", "25", "36", "45", "56", "64"]
 EDGES_PYRAMID = ["12", "23", "34", "41", "15", "25", "35", "45"]
@@ -51,7 +53,8 @@ MANUAL = {
     "TRI6": (3, ["12", "23", "31"]),
     "TRI7": (3, ["12", "23", "31", "123"]),
 }
-# For each Exodus name: the VTK cell and the Gmsh type, or None if the program has no such element.
+# For each Exodus element name: the class of the VTK cell and the number of the Gmsh type, or None if the
+# program does not have this element.
 SHAPES = {
     "HEX20": ("vtkQuadraticHexahedron", 17), "HEX27": ("vtkTriQuadraticHexahedron", 12),
     "TETRA10": ("vtkQuadraticTetra", 11), "WEDGE15": ("vtkQuadraticWedge", 18),
@@ -63,7 +66,8 @@ SHAPES = {
 
 
 def reference(shape, kind):
-    """Returns the nodes of an element of VTK or Gmsh, in the reference coordinates of that program."""
+    """Returns the coordinates of the nodes of a VTK or Gmsh element, in the reference coordinates of that
+    program."""
     cell, gmsh_type = SHAPES[shape]
     if kind == "vtk":
         element = getattr(vtk, cell)()
@@ -71,7 +75,8 @@ def reference(shape, kind):
         local = [flat[3 * i:3 * i + 3] for i in range(element.GetNumberOfPoints())]
         if not shape.startswith("PYRAMID"):
             return local
-        # In VTK's reference coordinates, a pyramid is a cube, in which the edges of the pyramid are not straight.
+        # VTK's reference coordinates map a pyramid to a cube, in which some edges of the pyramid are curved.
+        # Therefore the nodes are mapped to a pyramid.
         pyramid, places = vtk.vtkPyramid(), []
         for i, corner in enumerate(((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (.5, .5, 1))):
             pyramid.GetPoints().SetPoint(i, corner)
@@ -88,14 +93,15 @@ def reference(shape, kind):
 
 
 def placed(point):
-    """Applies an affine map, so that all nodes have distinct coordinates."""
+    """Applies an affine map to the coordinates, so that no coordinate occurs twice."""
     x, y, z = point
     return [2 * x + .25 * y + .125 * z, 3 * y + .5 * z + .0625 * x, 5 * z + .75 * x + 1]
 
 
 def write_cell(shape, path):
-    """Writes one element with VTK or, if VTK does not have it, with Gmsh. The nodes are listed in the order of that
-    program, but numbered backwards, so that their numbers do not have the order of the file."""
+    """Writes one element with VTK or, if VTK does not have this element, with Gmsh. The element lists its
+    nodes in the order of that program. The node numbers are descending, so that the order of the numbers
+    differs from the order in the file."""
     cell, gmsh_type = SHAPES[shape]
     points = [placed(p) for p in reference(shape, "vtk" if cell else "gmsh")]
     if cell:
@@ -164,7 +170,7 @@ def seen_by_gmsh(path):
 
 
 def seen_by_ncdump(path):
-    """Returns type and nodes of the only element."""
+    """Returns the type and the node coordinates of the only element in an Exodus file."""
     text = subprocess.run(["ncdump", "-p", "9,17", "-v", "coordx,coordy,coordz,connect1", path],
                           capture_output=True, text=True, check=True).stdout
     values = {name: [float(v) for v in re.search(rf"\n {name} =([^;]*);", text)[1].split(",")]
@@ -206,7 +212,8 @@ def normal(points):
 
 
 def grouped_boxes(path):
-    """Creates two boxes of tetrahedra, with one surface in two groups and one group of two volumes."""
+    """Creates two boxes of tetrahedra. One of the surfaces belongs to two groups, and one group contains both
+    volumes."""
     gmsh.initialize(["gmsh"], False)
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
@@ -275,7 +282,7 @@ class BetweenFormatsTest(FolderTest):
         self.assertEqual(len(points), corners + len(others))
         for point, between in zip(points[corners:], others):
             self.assert_same_places([point], [middle([points[int(c) - 1] for c in between])])
-        # VTK's reader converts an Exodus element to a VTK cell.
+        # VTK's Exodus reader converts an Exodus element to a VTK cell.
         cells = apart(exodus_seen_by_vtk, path)
         if SHAPES[shape][0] is not None and cells and cells[0][0] == SHAPES[shape][0]:
             self.check_vtk(shape, cells)
@@ -365,8 +372,8 @@ class BetweenFormatsTest(FolderTest):
                 first = "first.vtk" if cell else "first.msh"
                 apart(write_cell, shape, self.path(first))
                 targets = ["e"] + ["vtk"] * (cell is not None) + ["msh"] * (gmsh_type is not None)
-                # Converts the file that VTK or Gmsh wrote to all formats, and then converts the results between all
-                # formats, in both directions.
+                # Converts a file written by VTK or Gmsh to every format, and then converts each result to
+                # every format.
                 routes = [(first, "one." + t) for t in targets]
                 routes += [("one." + s, f"from_{s}.{t}") for s in targets for t in targets]
                 for source, target in routes:

@@ -1,6 +1,6 @@
-// Round trips of every degenerate and non-manifold family of meshes. They pass through Writer and
-// Reader with every codec, in both orders, with delay buffers and short segments, and through the
-// converters in every order.
+// Round trips of every degenerate and non-manifold family of meshes. The meshes pass through Writer
+// and Reader with every codec, in orders `keep` and `stream`, with delay buffers and short
+// segments. They also pass through the converters in every order.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,8 +34,8 @@ std::string name_of(const ::testing::TestParamInfo<std::size_t>& parameter) {
 
 void expect_round_trips(const TestMesh& mesh, ConnectivityCodec codec, SomeCases& some) {
   for (const std::uint64_t segment_cells : {0, 5}) {
-    // Short segments are slow. They are tested only with a short delay buffer and, in order keep,
-    // without a delay buffer.
+    // Coding with short segments is slow. Short segments are tested only with a short delay buffer
+    // and, in order `keep`, without a delay buffer.
     if (segment_cells > 0 && mesh.schema.delay != (mesh.schema.order == Order::keep ? 0 : 7))
       continue;
     if (some.skips_next()) continue;
@@ -110,7 +110,7 @@ TEST_P(EveryFamily, ThroughTheConverters) {
 INSTANTIATE_TEST_SUITE_P(Degenerate, EveryFamily,
                          ::testing::Range<std::size_t>(0, degenerate_families().size()), name_of);
 
-/// Returns the bits per hexahedron of all streams that describe the corners of cells.
+/// Returns the total size of the streams that encode the corners of cells, in bits per hexahedron.
 double connectivity_bits(TestMesh mesh, Order order) {
   mesh.schema.order = order;
   mesh.schema.corner_order = order == Order::keep;
@@ -147,8 +147,8 @@ TEST(Collapsed, FourThousandHexahedraTakeFewBits) {
   }
 }
 
-// No cell of this mesh uses a vertex, so that a group has cells but none of the vertices of a point
-// array.
+// No cell of this mesh uses a vertex. A group therefore contains cells but no vertices, and the
+// point array has no values in that group.
 TEST(CellsWithoutNodes, BesideAPointArray) {
   TestMesh mesh;
   mesh.schema.blocks = {{1, "nothing", CellShape::polygon, 0}};

@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Converts a source to .shm and back to its format, as the tool does.
+// Converts a source to .shm and back to the format of the source, as the tool does.
 void archive_and_restore(const std::string& from, const std::string& to,
                          const CompressOptions& options = {}) {
   Spool spool(fs::path(to).parent_path().string());
@@ -75,8 +75,8 @@ TEST(ExodusArchive, WhatTheManualDoesNotNameComesBackEqual) {
   }
 }
 
-// Creates a valid netCDF-4 Exodus file, and calls `define` to add something that cannot be
-// converted. Returns the error of converting the file.
+// Creates a valid netCDF-4 Exodus file. Calls `define` to add an item that cannot be converted.
+// Returns the error message of the conversion.
 Error refusal(const std::string& path, const std::function<void(int)>& define) {
   exodus_files::Maker(path, {EX_NETCDF4 | EX_NOCLASSIC, 8, 32});
   int id = -1;
@@ -110,8 +110,8 @@ TEST(ExodusArchive, GroupsAndTypesOfUsersAreRefusedByName) {
   EXPECT_NE(types.detail.find("'colours', 'lists'"), std::string::npos) << types.detail;
 }
 
-// A set and its variable are larger than an extra may be, so that they are stored in several
-// extras. Their members are renumbered.
+// A set and its variable exceed the maximum size of an extra, so they are divided into several
+// extras. The members of the set are renumbered.
 TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   TemporaryFolder folder;
   const std::string path = folder / "large.e", copy = folder / "copy.e";
@@ -194,8 +194,8 @@ TEST(ExodusArchive, SparseAndSmallFilesComeBackEqual) {
   }
 }
 
-// A file of few bytes may declare the smaller of these two amounts of unwritten values, but not the
-// larger.
+// The test declares two amounts of values that were never written. In a file of this size, the
+// smaller amount is allowed and the larger amount is refused.
 TEST(ExodusArchive, UnwrittenValuesHaveABound) {
   TemporaryFolder folder;
   for (const std::size_t steps : {100, 1000}) {
@@ -215,8 +215,8 @@ TEST(ExodusArchive, UnwrittenValuesHaveABound) {
   }
 }
 
-// Compares the sentences that describe two files; a failure lists the sentences that describe only
-// one of them.
+// Compares two lists of sentences that describe two files. If the lists differ, the failure shows
+// the sentences that only one of them contains.
 testing::AssertionResult same_mesh(const std::string& a, const std::string& b) {
   const exodus_files::Teller exodus_a(a), exodus_b(b);
   std::vector<std::string> only;

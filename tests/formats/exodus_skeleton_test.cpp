@@ -1,6 +1,6 @@
-// Tests of the text that describes the structure of an Exodus file. The text is restored unchanged,
-// and is the same for files that differ only in numbers. Text of older versions is still read
-// correctly.
+// Tests of the skeleton, a text that describes the structure of an Exodus file. The text is
+// restored unchanged, and it is the same for files that differ only in numbers. Texts that older
+// versions wrote are still read correctly.
 #include <gtest/gtest.h>
 #include <netcdf.h>
 
@@ -167,7 +167,8 @@ TEST(ExodusSkeleton, DamagedTextIsRefused) {
   }
 }
 
-// Inserting a long number many times would create far more text than a damaged file has.
+// A damaged file may demand that a long number is inserted many times. The text would become far
+// larger than any valid skeleton.
 TEST(ExodusSkeleton, LongNumbersStandForThemselvesOnly) {
   const std::string digits(50000, '7'), marks(50000, '#');
   EXPECT_THROW(from_text("K\tclassic\nD\tn\t1\nV\tx" + digits + "\tint\t" + marks + "\n", kPlace),
@@ -184,8 +185,8 @@ TEST(ExodusSkeleton, OldTextDoesNotGrowWithoutBound) {
   EXPECT_THROW(from_text(text + "\n", kPlace), Failure);
 }
 
-// The time to read a dimension is proportional to its own length, and does not depend on the length
-// of the variable's name.
+// The time to read the line of a dimension is proportional to the length of that line, and does not
+// depend on the length of the variable's name.
 TEST(ExodusSkeleton, LongNamesOfManyDimensionsAreRead) {
   const std::string name(1000000, 'x'), dimensions(1000000, '\t');
   const Skeleton skeleton =

@@ -537,8 +537,8 @@ void make_polyhedra(const std::string& path, const Lists& faces, const Lists& ce
   EX(ex_close(id));
 }
 
-// The mesh consists of two hexahedra that share face 4. Each test case describes their faces in
-// another irregular way.
+// The mesh consists of two hexahedra that share face 4. Each test case describes their faces in a
+// different irregular way.
 TEST(Exodus, FacesOfPolyhedraComeBack) {
   const Lists faces = {{1, 4, 3, 2},  {5, 6, 7, 8},    {1, 2, 6, 5},  {2, 3, 7, 6},
                        {3, 4, 8, 7},  {4, 1, 5, 8},    {2, 3, 10, 9}, {6, 7, 12, 11},

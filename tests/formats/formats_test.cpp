@@ -1,4 +1,4 @@
-// Tests that formats are found by name, and that output files appear completely or not at all.
+// Tests that formats are found by name, and that output files appear only when they are complete.
 #include "formats/formats.h"
 #include "files/mesh_files.h"
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Tests round trips of files that Gmsh itself wrote. Gmsh reads source and result. In order keep, it finds no
-difference. In orders stream and free, it finds the same mesh with the same data, but numbered differently.
+"""Tests round trips of files that Gmsh itself wrote. Gmsh reads source and result. In order `keep`, it finds
+no difference. In orders `stream` and `free`, it finds the same mesh with the same data, but numbered
+differently.
 
 Usage: gmsh_files_test.py PATH_OF_SHM     (exit code 77, skipped, without Gmsh for Python)
 """
@@ -208,8 +209,8 @@ def make(path, model, version, binary, views):
 
 
 class Binary40:
-    """Converts an MSH 4.0 file in ASCII to the binary form that Gmsh 4.0 wrote. Today's Gmsh cannot read this
-    form. Integers have 32 bits, long integers 64."""
+    """Converts an MSH 4.0 file in ASCII to the binary form that Gmsh 4.0 wrote. Current versions of Gmsh
+    cannot read this form. Integers have 32 bits, long integers 64."""
 
     def __init__(self, text, order):
         self.order, self.out, self.names = order, b"", []

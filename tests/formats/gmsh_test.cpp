@@ -305,8 +305,8 @@ TEST_F(GmshTest, BinaryIsTheSameInEitherByteOrder) {
     for (const bool big : {false, true}) {
       const std::string binary = in_binary(file, big);
       MemoryMesh mesh = open_text(binary);
-      // The binary file contains $Entities as ASCII text. The reader does not read names from it,
-      // so the test copies them.
+      // The binary file contains $Entities as ASCII text. The reader does not read block names from
+      // that text, so the test copies the names.
       for (std::size_t b = 0; b < mesh.info_.schema.blocks.size(); ++b)
         if (file != kVersion2) mesh.info_.schema.blocks[b].name = text.info_.schema.blocks[b].name;
       EXPECT_EQ(mesh.info_.vertices, text.info_.vertices);

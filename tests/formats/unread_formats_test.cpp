@@ -1,5 +1,5 @@
-// Files of unsupported formats are recognized and named in the message. They are not mistaken for
-// files of other formats.
+// Tests that files of unsupported formats are recognized, and that the message names the format.
+// Such files must not be mistaken for files of other formats.
 #include "formats/unread_formats.h"
 #include "files/mesh_files.h"
 

@@ -1,6 +1,6 @@
-// Tests the conversion between legacy VTK and VTU of meshes whose extras are inconsistent, as in a
-// hostile .shm file. The result must be a Failure or a readable file. vtk_files_test.py checks
-// valid extras with VTK.
+// Tests conversions between legacy VTK and VTU of meshes whose extras are inconsistent, as in a
+// hostile .shm file. A conversion must either throw Failure or write a readable file.
+// vtk_files_test.py checks valid extras with VTK.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -15,8 +15,8 @@
 namespace shm::converters {
 namespace {
 
-// The mesh consists of two polyhedra. In addition to points and cells, it has one item of each
-// kind.
+// A file with two polyhedra. In addition to points and cells, it contains one item of each kind
+// that legacy VTK supports.
 const char* const kLegacy = R"(# vtk DataFile Version 4.2
 a title
 ASCII
@@ -71,14 +71,15 @@ few 1 3 int
 
 class VtkFamilyTest : public VtkTest {
  protected:
-  // Writes the mesh in the other format to a file, which must be readable.
+  // Writes the mesh to a file in the other of the two formats. The file must be readable.
   void write_other(MeshSource& mesh) {
     const bool legacy = mesh.info().schema.source_format == "vtk";
     const std::string out = path(legacy ? "out.vtu" : "out.vtk");
     write_mesh(mesh, out, *format_named(legacy ? "vtu" : "vtk"), spool_);
     take(*open_mesh(out, spool_));
   }
-  // Returns true if the written file can be read, false for a Failure.
+  // Returns true if the mesh is written and the file can be read. Returns false if Failure is
+  // thrown.
   bool writes_with(MeshSource& mesh, const std::string& key, const std::string& text) {
     BentExtra bent(mesh, key, text);
     try {
@@ -91,7 +92,7 @@ class VtkFamilyTest : public VtkTest {
       return false;
     }
   }
-  // Tests every variant of each text extra: with one changed byte, truncated at each position, and
+  // Tests many variants of each text extra: with one changed byte, truncated at each position, or
   // with one line repeated.
   void bend_all(MeshSource& mesh) {
     std::size_t readable = 0, refused = 0;
@@ -126,7 +127,8 @@ TEST_F(VtkFamilyTest, BentExtrasOfXmlFiles) {
   bend_all(*open_vtu(path("out.vtu"), spool_));
 }
 
-// A list of that number of names could not be created in reasonable time.
+// The extra declares so large a number of component names that a list of them could not be created
+// in reasonable time.
 TEST_F(VtkFamilyTest, ImpossibleNumbersOfComponents) {
   const auto mesh = open_text(kLegacy);
   std::string skeleton = text_of(find_extra(mesh->info(), "vtk/skeleton"));

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests conversions between legacy VTK and VTU by the tool, in both directions, with VTK's own readers.
+"""Tests that the tool converts between legacy VTK and VTU in both directions. VTK's own readers check the
+results.
 
 Usage: vtk_files_test.py PATH_OF_SHM      (exit code 77, skipped, if VTK for Python is missing)
 Also tests files of the corpus if SHM_CORPUS names its folder.
@@ -30,12 +31,13 @@ EVERY = 5 if SANITIZED else 1  # of very many similar files
 VARIANTS = "field data 'variants' (variants)"
 TABLE = "lookup table 'lookup_table'"
 AXES = ["metadata of " + axis + "_COORDINATES" for axis in "XYZ"]
-# Items of some files of the corpus that VTU cannot store, by file name.
+# For some files of the corpus, by name: the items of the file that VTU cannot store.
 OF_CORPUS = {
     "vtk-data__can.vtk": ["title 'converted from pyvista/vtk-data:Data/can.vtu'"],
     "sofa__vox8_binary.vtk": [TABLE],
 }
-# Items that have another name in VTU and that legacy files do not contain, by file name.
+# For some files of the corpus, by name: the items that VTU stores under another name and that legacy files do
+# not contain.
 OTHERWISE = {"vtk-data__can.vtk": ["Title"]}
 
 HEAD = "# vtk DataFile Version 4.2\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n"
@@ -99,7 +101,7 @@ class VtkFamilyTest(FolderTest):
         return done
 
     def losses(self, *words, code=0):
-        """Returns the items that are reported as missing from the output."""
+        """Runs the tool and returns the items that its messages report as missing from the output."""
         return [re.sub(r"^shm: not in [^:]*: ", "", line)
                 for line in self.shm(*words, "-q", code=code).stderr.splitlines()]
 
@@ -165,7 +167,8 @@ class VtkFamilyTest(FolderTest):
                                     OTHERWISE.get(name, []))
 
     def test_through_archives(self):
-        """A .shm file is decompressed to the same contents in both formats, for each order of the .shm file."""
+        """A .shm file decompresses to the same contents in both formats, whatever the order of the .shm
+        file."""
         vtk_oracle.write(vtk_oracle.sample(), "51", "BINARY", self.path("all.vtk"))
         os.mkdir(self.path("samples"))
         vtu_oracle.write_samples(self.path("samples"))
@@ -247,8 +250,9 @@ class VtkFamilyTest(FolderTest):
 
     def test_pieces_keep_title_time_and_order_of_nodes(self):
         points = [(x, y, z) for z in range(3) for y in range(3) for x in range(3)]
-        # The element is a Lagrange hexahedron of second order with its corners, edges, faces and body. Of its vertical
-        # edges, nodes 18 and 19 of old files are nodes 19 and 18 of new files.
+        # The element is a second-order Lagrange hexahedron with nodes at its corners, edges, faces and
+        # centre. Nodes 18 and 19, on two vertical edges, are exchanged between old and new versions of the
+        # file format.
         hexahedron = [0, 2, 8, 6, 18, 20, 26, 24, 1, 5, 7, 3, 19, 23, 25, 21, 9, 11, 17, 15,
                       12, 14, 10, 16, 4, 22, 13]
         field = array_xml("TimeValue", "2.5", "Float64", 1, 'NumberOfTuples="1"')
@@ -331,8 +335,8 @@ class VtkFamilyTest(FolderTest):
                             middle = tuple(sum(places[ids.GetId(i)][k] for i in range(8))
                                            for k in range(3))
                             self.assertEqual(names.GetValue(c), name_of(middle))
-                        # The strings are the same in any order of the vertices, although their positions in the list of
-                        # strings differ.
+                        # Whatever the order of the vertices, each vertex keeps its string, although the order
+                        # of the list of strings changes.
                         self.shm("diff", path, back, "--match")
         self.assertIn("names", self.shm("diff", source, back, code=1).stdout)
 
@@ -351,7 +355,8 @@ class VtkFamilyTest(FolderTest):
             self.assertIn("strings", self.shm("info", write("bad.vtu", strings), code=3).stderr)
 
     def test_pieces(self):
-        """Strings of all pieces form one array. Arrays that only some pieces have are reported."""
+        """The strings of all pieces are joined to one array. The tool reports an array that only some pieces
+        contain."""
         first = grid_xml([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [[0, 1, 2, 3]], 10,
                          "<PointData>" + text_xml("s", "abcd") + "</PointData>")
         second = grid_xml([(5, 0, 0), (6, 0, 0), (5, 1, 0)], [[0, 1, 2]], 5,
@@ -421,7 +426,7 @@ VECTORS v double
             "0 0 1\n", "0 0 1\n" + metadata, 1) + data
         path = self.write("all.vtk", text)
         place = "place of array 'odd' (3 values for 4 points; field data there)"
-        # VTK nevertheless reads field data of points as a point array.
+        # The conversion stores the array 'odd' as field data. VTK nevertheless reads it as a point array.
         self.there_and_back(path, [place], unlike=["odd"])
         grid, found = vtu_oracle.seen(self.path("there.vtu"))
         self.assertEqual(found["FieldData", "Title"], "a title of 5 words")

@@ -1,5 +1,5 @@
-// Tests of legacy VTK files with structured and polygonal data: how they are interpreted, round
-// trips that keep the kind of data set, comparison by VTK itself, and hostile files.
+// Tests of legacy VTK files with structured and polygonal data: how the files are interpreted,
+// round trips that keep the kind of data set, comparisons by VTK itself, and hostile files.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -127,7 +127,7 @@ TEST_F(VtkTest, OldRectilinearGridsMeanWhatTheyShould) {
   EXPECT_EQ(as<std::int32_t>(find_extra(all.info, "vtk/data/0")->data),
             (std::vector<std::int32_t>{-1, 1}));
   EXPECT_EQ(as<float>(find_extra(all.info, "vtk/data/1")->data), (std::vector<float>{0.1F, 1, 4}));
-  // All axes are float32, and therefore the points are too.
+  // If all axes are float32, the points are float32, too.
   EXPECT_EQ(take(*open_text(binary_rectilinear())).info.schema.coordinate_type,
             ScalarType::float32);
 }
@@ -190,7 +190,7 @@ TEST_F(VtkTest, RenumberedMeshesBecomeUnstructured) {
     EXPECT_EQ(all.info.block_cells, before.block_cells);
     EXPECT_EQ(all.info.schema.arrays.size(), before.schema.arrays.size());
     EXPECT_EQ(find_extra(all.info, "vtk/data/0") != nullptr,
-              text == old_rectilinear());  // only field data and lookup tables are left
+              text == old_rectilinear());  // the extras contain only field data and lookup tables
   }
 }
 

@@ -291,7 +291,7 @@ TEST_F(VtkTest, EmptyMeshesAndMeshesWithoutCellsComeBack) {
   }
 }
 
-// Lists of strings also come from .shm files, and may therefore be damaged.
+// Lists of strings may also come from .shm files, and may therefore be damaged.
 TEST_F(VtkTest, BentListsOfStringsAreRefused) {
   const auto with_list = [&](const std::string& encoding, const std::string& list) {
     const std::string values = encoding == "ASCII" ? "a\nb\n"
@@ -397,8 +397,8 @@ TEST_F(VtkTest, MeshesOfOtherFormatsGetPlainFiles) {
   EXPECT_EQ(as<double>(find_extra(all.info, "vtk/data/0")->data), (std::vector<double>{1.5}));
 }
 
-// Extras also come from .shm files. Extras that contradict the mesh must be refused before they are
-// used.
+// Extras may also come from .shm files. Extras that contradict the mesh must be refused before they
+// are used.
 class BentMesh : public ForeignMesh {
  public:
   explicit BentMesh(std::vector<std::pair<std::string, std::string>> extras) : bent_(info_of()) {

@@ -1,4 +1,4 @@
-// Tests of VTU files: round trips, comparison by VTK itself, and hostile files.
+// Tests of VTU files: round trips, comparisons by VTK itself, and hostile files.
 #include "vtk/xml/vtu.h"
 #include "files/mesh_files.h"
 
@@ -73,8 +73,7 @@ std::vector<std::byte> all_of(MeshSource& mesh) {
   return all;
 }
 
-// A VTU file with two tetrahedra and their points as inline data. Tests replace %FIELD% and other
-// placeholders.
+// A VTU file with two tetrahedra and inline data. Tests replace %FIELD% and the other placeholders.
 constexpr const char* kPlain = R"(<?xml version="1.0"?>
 <VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
   <!-- made by hand -->
@@ -113,7 +112,8 @@ class VtuTest : public FolderTest {
     const auto packed = open_mesh(path("packed.shm"), spool_);
     write_mesh(*packed, to, *format_named("vtu"), spool_);
   }
-  // Returns the file after a round trip of `text`, and checks that it is the same mesh.
+  // Reads `text` and writes it again. Checks that the written file contains the same mesh, and
+  // returns the file.
   std::string round_trip_text(const std::string& text) {
     round_trip(write_file("in.vtu", text), path("back.vtu"));
     const auto before = open_vtu(path("in.vtu"), spool_),
@@ -133,8 +133,8 @@ class VtuTest : public FolderTest {
       EXPECT_NE(std::string(failure.what()).find(words), std::string::npos) << failure.what();
     }
   }
-  // Returns true if the result is a complete mesh, and false if it is a Failure. Any other result
-  // is a bug.
+  // Returns true if the file is read completely, and false if reading it throws Failure. Any other
+  // exception is a bug.
   bool readable(const std::string& bytes) {
     try {
       Spool spool(fs::temp_directory_path().string());
@@ -247,7 +247,8 @@ TEST_F(VtuTest, PiecesComeBackAsTheyWere) {
       piece(6, 2, data(point_array("p", "5 6 7 8 9 10")), "5 5"));
   const auto mesh = open_text(text);
   EXPECT_EQ(mesh->info().vertices, 10u);
-  ASSERT_EQ(mesh->info().schema.arrays.size(), 1u);  // the other array exists in one piece only
+  ASSERT_EQ(mesh->info().schema.arrays.size(),
+            1u);  // only one piece has the array "only"
   EXPECT_EQ(array_of<std::int32_t>(*mesh, 0),
             (std::vector<std::int32_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10}));
   CellBatch batch;
@@ -259,7 +260,8 @@ TEST_F(VtuTest, PiecesComeBackAsTheyWere) {
        {"NumberOfPoints=\"4\"", "NumberOfPoints=\"0\"", "NumberOfPoints=\"6\"", "Name=\"only\""})
     EXPECT_NE(back.find(part), std::string::npos) << part;
   if (!has_oracle()) GTEST_SKIP() << "the rest needs python3-vtk9";
-  // VTK leaves values undefined if a piece lacks an array.
+  // VTK's result contains undefined values if a piece lacks an array. The comparison therefore
+  // leaves this array out.
   round_trip_text(replaced(text, point_array("only", "7 8 9 10"), ""));
   EXPECT_EQ(oracle("'" + path("in.vtu") + "' '" + path("back.vtu") + "'"), 0);
 }
@@ -294,7 +296,8 @@ TEST_F(VtuTest, PolyhedraAsStreamsOfFaces) {
                                         point_array("faceoffsets", "17 34", "Int64"));
   const auto mesh = open_text(text);
   EXPECT_EQ(mesh->info().schema.blocks.at(0).shape, CellShape::faces);
-  // The points of the first polyhedron are in another order.
+  // The file lists the points of the first polyhedron in a different order from its faces, so the
+  // list is stored as an extra.
   ASSERT_NE(find_extra(mesh->info(), "vtu/polyhedron/points"), nullptr);
   EXPECT_EQ(find_extra(mesh->info(), "vtu/polyhedron/points")->shape.at(0), 4u);
   const std::string back = round_trip_text(text);
@@ -339,7 +342,7 @@ TEST_F(VtuTest, PolyhedraAsListsOfFaces) {
   EXPECT_NE(back.find("0 1 2 3 4 5"), std::string::npos) << back;
   EXPECT_NE(back.find("3 6 9 12 15 18"), std::string::npos) << back;
   EXPECT_EQ(find_extra(open_text(own)->info(), "vtu/data/0"), nullptr);
-  // One face is shared, so that the tables are stored unchanged.
+  // Here two polyhedra share a face, so the face tables are stored unchanged as an extra.
   const std::string shared = tables(
       "0 1 2 3 3 4 5 6", "4 8", "0 1 2 0 1 3 0 2 3 1 2 3 1 2 4 1 3 4 2 3 4", "3 6 9 12 15 18 21");
   back = round_trip_text(shared);
@@ -474,7 +477,7 @@ TEST_F(VtuTest, LyingHeadersOfCompressedArrays) {
                  "format=\"ascii\">0 .5", "format=\"binary\">0 .5"),
         "0 .5 1e3 -1 nan", values);
   };
-  // Five floats; each block is one zlib stream.
+  // The data is five floats. Each block is a zlib stream.
   const std::vector<std::byte> zeros(20);
   const auto packed = vtu::compress(vtu::Compressor::zlib, zeros.data(), zeros.size());
   const std::string block(reinterpret_cast<const char*>(packed.data()), packed.size());
@@ -496,8 +499,8 @@ TEST_F(VtuTest, LyingHeadersOfCompressedArrays) {
 }
 
 TEST_F(VtuTest, BombsStayWithinTheirBlocks) {
-  // The array has five floats, but its data is 64 MiB of zeros, compressed to 64 KiB. Only the
-  // first block is read.
+  // The array has five floats, but its first compressed block unpacks from 64 KiB to 64 MiB of
+  // zeros. Only the first block is read.
   const std::vector<std::byte> zeros(vtu::kMostBlockBytes);
   const auto packed = vtu::compress(vtu::Compressor::zlib, zeros.data(), zeros.size());
   const std::string block(reinterpret_cast<const char*>(packed.data()), packed.size());
@@ -545,7 +548,8 @@ TEST_F(VtuTest, BrokenSkeletonsAreFailures) {
     copy.mesh.extras = {extra};
     write_vtu(copy, path("out.vtu"), spool_);
   };
-  // The text belongs to another mesh. Its pieces and arrays that do not fit this mesh are left out.
+  // The skeleton text belongs to another mesh. Pieces and arrays in the text that do not fit this
+  // mesh are left out.
   write_with(valid);
   EXPECT_EQ(open_vtu(path("out.vtu"), spool_)->info().vertices, 8u);
   EXPECT_THROW(write_with(""), Failure);

@@ -4,7 +4,7 @@
 // thread and with two. On a mismatch it prints the new table. If the change is intended, this table
 // replaces the old table, and the commit states which stream became smaller or larger. Data that
 // passes through zstd (schema, extras, steps) may change with the version of zstd and is left out.
-// For groups of shifts and patterns, the input of zstd is compared.
+// For groups coded as shifts or patterns, the input of zstd is compared.
 #include <xxhash.h>
 #include <zstd.h>
 
@@ -25,7 +25,8 @@
 namespace shm {
 namespace {
 
-/// Returns a stream that ends with a zstd frame, with the frame replaced by its unpacked content.
+/// Returns the stream with the zstd frame at its end replaced by the unpacked contents of the
+/// frame.
 std::vector<std::byte> unpacked(const std::vector<std::byte>& stream) {
   constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                                std::byte{0xfd}};
@@ -41,7 +42,7 @@ std::vector<std::byte> unpacked(const std::vector<std::byte>& stream) {
   return all;
 }
 
-/// Returns a stream of planes with each packed plane replaced by its unpacked content.
+/// Returns a stream of byte planes, with each packed plane replaced by its unpacked contents.
 std::vector<std::byte> with_planes_unpacked(const std::vector<std::byte>& stream) {
   constexpr std::array kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                  std::byte{0xfd}};
@@ -132,8 +133,8 @@ TestMesh large_cut_grid() {
 }
 
 /// Returns value `i` of an array whose character changes every 5000 elements: smooth, random,
-/// constant, a repetition of earlier values, smooth with outliers. The encoder must then change its
-/// predictors.
+/// constant, a repetition of earlier values, or smooth with outliers. The changes force the encoder
+/// to switch predictors.
 double changing_value(std::vector<double>& values, PlainRandom& random) {
   const std::size_t i = values.size();
   const auto x = static_cast<double>(i % 5000) / 4096;
@@ -149,8 +150,8 @@ double changing_value(std::vector<double>& values, PlainRandom& random) {
   return value;
 }
 
-/// Returns a grid of more than 40,000 cells with arrays of doubles, floats and integers that change
-/// their character, and a copy of the first array with small differences.
+/// Returns a grid of more than 40,000 cells with arrays of doubles, floats and integers whose
+/// character changes along the array, and a copy of the first array with small differences.
 TestMesh changing_arrays() {
   TestMesh mesh = bent_grid(36, 35, 33, ScalarType::float64);
   PlainRandom random(11);
@@ -176,8 +177,8 @@ TestMesh changing_arrays() {
   return mesh;
 }
 
-/// Returns files that are larger than the feature files, so that adaptive models, several groups
-/// and reused slots matter.
+/// Returns files that are larger than the feature files. They have several groups, reuse slots, and
+/// give adaptive models time to adapt.
 std::vector<FeatureFile> larger_files() {
   using enum Order;
   std::vector<FeatureFile> files;

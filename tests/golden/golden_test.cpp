@@ -1,6 +1,7 @@
-// Tests of golden files: files of earlier versions must be readable for ever, with exactly the same
-// contents. A text file next to each golden file states its contents. Faulty files must be refused
-// for ever; a list states the reasons. make_golden.cpp adds new files.
+// Tests of golden files. Every version of the library must be able to read the files of all earlier
+// versions, with exactly the same contents. A text file next to each golden file states its
+// contents. Faulty files must be refused forever; list.txt states the reason for each file.
+// make_golden.cpp adds new files.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -36,13 +37,14 @@ TEST(Golden, NoTwinStandsAlone) {
     }
 }
 
-// For each feature there is a golden file of the version that the library writes.
+// For each feature, there is a golden file in the current version of the format.
 TEST(Golden, EveryFeatureHasAFile) {
   for (const FeatureFile& feature : feature_files())
     EXPECT_TRUE(fs::exists(golden_folder() / "0.10" / (feature.name + ".shm"))) << feature.name;
 }
 
-// Each file is refused with the code in the list, and the list contains every file.
+// Each faulty file is refused with the error code that list.txt states, and list.txt contains every
+// faulty file.
 TEST(Golden, EveryFaultyFileIsRefused) {
   std::map<std::string, std::string> list;  // name: code
   std::istringstream lines(content(faulty_folder() / "list.txt"));

@@ -1,8 +1,9 @@
 // Creates golden files. `make_golden DIR FAULTY_DIR` writes two files into DIR for each feature of
 // the format: NAME.shm, and the same contents as text in NAME.txt. It writes the faulty files
-// 001.shm and so on into FAULTY_DIR, with list.txt, which describes the fault of each file. Run it
-// by hand after adding a format version or a faulty file. Existing files are never overwritten,
-// because files of old versions must be read, or refused, for ever.
+// 001.shm and so on into FAULTY_DIR, with list.txt, which describes the fault of each file. Run
+// this program by hand after adding a format version or a faulty file. Existing files are never
+// overwritten, because every later version of the library must still read the golden files and
+// refuse the faulty files.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -19,7 +20,7 @@
 
 namespace {
 
-/// Returns false if the file cannot be written; true also if it already existed.
+/// Writes the file unless it already exists. Returns false if it cannot be written.
 bool write_new(const std::filesystem::path& path, const char* bytes, std::size_t size) {
   if (std::filesystem::exists(path)) {
     std::printf("kept  %s\n", path.string().c_str());
@@ -35,7 +36,7 @@ bool write_new(const std::filesystem::path& path, const std::vector<std::byte>& 
   return write_new(path, reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
-/// Appends new faulty files to the list; existing lines must not change.
+/// Appends the lines of new faulty files to the list. Existing lines must not change.
 bool write_faulty(const std::filesystem::path& folder) {
   std::string list;
   {

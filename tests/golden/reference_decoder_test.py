@@ -210,8 +210,8 @@ class Generated(BothAgree):
             self.assertTrue(self.check(mesh, ["--level", "best", "--codec", "mixed"], scratch))
 
     def test_many_cells_around_an_edge(self):
-        """The number of cells that share an edge is larger than the codec can distinguish. The mesh is a
-        wheel of twelve sectors, coded sector by sector."""
+        """More cells share one edge than the codec can distinguish. The mesh is a wheel of twelve sectors,
+        coded sector by sector."""
         spokes, layers = 12, 30
         size, turn = 2 * spokes + 1, math.pi / spokes
         ring = [(math.cos(turn * i), math.sin(turn * i)) for i in range(2 * spokes)]

@@ -1,6 +1,6 @@
-// Prints the contents of a .shm file, decoded by the library, in the format of item_text.h. The
-// Python decoder in spec/ is compared with this output. The exit code is 3 if the file cannot be
-// read; standard error states the cause.
+// Decodes a .shm file with the library and prints its contents in the format of item_text.h. Tests
+// compare the output of the Python decoder in spec/ with this output. If the file cannot be read,
+// the program reports the cause on standard error and ends with exit code 3.
 #include <cstddef>
 #include <cstdio>
 #include <fstream>

@@ -1,6 +1,6 @@
 // Checks the worked example of spec/examples.md, byte for byte. The Writer writes the file of the
-// example, and the test compares it with the hex dump in the text. So neither the Writer nor the
-// text can change without the other.
+// example, and the test compares the file with the hex dump in the text. A change to the Writer
+// therefore requires the same change to the text.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,8 +16,8 @@
 namespace shm {
 namespace {
 
-/// Writes the example: one hexahedron, the unit cube, with a static cell array, a stepped cell
-/// array, one step time and one extra.
+/// Writes the file of the example. It contains the unit cube as a single hexahedron, a static cell
+/// array, a stepped cell array, one step time and one extra.
 Result<std::vector<std::byte>> example_file() {
   Schema schema;
   schema.coordinate_type = ScalarType::float32;
@@ -59,7 +59,8 @@ Result<std::vector<std::byte>> example_file() {
   return std::move(sink.bytes);
 }
 
-/// Parses a text such as "89 53 48 4d" into bytes; returns false if the text has another form.
+/// Parses a text such as "89 53 48 4d" into bytes. Returns false if the text does not have this
+/// form.
 bool parse_hex(const std::string& text, std::vector<std::byte>& out) {
   for (std::size_t at = 0; at < text.size(); at += 3) {
     const std::string pair = text.substr(at, 2);
@@ -71,7 +72,8 @@ bool parse_hex(const std::string& text, std::vector<std::byte>& out) {
   return true;
 }
 
-/// Returns the bytes in the tables of the text, whose rows are "| offset | `hex` | field | ... |".
+/// Returns the bytes that the tables of the text list. Their rows have the form "| offset | `hex` |
+/// field | ... |".
 std::vector<std::byte> stated_bytes() {
   std::ifstream text(SHM_SOURCE_DIR "/spec/examples.md");
   EXPECT_TRUE(text) << "spec/examples.md cannot be read";

@@ -17,7 +17,7 @@
 namespace shm {
 
 /// Assembles the file from `parts`. Recomputes the lengths and the list of chunks in the index, so
-/// that the index agrees with the changed chunks. Must hold: the index is the last chunk and has
+/// that the index agrees with the changed chunks. Precondition: the index is the last chunk and has
 /// version 1.
 inline std::vector<std::byte> put_together_with_index(FileParts parts) {
   Chunk& last = parts.chunks.back();
@@ -142,8 +142,8 @@ struct AskingFile {
   std::vector<std::byte> bytes;
 };
 
-/// Writes the beginning of an unnamed extra of uint8 values: an empty key, the type, the kind of
-/// reference and the distance.
+/// Writes the beginning of an unnamed extra of uint8 values: an empty key, the type, and zeros for
+/// the kind of reference and the reference distance.
 inline void put_unnamed(ByteWriter& blob) {
   blob.put_text("");
   blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));

@@ -43,7 +43,7 @@ class AskingFilesTest(FolderTest):
                         ["extract", name, "piece.shm", "--cells", "0:1", "-f"],
                         ["repair", name, "-o", "whole.shm", "-f"], ["join", name, "-o", "joined.shm", "-f"],
                         ["append", name, "more.vtk", "-o", "longer.shm", "-f"], ["diff", name, "more.vtk"]]
-            # These files are slow, and the other commands read them in the same way.
+            # These files take long to read. The commands that are left out would read them in the same way.
             if name.startswith(("components", "stepped", "sheet", "larger")):
                 commands = commands[:4]
             for words in commands:

@@ -79,7 +79,7 @@ TEST(FileFields, LeaveNoByteOut) {
   }
 }
 
-// Replacing a field by its current value does not change the file, except that packed data may be
+// Replacing a field with its current value does not change the file, except that packed data may be
 // packed differently.
 TEST(FileFields, PutBackAreTheSame) {
   for (const FeatureFile& file : files()) {
@@ -147,8 +147,8 @@ TEST(FileFields, LieBehindRightChecksums) {
           const auto [kind, version] =
               is_chunk ? std::pair(whole.chunks[c].header.kind, whole.chunks[c].header.version)
                        : std::pair<std::uint8_t, std::uint8_t>();
-          // The first field of each kind is replaced by many values; each further field is replaced
-          // by another value.
+          // Replaces the first field of each kind with many values in turn, and each further field
+          // of that kind with a single value.
           const bool is_new = met.insert({kind, version, field.name}).second;
           for (std::uint64_t n = is_new ? 64 / every(8) : 1; n > 0; --n) {
             const Bytes other = changed(section, field, way++);

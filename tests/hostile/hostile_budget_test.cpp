@@ -51,7 +51,8 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
     ASSERT_LT(file.bytes.size(), kMostFile);
     EXPECT_LE(memory_of([&] { read_all(file.bytes); }), kMostMemory);
     if (file.name.starts_with("components"))
-      continue;  // The other readers decode this file in the same way as the Reader.
+      continue;  // The other readers need not be tested: they decode this file in the same way as
+                 // the Reader.
     EXPECT_LE(memory_of([&] {
                 MemorySource source(file.bytes);
                 (void)read_mesh(source);
@@ -67,7 +68,8 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
   }
 }
 
-/// Returns the error message that reading the asking file with this name causes.
+/// Reads the asking file with this name, a small file that asks for much memory. Returns the error
+/// message.
 std::string complaint(const std::string& name, const ReadLimits& limits = {}) {
   for (const AskingFile& file : asking())
     if (file.name == name) {
@@ -159,7 +161,7 @@ TEST(Budget, BlobsOfZerosStayWithinTheirBound) {
     }
 }
 
-/// Decodes the file with a limit of `most` bytes for columns, so that columns must save memory.
+/// Decodes the file with a limit of `most` bytes for columns, which forces columns to save memory.
 /// Returns the decoded contents as text.
 std::string sparingly(std::span<const std::byte> bytes, std::uint64_t most) {
   ReadLimits limits;
@@ -179,8 +181,8 @@ TEST(Budget, SparingColumnsGiveTheSame) {
   }
 }
 
-/// The mesh consists of two sheets with arrays of few different values. All components are equal,
-/// except for single values in some of the tests. These values occur either early or late.
+/// The mesh consists of two sheets with arrays of few different values. All values are equal,
+/// except that in some of the tests, every 20000th or every seventh value differs.
 TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
   constexpr std::uint32_t kSide = 70, kComponents = 8;
   for (const Location location : {Location::point, Location::cell})
@@ -204,15 +206,16 @@ TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
       ASSERT_TRUE(write_mesh(mesh, sink, options));
       const std::string usual = text_of(decode_in_pieces(sink.bytes));
       ASSERT_NE(usual.find("array"), std::string::npos);
-      // The small limit, a third of the total, is enough for the coordinates and some columns. The
-      // large limit is enough for all columns even if all of them differ.
+      // The small limit, a third of the memory that all columns can need, is enough for the
+      // coordinates and some columns. The large limit is enough for all columns even if all of them
+      // differ.
       const std::string sparing = sparingly(sink.bytes, every == 7 ? 1 << 24 : 1200000);
       EXPECT_TRUE(sparing == usual) << sparing.substr(0, 300);
     }
 }
 
-// Columns with different values need more memory. The file is refused if they need more than a file
-// of its size may use.
+// Columns with different values need more memory. The file is refused if its columns need more
+// memory than the limit for a file of its size.
 TEST(Budget, ColumnsTakeNoMoreThanIsAllowed) {
   const auto bytes = asking_columns(66, Location::point, 256);
   ReadLimits limits;
@@ -238,7 +241,7 @@ TEST(Budget, ColumnsTakeNoMoreThanIsAllowed) {
 }
 
 // Even a small file may have many active vertices, whichever codec it uses. If a reader knows the
-// file size, it computes the limit from the size of the whole file.
+// file size, it computes the memory limit for active vertices from the size of the whole file.
 TEST(Limits, OfActiveVertices) {
   for (const ConnectivityCodec codec : codecs_for(grid(1, 1, 1).schema)) {
     SCOPED_TRACE(std::string(codec_name(codec)));

@@ -42,7 +42,8 @@ TEST(Hostile, StatedSizesAllocateNothing) {
   EXPECT_EQ(code_of(start.bytes), ErrorCode::over_limit);
   ReadLimits limits;
   limits.max_chunk_bytes = std::uint64_t{1} << 40;
-  // This payload length does not fit into a 32-bit size, so it is refused with every limit.
+  // This payload length does not fit into a 32-bit size, so the file is refused, whatever the limit
+  // is.
   EXPECT_EQ(code_of(start.bytes, limits),
             sizeof(std::size_t) < 8 ? ErrorCode::over_limit : ErrorCode::truncated);
   EXPECT_LE(largest_allocation, kSmall);
@@ -150,7 +151,7 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
     }
 }
 
-// In groups of shifts, only a few components keep their previous values in memory; the other
+// In groups coded as shifts, only a few components keep their previous values in memory; the other
 // components are coded with zstd only.
 TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
   constexpr std::size_t kPerComponent = 4 << 10, kRings = 34 << 20;
@@ -246,8 +247,8 @@ TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
   }
 }
 
-// The memory of columns in groups of shifts is proportional to the number of ring positions, which
-// is limited by the number of cells.
+// The memory of columns in groups coded as shifts is proportional to the number of ring positions,
+// which is limited by the number of cells.
 TEST(Hostile, ColumnsOverShiftsTakeLittleMemory) {
   const Bytes bytes = written(with_components(bent_grid(2, 2, 2), 1, 28, ScalarType::float32),
                               65536, ConnectivityCodec::shifts);

@@ -133,7 +133,8 @@ void expect_patterns_refuse_lies(const char* name) {
 TEST(Hostile, LyingPatterns) { expect_patterns_refuse_lies("patterns"); }
 TEST(Hostile, LyingPatternsOfOrderStream) { expect_patterns_refuse_lies("patterns_stream"); }
 
-/// Returns the file "patterns" after `lie` has changed a stream of values, which is coded as terms.
+/// Returns the file "patterns" after `lie` has made one of its streams of values inconsistent. The
+/// values are coded as terms.
 Bytes with_values(const std::function<void(Bytes&)>& lie) {
   return shifts_with([&](GroupParts& group) { lie(group.streams[1]); }, "patterns");
 }

@@ -166,8 +166,8 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
               group.header.streams[1].codec = container::Codec::shifts;
             }),
             ErrorCode::unsupported);
-  // A stream of vertex numbers is refused in the first segment, which has no imports, and in order
-  // keep.
+  // A stream of vertex numbers is refused in the first segment, which has no imports, and in files
+  // of order `keep`.
   for (const char* name : {"shifts_stream", "shifts"}) {
     FileParts parts = take_apart(file(name));
     for (const std::size_t nth : {0u, 2u}) {
@@ -250,7 +250,7 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
         is = is == codec ? static_cast<container::Codec>(98) : codec;
       });
   }
-  // In one segment, a group of another codec follows a group of shifts, or precedes it.
+  // In one segment, a group coded with another codec follows or precedes a group coded as shifts.
   for (const auto codec : {container::Codec::predictive, container::Codec::paper}) {
     FileParts parts = take_apart(file("shifts"));
     for (const std::size_t nth : {0u, 1u}) {

@@ -41,7 +41,7 @@ bool is_thorough(const FeatureFile& feature) {
 }
 
 /// Returns the distance in bytes between the positions at which the test damages a file. The
-/// distance is larger for a file that unpacks to much data.
+/// distance is larger for a file that unpacks to a large amount of data.
 std::size_t stride_of(const FeatureFile& feature, std::size_t usual) {
   const std::size_t stride = is_thorough(feature) ? 1 : feature.name == "large_extras" ? 97 : usual;
   return stride * every(7);
@@ -128,7 +128,8 @@ TEST(Hostile, NewerVersionsAndFeaturesAreNamed) {
     change(parts.start);
     EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
   }
-  // The file start has no checksum. Instead, the schema chunk contains a copy of its fields.
+  // The file start has no checksum. Instead, the schema chunk contains a copy of the fields of the
+  // file start.
   FileParts parts = take_apart(file("keep"));
   parts.chunks[0].payload[4] = std::byte{1};
   EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt);
@@ -379,8 +380,8 @@ TEST(Hostile, LyingGroupHeader) {
     refused(name, [](Header& h) { h.streams.back().checksum ^= 1; });
     refused(name, [](Header& h) { h.streams.pop_back(); });
     refused(name, [](Header& h) { h.streams.push_back(h.streams.back()); });
-    // Exchanges the kinds and codecs of the first two streams. The codec of values over shifts is
-    // unknown unless the connectivity uses shifts.
+    // Exchanges the kinds and codecs of the first two streams. The codec for values in groups coded
+    // as shifts is refused as unknown unless the connectivity of the group is coded as shifts.
     refused(
         name,
         [](Header& h) {
@@ -418,7 +419,7 @@ TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
     const auto decoded = decode_in_pieces(file(name));
     ASSERT_TRUE(decoded);
     const bool shifts = std::string(name).starts_with("shifts");
-    // In groups of shifts, neighbourhoods exist only if the group has a ring.
+    // In groups coded as shifts, neighbourhoods exist only if the group has a ring.
     const ElementNeeds wants{!shifts, !shifts, true, true};
     const auto replayed = [&](const std::function<void(container::GroupHeader&)>& lie) {
       StepTopology replay(decoded->schema, std::uint64_t{1} << 30, wants);
@@ -444,8 +445,8 @@ TEST(Hostile, ImportsOfVerticesThatAreNotThere) {
   for (const char* name : {"segments", "segments_stream"})
     for (const auto kind :
          {container::StreamKind::imports, container::StreamKind::vertex_numbers}) {
-      // A missing stream is read as zeros. All vertices are then imported, or the same vertex is
-      // imported repeatedly.
+      // A missing stream is read as zeros. Without one of the streams, all vertices are imported;
+      // without the other stream, the same vertex is imported repeatedly.
       FileParts parts = take_apart(file(name));
       Chunk* chunk = parts.find(ChunkKind::group, 2);
       auto group = take_group_apart(chunk->payload);
@@ -622,7 +623,7 @@ TEST(Hostile, DamagedBitstreams) {
       ASSERT_TRUE(decoder.feed(put_together(parts)));
       decoder.end_of_input();
       std::unordered_set<std::uint64_t>
-          alive;  // live vertices; in order stream, every corner must be one of them
+          alive;  // live vertices; in order `stream`, every corner must be one of them
       for (auto progress = decoder.advance();
            progress && *progress == Decoder::Progress::item_ready; progress = decoder.advance()) {
         const Item item = decoder.take();

@@ -1,5 +1,5 @@
 // Files designed to be expensive to read, and an ordinary file to compare them with. This program
-// only checks that the files are read without an error. After each call of counted_run(), the
+// only checks that the files are read without an error. After each call to counted_run(), the
 // program prints a line: "counted", the name of the file, "by item" or "by index", and the number
 // of bytes read and delivered. hostile_work_test.py counts the instructions of these calls.
 #include <cstdio>
@@ -67,8 +67,8 @@ std::uint64_t read_steps(const Bytes& file) {
 
 Bytes file_of(Stepped stepped, ConnectivityCodec codec, std::uint32_t group_cells = 65536,
               std::uint64_t segment_cells = 0) {
-  // At Level::fast, step values do not depend on the mesh. A reader would then not decode the mesh
-  // again.
+  // Not Level::fast: at that level, step values do not depend on the mesh, so a reader would not
+  // decode the mesh again.
   stepped.options.level = Level::standard;
   stepped.options.connectivity = codec;
   stepped.options.group_cells = group_cells;

@@ -15,7 +15,7 @@ from counted_runs import counted_runs, instructions_of
 
 # The largest allowed work per byte, divided by that of the ordinary file. Each limit is twice the ratio
 # measured with g++ 12 at -O3, but at least 0.2. A reader that loops over all steps, chunks, blocks, arrays or
-# extras for each single one of them exceeds these limits.
+# extras for each of them exceeds these limits.
 MOST = {"by item": {"ordinary": 1, "one cell in rows": 3, "one cell in shifts": 2, "one cell in tiny groups": 2.6,
                     "one cell in tiny segments": 4, "tiny segments": 9, "empty chunks": .5, "extras": 1.7, "blocks": 1.1,
                     "arrays": 43},

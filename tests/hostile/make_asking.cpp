@@ -1,6 +1,6 @@
 // make_asking DIR [SHEET...]: writes the files that ask for much memory, each as NAME.shm, for
-// tests of whole programs. Of the sheets, which take long to create, it writes those that are
-// named. Without arguments, it prints the names of the sheets.
+// tests of whole programs. Sheets take long to create, so it writes only those that are named.
+// Without arguments, it prints the names of the sheets.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>

@@ -1,7 +1,7 @@
 // Simulates a lack of memory in a program into which this library is loaded (LD_PRELOAD). After
-// SHM_ALLOCATIONS calls of operator new, the next call fails. If SHM_FOR_GOOD=1, all later calls
+// SHM_ALLOCATIONS calls to operator new, the next call fails. If SHM_FOR_GOOD=1, all later calls
 // fail, too. Calls are counted from the start of main(), because the program cannot handle failures
-// while its libraries are loaded. If SHM_MALLOC=1, calls of malloc, calloc and realloc, which C
+// while its libraries are loaded. If SHM_MALLOC=1, calls to malloc, calloc and realloc, which C
 // libraries use, are counted, too. SHM_COUNT is the name of a file to which the library writes the
 // number of calls when the program ends.
 #include <dlfcn.h>

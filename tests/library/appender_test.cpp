@@ -1,4 +1,4 @@
-// Tests of Appender: a file whose steps were added in several runs is equal, byte for byte, to a
+// Tests of Appender. A file whose steps were added in several runs must equal, byte for byte, a
 // file written in one run. Existing contents are kept. Inconsistent files are refused without
 // writing any output.
 #include "shm/appender.h"
@@ -32,8 +32,8 @@ Extra extra_of(std::string key, std::size_t bytes) {
   return extra;
 }
 
-/// Adds the steps from `from` up to but excluding `end`, each with all its arrays, to a Writer or
-/// an Appender.
+/// Adds the steps from `from` up to but excluding `end` to a Writer or an Appender. Each step has
+/// values for all of its arrays.
 template <class To>
 Result<void> put_steps(To& to, const Stepped& stepped, std::uint64_t from, std::uint64_t end) {
   for (std::uint64_t step = from; step < end; ++step)
@@ -45,7 +45,7 @@ Result<void> put_steps(To& to, const Stepped& stepped, std::uint64_t from, std::
 
 enum class Times { last, first, none };
 
-/// Returns a file with the steps before `end`.
+/// Returns a file that contains the steps before step `end`.
 Bytes file_with(const Stepped& stepped, std::uint64_t end, std::size_t extra_bytes = 100,
                 Times place = Times::last) {
   MemorySink sink;
@@ -63,7 +63,7 @@ Bytes file_with(const Stepped& stepped, std::uint64_t end, std::size_t extra_byt
   return std::move(sink.bytes);
 }
 
-/// Returns `file` with the steps from `from` up to but excluding `end` appended.
+/// Appends the steps from `from` up to but excluding `end` to `file`. Returns the resulting file.
 Bytes appended(const Bytes& file, const Stepped& stepped, std::uint64_t from, std::uint64_t end,
                Times place = Times::last) {
   MemoryRandomSource source(file);
@@ -157,8 +157,8 @@ TEST(Appender, TheSchemaIsSaidAgainAtTheEndOnly) {
   EXPECT_EQ(take_apart(more).find(ChunkKind::schema, 2), nullptr);
 }
 
-// If a chunk of step values can accept further parts, the appender reads the part headers of that
-// chunk, in version 0 as well as in version 1.
+// If the last chunk of step values has space for further parts, the appender reads the part headers
+// of that chunk. It supports version 0 and version 1 of the chunk.
 TEST(Appender, GoesOnBehindAChunkOfVersion0) {
   Stepped stepped;
   stepped.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
@@ -181,8 +181,8 @@ TEST(Appender, GoesOnBehindAChunkOfVersion0) {
               values_of(read(file_with(stepped, 2))));
 }
 
-// The appender writes new chunks in the version of the file, so that readers of that version can
-// read them.
+// The appender writes new chunks in the format version of the existing file, so that readers of
+// that version can read them.
 TEST(Appender, FilesOfAnOlderVersionStayOfIt) {
   for (const char* name : {"0.1/steps_and_extras.shm", "0.9/steps_and_extras.shm"}) {
     const std::string text = content(golden_folder() / name);
@@ -312,8 +312,8 @@ TEST(Appender, GivesTheMeshWithoutSteps) {
     }
 }
 
-// Values outside the box that is quantized to 10 bits stay within the error bound, too. Values that
-// are not finite are restored exactly.
+// Coordinates are quantized to 10 bits within a box. Values outside the box are within the error
+// bound, too. Values that are not finite are restored exactly.
 TEST(Appender, QuantizedArraysKeepTheirBound) {
   Stepped stepped;
   stepped.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
@@ -372,8 +372,8 @@ TEST(Appender, RefusesWhatDoesNotFit) {
   EXPECT_FALSE(appended(file, stepped, 5, 6).empty());
 }
 
-/// Opens the file, adds a step and finishes; returns true if that succeeds. The resulting file must
-/// be readable up to the existing damage.
+/// Opens a damaged file with an Appender, adds a step and finishes. Returns true if that succeeds.
+/// The resulting file must be readable up to the existing damage.
 bool survives(const Bytes& file, const Stepped& stepped) {
   MemoryRandomSource source(file);
   MemorySink sink;
@@ -408,7 +408,8 @@ TEST(Appender, RefusesFilesThatAreDamagedOrLie) {
       inconsistent.chunks.back().payload[at] ^= static_cast<std::byte>(change);
       (void)survives(put_together(std::move(inconsistent)), stepped);
     }
-  // Damages the list of chunks: removes a chunk, then changes the sequence number of another chunk.
+  // Damages the list of chunks in two ways: removes a chunk, and changes the sequence number of
+  // another chunk.
   FileParts without = parts;
   without.chunks.erase(without.chunks.begin() + 2);
   EXPECT_FALSE(survives(put_together(std::move(without)), stepped));

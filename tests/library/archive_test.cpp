@@ -1,4 +1,4 @@
-// Tests of archives: members are read back under their names, and no other file is mistaken for an
+// Tests of archives: each member is read back under its name, and no other file is mistaken for an
 // archive.
 #include "shm/archive.h"
 
@@ -36,7 +36,7 @@ ErrorCode code_of(const Result<ByteSink*>& result) {
   return result ? ErrorCode::io : result.error().code;
 }
 
-// Returns an archive with a list that the test supplies.
+// Returns an archive whose list of members is supplied by the test.
 Bytes with_list(const std::vector<container::Member>& members, std::size_t meshes) {
   MemorySink sink;
   container::MemberList list{{}, members};

@@ -1,6 +1,7 @@
-// Tests of the boundary surface. For each shape, and for meshes of all kinds, the found faces are
-// compared with a count of all sides of all cells. The tests also check the values on the surface,
-// and the memory of the search, which must depend only on the size of the active surface.
+// Tests of the boundary surface. For each shape, and for meshes of all kinds, the faces found are
+// compared with the expected faces, which are computed by counting all sides of all cells. The
+// tests also check the values on the surface. The memory that the search needs must depend only on
+// the size of the active surface.
 #include "shm/boundary_surface.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +47,7 @@ Result<BoundarySurface> boundary_of_stream(std::span<const std::byte> bytes,
   return read_boundary(source, options);
 }
 
-/// Finds the boundary in three ways, which must agree.
+/// Finds the boundary surface in three ways and checks that the results are equal.
 BoundarySurface boundary_of(std::span<const std::byte> bytes, const BoundaryOptions& options = {}) {
   const auto surface = boundary_anywhere(bytes, options);
   const auto streamed = boundary_of_stream(bytes, options);
@@ -67,8 +68,8 @@ Cycle face_of(const BoundarySurface& surface, std::size_t face) {
   return cycle;
 }
 
-/// Returns a canonical form of a cycle, which is equal for all rotations of the cycle and for both
-/// directions.
+/// Returns the canonical form of a cycle of vertices. It is the same for all rotations of the cycle
+/// and for both directions.
 Cycle least(Cycle cycle) {
   Cycle best = cycle;
   for (int way = 0; way < 2; ++way) {
@@ -81,7 +82,7 @@ Cycle least(Cycle cycle) {
   return best;
 }
 
-// --- expected result: a count of all sides
+// --- expected faces, found by counting all sides
 
 /// Returns the sides of a cell according to VTK's tables.
 std::vector<Cycle> sides_of_cell(const BlockInfo& block, const Cycle& v) {
@@ -130,7 +131,7 @@ std::size_t corners_itself(const BlockInfo& block, std::size_t nodes) {
   return corners <= nodes ? corners : 0;
 }
 
-/// Faces with their cells, both numbered as in the source.
+/// Set of pairs of a cell and one of its faces, with the cell and vertex numbers of the source.
 using Faces = std::multiset<std::pair<std::uint64_t, Cycle>>;
 
 Faces counted_faces(const TestMesh& mesh) {
@@ -148,9 +149,9 @@ Faces counted_faces(const TestMesh& mesh) {
   return faces;
 }
 
-/// Returns the faces of the surface, numbered as in the source. `order` contains the source's
-/// number of each vertex and cell of the file, in coding order; null if file and source use the
-/// same numbers.
+/// Returns the faces of the surface, with the cell and vertex numbers of the source. `order`
+/// contains the source number of each vertex and cell, in coding order. If `order` is null, the
+/// file uses the numbers of the source.
 Faces found_faces(const BoundarySurface& surface, const RecordedOrder* order = nullptr) {
   Faces faces;
   for (std::size_t f = 0; f < surface.face_count(); ++f) {
@@ -180,7 +181,8 @@ void expect_sound(const BoundarySurface& surface) {
   EXPECT_EQ(numbers.size(), surface.vertex_count()) << "a vertex occurs twice";
 }
 
-/// Writes `mesh`, reads it back, and compares its boundary with the count of all sides.
+/// Writes `mesh`, reads it back, and compares its boundary with the faces expected from counting
+/// all sides.
 BoundarySurface expect_counted(const TestMesh& mesh, WriteOptions options = {}) {
   RecordedOrder order;
   options.coding_order = &order;
@@ -223,8 +225,8 @@ std::vector<std::array<double, 3>> corners_of_cube(std::initializer_list<std::si
   return points;
 }
 
-/// Returns 6 times the enclosed volume, positive if all faces are counter-clockwise seen from
-/// outside.
+/// Returns 6 times the volume that the surface encloses. It is positive if all faces are
+/// counter-clockwise when seen from outside.
 double volume_within(const BoundarySurface& surface) {
   const auto points = surface.points_as<double>();
   const auto at = [&](std::uint64_t corner, std::size_t c) {
@@ -259,7 +261,8 @@ TEST(BoundarySurface, OfOneCellOfEachSolidShape) {
       {one_cell(CellShape::tetrahedron, 4, corners_of_cube({0, 1, 3, 4})), {3, 3, 3, 3}, 1},
       {one_cell(CellShape::pyramid, 5, corners_of_cube({0, 1, 2, 3, 4})), {3, 3, 3, 3, 4}, 2},
       {one_cell(CellShape::wedge, 6, corners_of_cube({0, 1, 3, 4, 5, 7})), {4, 4, 4, 3, 3}, 3},
-      // The node order of VTK's manual: the first triangle is counter-clockwise seen from outside.
+      // The node order of a wedge in VTK's manual, in which the first triangle is counter-clockwise
+      // when seen from outside.
       {one_cell(CellShape::wedge, 6, corners_of_cube({0, 3, 1, 4, 7, 5})), {4, 4, 4, 3, 3}, 3}};
   for (const Solid& solid : solids)
     for (const ScalarType type : {ScalarType::float32, ScalarType::float64}) {
@@ -281,7 +284,7 @@ TEST(BoundarySurface, OfOneCellOfEachSolidShape) {
     }
 }
 
-// Sides of a hexahedron are numbered as in Exodus.
+// The sides of a hexahedron have the same numbers as in Exodus.
 TEST(BoundarySurface, SidesAreThoseOfSets) {
   const BoundarySurface surface = boundary_of(file_of(one_cell(CellShape::hexahedron, 8, kCube)));
   const std::vector<Cycle> sides = {{0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6},
@@ -339,7 +342,7 @@ TEST(BoundarySurface, OfPolyhedraHasTheirFacesInTheirOrder) {
   EXPECT_EQ(surface.sides, counted_to(7));
   EXPECT_DOUBLE_EQ(volume_within(surface), 6);
   for (std::size_t f = 0; f < 7; ++f) EXPECT_EQ(least(face_of(surface, f)), least(faces[f]));
-  // A node list that does not describe faces has no boundary.
+  // A polyhedron whose node list does not describe faces has no boundary.
   mesh.cells[0].corners = {0, 1, 2, 3};
   surface = expect_counted(mesh);
   EXPECT_EQ(surface.face_count(), 0u);
@@ -368,14 +371,15 @@ TEST(BoundarySurface, OfGrids) {
   EXPECT_EQ(surface.face_count(), 54u);
   EXPECT_EQ(surface.vertex_count(), 56u);
   EXPECT_NEAR(volume_within(surface), 6, 1e-6);
-  // Faces come in coding order, which is the order of cell numbers here.
+  // Faces are in coding order. In this mesh, cells are coded in the order of their numbers.
   EXPECT_TRUE(std::is_sorted(surface.cell_numbers.begin(), surface.cell_numbers.end()));
   for (std::size_t f = 1; f < surface.face_count(); ++f)
     EXPECT_TRUE(surface.cell_numbers[f] != surface.cell_numbers[f - 1] ||
                 surface.sides[f - 1] < surface.sides[f]);
 }
 
-// If coding reorders vertices and cells, the surface lists them in coding order.
+// If the Writer reorders vertices and cells, the surface lists its vertices and faces in coding
+// order.
 TEST(BoundarySurface, VerticesComeInCodingOrder) {
   TestMesh mesh = shuffled(bent_grid(5, 4, 4));
   std::mt19937_64 random(5);
@@ -446,31 +450,32 @@ TEST(BoundarySurface, WhatThreeCellsHaveIsInside) {
   mesh.cells.push_back({0, {4, 5, 7, 6, 8, 9, 11, 10}});
   mesh.cells.push_back({0, {4, 5, 7, 6, 12, 13, 15, 14}});
   EXPECT_EQ(expect_counted(mesh).face_count(), 15u);
-  mesh.cells.push_back(mesh.cells[0]);  // with the same cell twice, all of its sides are shared
+  mesh.cells.push_back(mesh.cells[0]);  // if a cell occurs twice, all of its sides are shared
   EXPECT_EQ(expect_counted(mesh).face_count(), 10u);
 }
 
 TEST(BoundarySurface, OfDegenerateCells) {
   TestMesh mesh = grid(1, 1, 2, ScalarType::float64);
-  // A cell without volume on top of another cell: the boundary has the side of the other cell, as
-  // if the flat cell did not exist.
+  // The second cell has no volume and covers a side of the first cell. The boundary contains that
+  // side as if the flat cell did not exist.
   mesh.cells[1].corners = {4, 5, 7, 6, 4, 5, 7, 6};
   BoundarySurface surface = expect_counted(mesh);
   EXPECT_EQ(surface.face_count(), 6u);
   EXPECT_EQ(std::count(surface.cell_numbers.begin(), surface.cell_numbers.end(), 0u), 6);
-  // A hexahedron collapsed to a wedge shares a side with a wedge.
+  // A hexahedron that is collapsed to a wedge shares a side with a real wedge.
   mesh = grid(1, 1, 2, ScalarType::float64);
   mesh.schema.blocks.push_back({2, "", CellShape::wedge, 6});
   mesh.cells = {{0, {0, 1, 3, 3, 4, 5, 7, 7}}, {1, {4, 5, 7, 8, 9, 11}}};
   surface = expect_counted(mesh);
   EXPECT_EQ(surface.face_count(), 8u);
   EXPECT_DOUBLE_EQ(volume_within(surface), 3);
-  // A quad on a side is a face in addition to that side.
+  // If a quad covers a side of a hexahedron, both the quad and the side are faces of the boundary.
   mesh = grid(1, 1, 1, ScalarType::float64);
   mesh.schema.blocks.push_back({2, "", CellShape::quad, 4});
   mesh.cells.push_back({1, {4, 5, 7, 6}});
   EXPECT_EQ(expect_counted(mesh).face_count(), 7u);
-  // Faces that touch themselves are distinguished by the order of their vertices.
+  // A face may contain a vertex twice. Two such faces with the same vertices are equal only if they
+  // list the vertices in the same or in the opposite cyclic order.
   mesh.schema.blocks[1] = {2, "", CellShape::faces, 0};
   mesh.cells = {{1, closed_faces({{0, 1, 2, 3}, {3, 4, 5}})},
                 {1, {0, 1, 2, 3, 1, 4, 5, 0}},
@@ -481,8 +486,8 @@ TEST(BoundarySurface, OfDegenerateCells) {
   expect_counted(mesh);
 }
 
-/// Returns a long strip of tetrahedra around vertex 0. If `with_polyhedra`, every second cell is a
-/// polyhedron with one more face.
+/// Returns a long strip of tetrahedra around vertex 0. If `with_polyhedra` is true, every second
+/// cell is a polyhedron with one additional face.
 TestMesh hub(std::uint64_t cells, bool with_polyhedra) {
   TestMesh mesh;
   mesh.schema.blocks = {{1, "", CellShape::tetrahedron, 4}, {2, "", CellShape::faces, 0}};
@@ -492,7 +497,7 @@ TestMesh hub(std::uint64_t cells, bool with_polyhedra) {
   mesh.set_points(points);
   for (std::uint64_t i = 0; i < cells; ++i) {
     const std::uint64_t a = i + 1, b = i + 2, c = i + 3;
-    if (with_polyhedra && i % 2 == 1)  // this cell has sides with four and more corners
+    if (with_polyhedra && i % 2 == 1)  // this polyhedron also has a side with five corners
       mesh.cells.push_back(
           {1, closed_faces({{0, a, b}, {0, b, c}, {0, c, a}, {a, b, c}, {0, a, b, c, c + 1}})});
     else
@@ -501,8 +506,8 @@ TestMesh hub(std::uint64_t cells, bool with_polyhedra) {
   return mesh;
 }
 
-// If all cells share a vertex, all open sides at that vertex are kept until the end. Finding a side
-// must not become slower.
+// All cells share vertex 0, so all open sides at that vertex are kept until the end of the mesh.
+// Finding a side must not become slower as the number of open sides grows.
 TEST(BoundarySurface, OfManyCellsAroundAVertex) {
   expect_counted(hub(300, false));
   expect_counted(hub(300, true));
@@ -512,7 +517,8 @@ TEST(BoundarySurface, OfManyCellsAroundAVertex) {
 
 // --- memory
 
-/// Returns the largest numbers of open sides and of vertices that are in memory after a block.
+/// Passes the mesh to the search block by block. Returns the largest number of open sides and the
+/// largest number of vertices that the search keeps in memory after a block.
 std::pair<std::size_t, std::size_t> most_kept(const TestMesh& mesh) {
   WriteOptions options;
   options.group_cells = 64;
@@ -559,7 +565,7 @@ TEST(BoundarySurface, TakesNoMoreThanItMay) {
 
 // --- values
 
-/// Returns the expected array values at the vertices or faces of the surface.
+/// Returns the values of an array that are expected at the vertices or faces of the surface.
 std::vector<std::byte> expected_values(const TestMesh& mesh, const BoundarySurface& surface,
                                        std::uint32_t array, const std::vector<std::byte>& all,
                                        const RecordedOrder& order) {
@@ -635,7 +641,7 @@ TEST(BoundarySurface, CarriesStaticArrays) {
 TEST(BoundarySurface, CarriesSteppedArrays) {
   for (const Order kind : {Order::keep, Order::stream}) {
     Stepped stepped = with_steps(every_shape(), kind);
-    // The array covers only these blocks, whose cells lie between cells of other blocks.
+    // The array covers only blocks 1 and 3. Their cells are between cells of other blocks.
     stepped.mesh.schema.arrays[3].blocks = {1, 3};
     for (const std::uint64_t step : {0u, 1u, 2u, 4u, 5u, 9u})
       stepped.values[{3, step}] =
@@ -647,7 +653,8 @@ TEST(BoundarySurface, CarriesSteppedArrays) {
     const auto bytes = written(stepped);
     BoundaryOptions options;
     options.arrays = {{0, 5}, {3, 9}, {2, 1}, {1, 0}, {4, 4}, {3, 0}, {0, 4}};
-    // Values are written in coding order. `order` contains the source's number of each element.
+    // Step values are written in coding order. `order` contains the source number of each element,
+    // in coding order.
     const BoundarySurface surface = boundary_of(bytes, options);
     ASSERT_EQ(surface.arrays.size(), options.arrays.size());
     for (std::size_t i = 0; i < options.arrays.size(); ++i) {
@@ -687,7 +694,7 @@ TEST(BoundarySurface, RefusesArraysThatAreNotThere) {
       EXPECT_EQ(surface.error().code, ErrorCode::misuse) << surface.error().message();
     }
   }
-  // The mesh has no cells of this array's block, so no values of the array are missing.
+  // The array is defined on a block without cells, so no values are missing.
   TestMesh mesh = bent_grid(2, 2, 2);
   mesh.schema.blocks.push_back({2, "empty", CellShape::hexahedron, 8});
   BoundaryOptions options;
@@ -739,8 +746,8 @@ TEST(BoundaryFinder, TakesPiecesOfAMesh) {
   Faces expected;
   for (const auto& [cell, cycle] : counted_faces(piece)) expected.emplace(cell + 17, cycle);
   EXPECT_EQ(found_faces(*surface), expected);
-  // In a single block, cells are coded in the order of their numbers, and vertices keep their
-  // numbers.
+  // The mesh has a single block, so its cells are coded in the order of their numbers. Vertices
+  // keep their numbers.
   for (std::size_t f = 0; f < surface->face_count(); ++f)
     EXPECT_EQ(std::memcmp(&surface->arrays[1][f * 4],
                           &stepped.values.at({u + 2, 4})[surface->cell_numbers[f] * 4], 4),
@@ -812,7 +819,7 @@ TEST(BoundaryFinder, RefusesBlocksThatMakeNoSense) {
   EXPECT_FALSE(other->add(piece));
 }
 
-// A damaged byte in a file leads to an error or to a valid surface.
+// Reading a file with a damaged byte must either return an error or a valid surface.
 TEST(BoundarySurface, OfDamagedFiles) {
   const auto bytes = written(with_steps(every_shape(), Order::keep));
   BoundaryOptions options;

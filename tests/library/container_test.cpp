@@ -1,5 +1,5 @@
-// Tests of the structs of the file format: get() restores what put() stores, and structs of fixed
-// size are stored as exactly the bytes in the specification.
+// Tests of the structs of the file format. get() must restore the struct that put() stored, and
+// structs of fixed size must be stored as exactly the bytes in the specification.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -294,8 +294,8 @@ TEST(Container, IndexOfVersion0) {
   EXPECT_FALSE(get(longer, back, 0, 3));
 }
 
-// An index of version 1 stores every field except those that are computed from other fields:
-// offsets, and the first element of a group or of step values.
+// An index of version 1 omits the fields that can be computed from other fields: offsets, and the
+// first element of a group or of step values. It stores all other fields.
 TEST(Container, PackedIndex) {
   Index index = any_index();
   IndexEntry more = index.entries[1];

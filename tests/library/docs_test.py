@@ -3,12 +3,12 @@
 
   docs_test.py
 
-Every relative link of every document leads to a file, and its #anchor to a heading there. Every path
-in backticks that begins with a folder of this repository exists. README.md has at most 140 lines.
-docs/architecture.md has a line for every folder of sources, and each module/unit that it names exists. Its
-pictures of the layers show each module above the modules that it may include according to the table in
-rules_test.cpp. Every section of the specification that a comment of the library cites exists. Every claim
-that scripts/claims measures occurs in its document with the same figure. Doxygen processes the public
+The test checks these rules. Every relative link of every document leads to a file, and its #anchor to a
+heading in that file. Every path in backticks that begins with a folder of this repository exists. README.md
+has at most 140 lines. docs/architecture.md has a line for every folder of sources, and each module/unit that
+it names exists. Its layer diagrams show each module above the modules that it may include according to the
+table in rules_test.cpp. Every section of the specification that a comment of the library cites exists. Every
+claim that scripts/claims measures occurs in its document with the same figure. Doxygen processes the public
 headers without a warning.
 """
 import itertools
@@ -22,14 +22,15 @@ ROOT = Path(__file__).resolve().parents[2]
 README_LINES = 140
 FOLDERS = (".ci", "bench", "bindings", "cmake", "converters", "docs", "fuzz", "libshmformat", "packaging",
            "scripts", "spec", "tests")
-# Trees of sources, with the headings of their tables in architecture.md.
+# For each source tree: the heading of its table in architecture.md.
 SOURCES = {"libshmformat/src": "Modules of the library", "converters": "Modules of the converters"}
 MAP = ROOT / "docs" / "architecture.md"
 
 LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(\s*<?([^)\s>]+)>?[^)]*\)")
 CODE = re.compile(r"(?<!`)`([^`]+)`(?!`)")
 ROW = re.compile(r"\| `([a-z]+(?:/[a-z]+)*)` \|")
-# Patterns for the table in rules_test.cpp: the beginning of a tree, and one line of its table.
+# Regular expressions for the table in rules_test.cpp. TREE matches the beginning of the table of a source
+# tree, ALLOWED matches one line of it.
 TREE = re.compile(r'\{"([a-z/]+)",\s*\{\s*\{"')
 ALLOWED = re.compile(r'\{"([a-z/]+)",\s*\{((?:\s*"[a-z/]+",?)*)\s*\}\}')
 CITED = re.compile(r'spec: ((?:"[^"]+"[, /\n]*)+)')
@@ -43,7 +44,7 @@ def documents():
 
 
 def prose(text):
-    """Returns the lines outside of fenced code, with their numbers."""
+    """Returns the lines of a document that are outside of fenced code, with their line numbers."""
     fence = None
     for number, line in enumerate(text.splitlines(), 1):
         mark = re.match(r"\s*(```|~~~)", line)
@@ -68,7 +69,7 @@ def anchors(path):
 
 
 def wrong_link(document, target):
-    """Returns the reason why a link is wrong; None if it is correct."""
+    """Returns the reason why a link is wrong, or None if the link is correct."""
     if re.match(r"[a-z][a-z+.-]*:", target, re.IGNORECASE):
         return None  # an external link
     name, _, anchor = unquote(target).partition("#")
@@ -90,7 +91,7 @@ def alternatives(path):
 
 
 def missing_paths(code):
-    """Returns the paths in a piece of code that begin with a folder of this repository and do not exist."""
+    """Yields the paths in `code` that begin with a folder of this repository but do not exist."""
     for word in code.split():
         if "/" not in word or word.split("/")[0] not in FOLDERS:
             continue
@@ -100,14 +101,15 @@ def missing_paths(code):
 
 
 def modules(top):
-    """Returns the folders of sources below `top` by their names in architecture.md, such as "vtk/xml"."""
+    """Returns the folders of sources below `top` as a dictionary. The keys are the module names in
+    architecture.md, such as "vtk/xml"."""
     return {path.parent.relative_to(ROOT / top).as_posix(): path.parent
             for path in (ROOT / top).rglob("*.*")
             if path.suffix in (".cpp", ".h") and path.parent != ROOT / top}
 
 
 def rows_below(heading, lines):
-    """Returns the line number and the first cell of each table row in the section below `heading`."""
+    """Yields the first cell and the line number of each table row in the section below `heading`."""
     within = False
     for number, line in lines:
         if line.startswith("## "):
@@ -133,7 +135,8 @@ def faults_of_map(lines):
 
 
 def layers(text):
-    """Returns a dictionary for each picture of the layers, from each module to its line in the picture."""
+    """Returns one dictionary for each layer diagram. The dictionary maps each module to its line number in
+    the diagram."""
     section = text.partition("\n## Layers\n")[2].partition("\n## ")[0]
     numbered = enumerate(section.splitlines())
     return [{module: number for number, line in lines for module in line.split()}
@@ -142,7 +145,8 @@ def layers(text):
 
 
 def allowed(rules):
-    """Returns the table of each tree in rules_test.cpp: pairs of a module and the modules that it may include."""
+    """Reads the tables in rules_test.cpp. Returns a dictionary from each tree to a list of pairs: a module,
+    and the modules that it may include."""
     trees = list(TREE.finditer(rules))
     ends = [tree.start() for tree in trees[1:]] + [len(rules)]
     return {tree[1]: [(module, re.findall('"(.*?)"', others))
@@ -166,7 +170,8 @@ def faults_of_layers(text):
 
 
 def faults_of_citations(text):
-    """Returns the sections that comments of the library cite but that are neither headings nor bold words in `text`."""
+    """Returns the sections that comments of the library cite but that `text` does not contain as a heading or
+    in bold."""
     sections = set(re.findall(r"^#+ (?:\d+ )?(.*)$", text, re.MULTILINE))
     sections |= set(re.findall(r"\*\*(.*?)\.?\*\*", text))
     for path in sorted((ROOT / "libshmformat").rglob("*.*")):
@@ -198,7 +203,7 @@ def faults(document):
 
 
 def lost_claims():
-    """Returns the claims that do not occur in their documents, ignoring line breaks."""
+    """Returns the claims that their documents do not contain. Line breaks are ignored."""
     claims = subprocess.run([sys.executable, ROOT / "scripts" / "claims", "--list"], check=True,
                             capture_output=True, text=True).stdout.splitlines()
     if not claims:
@@ -212,7 +217,7 @@ def lost_claims():
 
 
 def faults_of_headers():
-    """Returns Doxygen's warnings, and checks that its pages contain the comments."""
+    """Runs Doxygen, checks that the pages that it writes contain the comments, and returns its warnings."""
     (ROOT / "build").mkdir(exist_ok=True)
     done = subprocess.run(["doxygen", "docs/Doxyfile"], cwd=ROOT, capture_output=True, text=True)
     for line in done.stderr.splitlines() or ([done.stdout] if done.returncode else []):

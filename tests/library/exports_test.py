@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Checks that the shared library exports exactly the declarations of its public headers.
+"""Checks that the shared library exports exactly the names that its public headers declare.
 
   exports_test.py LIBSHMFORMAT.SO     (exit code 77, skipped, if nm is missing)
 
-Each name that nm lists is in namespace shm, and each part of the name occurs in a header of include/shm. Members
-of an Impl, of inner namespaces, and of the standard library's templates are not exported.
+Each name that nm lists must be in namespace shm, and each part of the name must occur in a header of
+include/shm. The library must not export members of Impl classes, of inner namespaces, or of templates of the
+standard library.
 """
 import re
 import shutil
@@ -28,7 +29,7 @@ def words_of_headers():
 
 
 def fault(symbol, words):
-    """Returns the reason why a symbol should not be exported; None if it should be."""
+    """Returns the reason why a symbol must not be exported, or None if exporting it is correct."""
     name = KINDS.sub("", symbol).split("(")[0]
     parts = re.sub(r"\[abi:\w+\]", "", name).split("::")
     if parts[0] != "shm" or len(parts) < 2:

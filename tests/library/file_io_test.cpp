@@ -1,4 +1,4 @@
-// Tests that a file appears under its name only when it is complete.
+// Tests that a file appears under its final name only when its contents are complete.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ TEST_F(FileIo, AppearsWithCommit) {
   EXPECT_EQ(files(), 1u);
 }
 
-// A caller who lets the library finish the file need not call commit().
+// If a Writer finishes the file, the caller need not call commit().
 TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   const TestMesh mesh = grid(2, 2, 2);
   auto sink = FileSink::create(path("mesh.shm"));
@@ -75,8 +75,8 @@ TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   EXPECT_EQ(write_mesh(mesh, **sink).error().code, ErrorCode::output);
 }
 
-// If replacing is refused, a file that appears while the new file is being written is not replaced
-// either.
+// If the sink must not replace existing files, it does not replace a file that another program
+// creates while the new file is being written.
 TEST_F(FileIo, NothingIsReplacedWhereThatIsRefused) {
   using enum FileSink::Existing;
   for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
@@ -119,7 +119,7 @@ TEST_F(FileIo, NamedTemporaries) {
     EXPECT_EQ((*sink)->temporary().find(path(".a.tmp")), 0u);
     ASSERT_TRUE((*sink)->write(bytes("after")));
     if (commit) {
-      // Some libraries remove an existing file before they create it again.
+      // Some libraries remove an existing file and then create a new file with its name.
       fs::remove((*sink)->temporary());
       std::ofstream((*sink)->temporary()) << "named";
       ASSERT_TRUE((*sink)->commit());
@@ -130,8 +130,8 @@ TEST_F(FileIo, NamedTemporaries) {
   }
 }
 
-// Temporary files are removed if their process has ended, or if another machine created them at
-// least an hour ago. No other file is removed.
+// A temporary file is removed if the process that created it has ended, or if another machine
+// created it at least an hour ago. No other file is removed.
 TEST_F(FileIo, LeftoversAreRemoved) {
   const auto leave = [&](const std::string& name, int hours) {
     std::ofstream(path(name)) << "left";
@@ -169,8 +169,9 @@ TEST_F(FileIo, LeftoversAreRemoved) {
   EXPECT_EQ(left, others);
 }
 
-// A user's file with the name of a temporary file is not removed. A temporary file is removed if
-// its process was killed between linking it under its temporary name and renaming it.
+// A user's file that happens to have the name of a temporary file is not removed. A temporary file
+// is removed if the process that created it was killed after linking the file to its temporary name
+// but before renaming the file.
 TEST_F(FileIo, NamesBesideThatAreTakenStay) {
   std::ofstream(path("a")) << "before";
   std::ofstream(path(".a.tmp")) << "mine";

@@ -1,6 +1,6 @@
-// Tests that a reader of a whole file checks each entry of the index against the file. Every field
-// of every entry is replaced by wrong values, with correct checksums, in both versions of the
-// index.
+// Tests that a reader of a whole file checks each entry of the index against the file. Each test
+// replaces one field of one entry with a wrong value and corrects the checksums, in both versions
+// of the index.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -54,7 +54,8 @@ struct Lie {
   bool old_only = false;  // version 1 has totals instead
 };
 
-/// Returns every change of a single field of an entry to a value that contradicts the file.
+/// Returns all tested changes of an index entry. Each change replaces a single field with a value
+/// that contradicts the file.
 std::vector<Lie> lies_about(const IndexEntry& entry) {
   std::vector<Lie> lies;
   const auto add = [&](const char* field, auto IndexEntry::*member, bool old_only = false) {
@@ -102,8 +103,8 @@ Index index_of(std::span<const std::byte> bytes) {
   return index;
 }
 
-/// Returns consistent files with steps: some with several parts per chunk, and some with one part
-/// per chunk.
+/// Returns consistent files with steps. In some files, each chunk of step values has several parts;
+/// in others, it has one part.
 std::vector<std::pair<std::string, Bytes>> true_files() {
   std::vector<std::pair<std::string, Bytes>> files;
   for (const Bytes& bytes : {small_file(ScalarType::float64), written(waves(3))}) {
@@ -172,7 +173,7 @@ TEST(IndexEntries, ChunksThatAReaderMaySkipAreListedToo) {
 
 // --- bounding boxes of coordinates
 
-/// Changes the box of a group and its copy in the index, so that both agree.
+/// Makes the same change to the box of a group and to its copy in the index, so that the two agree.
 Bytes with_other_box(std::span<const std::byte> bytes, std::size_t group,
                      const std::function<void(std::array<double, 6>&)>& change) {
   FileParts parts = take_apart(bytes);

@@ -1,5 +1,5 @@
-# Installs the library from the build folder BUILD into WORK and builds the example against each
-# library in TARGETS.
+# Installs the library from the build folder BUILD into the folder WORK, and builds the example
+# against each library in TARGETS.
 cmake_policy(VERSION 3.25)
 
 function(run)
@@ -25,7 +25,7 @@ target_link_libraries(user PRIVATE shmformat::${target})
   run("${project}/build/user")
 endforeach()
 
-# Build a C program that uses the C interface.
+# Builds a C program that uses the C interface of the installed library.
 if("shmformat" IN_LIST targets)
   set(project "${WORK}/c")
   file(WRITE "${project}/CMakeLists.txt"
@@ -41,8 +41,8 @@ target_link_libraries(user PRIVATE shmformat::c)
   run("${project}/build/user" "${WORK}/bar.shm")
 endif()
 
-# Move the installation and build a program with pkg-config. If the compiler does not use C++20,
-# the first line of the error message must name the missing option.
+# Moves the installation to another folder and builds a program with pkg-config. If the compiler
+# does not use C++20, the first line of the error message must name the missing option.
 file(RENAME "${WORK}/root" "${WORK}/moved")
 file(GLOB_RECURSE description "${WORK}/moved/*/shmformat.pc")
 get_filename_component(folder "${description}" DIRECTORY)

@@ -1,8 +1,8 @@
 // Measures the memory of three operations on 5 million hexahedra, which are generated on the fly:
 // writing them with the Writer, reading them with the Reader, and finding their boundary surface.
-// Each operation runs in a separate process and may use at most 64 MB of resident memory. Reading a
-// file of one million hexahedra with two fields as a Mesh may need 1.3 times the memory of the
-// Mesh.
+// Each operation runs in a separate process and may use at most 64 MB of resident memory. A further
+// test reads a file of one million hexahedra with two fields as a Mesh. Reading this file may need
+// at most 1.3 times the memory of the Mesh.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -20,8 +20,8 @@ namespace {
 
 constexpr bool kMeasuresMemory = !kSanitized;  // a sanitizer's shadow memory counts too
 
-/// Returns the largest resident size of a child process that runs `work`, in bytes; 0 if the work
-/// failed.
+/// Runs `work` in a child process. Returns the largest resident size of the process in bytes, or 0
+/// if `work` failed.
 std::uint64_t peak_memory_of(const std::function<bool()>& work) {
   const pid_t child = ::fork();
   if (child == 0) ::_exit(work() ? 0 : 1);
@@ -32,8 +32,8 @@ std::uint64_t peak_memory_of(const std::function<bool()>& work) {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-/// A warped block of n^3 hexahedra. Each vertex is added immediately before the first cell that
-/// uses it. If `value` is true, each vertex and each cell also has a float64 value.
+/// Writes a warped block of n^3 hexahedra to a Writer. Each vertex is added immediately before the
+/// first cell that uses it. If `value` is true, each vertex and each cell also has a float64 value.
 class Stream {
  public:
   Stream(Writer& writer, std::uint64_t n, bool value) : writer_(&writer), n_(n), value_(value) {}
@@ -161,8 +161,8 @@ TEST(Memory, AMeshTakesThreeTenthsMoreToReadIt) {
   });
   ::unlink(path.c_str());
   ASSERT_GT(read, 0u);
-  // A Mesh stores, for each cell, its corners, a corner offset, a block index and a value, and for
-  // each vertex, float32 coordinates and a value.
+  // For each cell, a Mesh stores the corners, a corner offset, a block index and a value. For each
+  // vertex, it stores float32 coordinates and a value.
   const std::uint64_t mesh = n * n * n * (64 + 8 + 4 + 8) + (n + 1) * (n + 1) * (n + 1) * (12 + 8);
   std::printf("reading a mesh of %.1f MB needs %.1f MB of memory\n", megabytes(mesh),
               megabytes(read));

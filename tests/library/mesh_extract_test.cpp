@@ -1,6 +1,6 @@
-// Tests of MeshExtractor. A piece must equal the same part of the whole mesh as a Reader returns
-// it. Only the bytes that the piece needs are read. An inconsistent index can hide cells but cannot
-// change anything else.
+// Tests of MeshExtractor. An extracted piece must equal the same part of the whole mesh as read
+// with a Reader. The extractor reads only the bytes that the piece needs. An inconsistent index may
+// cause cells to be missing from a piece, but must not change any other data.
 #include "shm/mesh_extract.h"
 
 #include <map>
@@ -18,7 +18,8 @@ namespace {
 using container::ChunkKind;
 using container::IndexEntry;
 
-/// A mesh as maps from vertex and cell numbers, so that the order of its elements does not matter.
+/// A mesh stored as maps from vertex and cell numbers to their data, so that comparisons do not
+/// depend on the order of vertices and cells.
 struct ByNumber {
   struct Cell {
     std::uint32_t block = 0;
@@ -123,7 +124,8 @@ std::set<std::uint64_t> unused(const ByNumber& whole) {
   return numbers;
 }
 
-/// Contents of a segment: its cells, and vertices that no cell of the mesh uses.
+/// Numbers of the cells of a segment, and numbers of the vertices of the segment that no cell of
+/// the mesh uses.
 struct SegmentOfWhole {
   std::set<std::uint64_t> cells, unused;
 };
@@ -145,7 +147,7 @@ std::vector<SegmentOfWhole> segments_of(const Bytes& bytes, const std::set<std::
   return segments;
 }
 
-/// Cuts the piece out of the whole mesh.
+/// Returns the expected piece: the part of the whole mesh that the request selects.
 ByNumber cut(const ByNumber& whole, const std::vector<SegmentOfWhole>& segments,
              const Schema& schema, const ExtractRequest& request) {
   ByNumber piece;
@@ -202,7 +204,7 @@ ByNumber cut(const ByNumber& whole, const std::vector<SegmentOfWhole>& segments,
   return piece;
 }
 
-/// Extracts the piece, including all steps of all stepped arrays.
+/// Extracts the requested piece with all steps of all stepped arrays.
 Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request, unsigned threads = 1,
                            std::uint64_t ahead = ReadOptions().max_ahead_bytes) {
   ByNumber piece;
@@ -217,7 +219,7 @@ Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request, u
     EXPECT_EQ((*part)->first_vertex, piece.vertices.size());
     EXPECT_EQ((*part)->first_cell, piece.cells.size());
     add(piece, **part, file.schema());
-    // A vertex comes no later than the cells that use it.
+    // Each vertex must be delivered before, or together with, the first cell that uses it.
     for (const std::uint64_t corner : (*part)->corners)
       EXPECT_TRUE(piece.vertices.contains(corner));
   }
@@ -252,8 +254,8 @@ ExtractRequest cells(std::uint64_t first, std::uint64_t end) {
   return request;
 }
 
-/// Returns requests of all kinds for a mesh with these cells and vertices, including a box around
-/// the whole mesh.
+/// Returns requests of all kinds for a mesh with the given cells and vertices. One request is a box
+/// around the whole mesh.
 std::vector<ExtractRequest> requests(const ByNumber& whole, const Schema& schema) {
   std::vector<ExtractRequest> all(1);
   const std::uint64_t n = whole.cells.size();
@@ -453,8 +455,8 @@ TEST(MeshExtract, ThreadsStopWhereItIsDamaged) {
   }
 }
 
-// Damage in a group that a single thread does not read must not cause an error with several threads
-// either.
+// If extraction with a single thread does not read a damaged group, the damage must not cause an
+// error with several threads either.
 TEST(MeshExtract, ThreadsFailWhereOneDoes) {
   const TestMesh mesh = two_blocks();
   WriteOptions options;
@@ -520,8 +522,8 @@ TEST(MeshExtract, NoMesh) {
 constexpr std::uint64_t kBarWidth = kSanitized ? 10 : 16;
 constexpr std::uint64_t kBarGroup = kBarWidth * kBarWidth * 8;  // cells
 
-/// Returns a bar that consists of layers of cells. Each segment is one layer. The bar has two
-/// static arrays and a stepped array.
+/// Returns a bar of hexahedra with two static arrays and a stepped array. Each segment is one layer
+/// of cells.
 Stepped bar(Order order) {
   Stepped stepped;
   stepped.mesh = with_order(grid(kBarWidth, kBarWidth, 128, ScalarType::float64, warped), order,
@@ -541,8 +543,8 @@ Stepped bar(Order order) {
   return stepped;
 }
 
-/// Returns the number of bytes that a request reads, without steps and without the bytes that
-/// open() reads.
+/// Returns the number of bytes that extracting the request reads, without step values and without
+/// the bytes that open() reads.
 std::uint64_t bytes_of(CountedSource& source, MeshExtractor& file, const ExtractRequest& request) {
   source.bytes = 0;
   const auto begun = file.begin(request);
@@ -567,16 +569,17 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       const auto& segments = file->segments();
       ASSERT_EQ(segments.size(), 8u);
 
-      // The cells of one segment: only that segment is read.
+      // The request selects all cells of one segment, so only that segment is read.
       const auto third = cells(segments[2].first_cell, segments[2].first_cell + segments[2].cells);
       EXPECT_LE(bytes_of(source, *file, third), segments[2].bytes);
       EXPECT_LT(static_cast<double>(head + source.bytes),
                 1.2 * static_cast<double>(segments[2].bytes) + static_cast<double>(head));
       EXPECT_LT(head, bytes.size() / 10);
-      // For one cell, only its group and the groups before it in its segment are read.
+      // If a single cell is requested, only its group and the groups before it in the same segment
+      // are read.
       EXPECT_LT(bytes_of(source, *file, cells(segments[2].first_cell, segments[2].first_cell + 1)),
                 segments[2].bytes * 6 / 10);
-      // Requests a box in the middle of the layers of the same segment.
+      // Requests a box around the middle fifth of the same segment.
       ExtractRequest in;
       const double low = segments[2].box[2], high = segments[2].box[5];
       in.cells.box = {-100, -100, low + .4 * (high - low), 100, 100, low + .6 * (high - low)};
@@ -587,7 +590,7 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       EXPECT_LT(meeting, bytes.size() / 2);
       EXPECT_LE(bytes_of(source, *file, in), meeting);
       EXPECT_GT(file->cell_numbers().size(), 0u);
-      // Arrays that were not requested are not read.
+      // Data of arrays that the request does not name is not read.
       ExtractRequest bare = third;
       bare.arrays.emplace();
       const std::uint64_t without = bytes_of(source, *file, bare);
@@ -601,8 +604,8 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       EXPECT_LT(bytes_of(source, *file, vertex),
                 order == Order::stream ? segments[2].bytes : bytes.size() / 2);
 
-      // Reading one step reads each chunk of that step in this segment exactly once. The StepReader
-      // has been opened before.
+      // Reading the values of a step in this segment must read each chunk of these values exactly
+      // once. steps() opens the StepReader before the measurement.
       ASSERT_TRUE(file->steps(2));
       bytes_of(source, *file, third);
       std::uint64_t chunks = 0;
@@ -642,8 +645,9 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
     EXPECT_LE(bytes_of(source, *file, request), segments[4].bytes + segments[5].bytes);
     EXPECT_EQ(file->cell_numbers().size(), quarter);
   }
-  // Two blocks alternate from group to group, so that the cells of one block are spread over the
-  // whole file. Connectivity shows that a segment does not contain a block.
+  // Blocks 1 and 2 alternate from group to group, so the cells of one block are spread across the
+  // whole file. The extractor needs only connectivity to determine that a segment contains no cells
+  // of a block.
   Stepped stepped = bar(Order::keep);
   stepped.options.segment_cells = kBarGroup;
   stepped.mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
@@ -663,7 +667,7 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
 
 // --- errors
 
-/// Runs most of requests() and returns the first error.
+/// Runs most of the requests that requests() returns. Returns the first error.
 std::optional<Error> complaint(std::span<const std::byte> bytes, const ByNumber& whole,
                                std::vector<ByNumber>* pieces = nullptr,
                                const ReadLimits& limits = {}) {
@@ -694,7 +698,8 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
     const ByNumber whole = whole_of(bytes);
     ASSERT_FALSE(complaint(bytes, whole));
     for (std::size_t n = 0; n < 6; ++n) {
-      // An index of version 0 also stores fields that can be computed from other fields.
+      // The test uses an index of version 0, because that version also stores fields that can be
+      // computed from other fields.
       const auto refused = [&](const char* what, const std::function<void(IndexEntry&)>& lie) {
         const Bytes inconsistent = with_old_index(
             bytes, [&](container::Index& index) { lie(entry_of(index, ChunkKind::group, n)); });
@@ -712,8 +717,8 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
       refused("no box", [](IndexEntry& e) { e.box.fill(std::nan("")); });
       refused("far box", [](IndexEntry& e) { e.box = {50, 50, 50, 51, 51, 51}; });
     }
-    // An extractor cannot detect this error when the request is a box: boxes that are far away hide
-    // the groups.
+    // If the index states a wrong box for a group, and that box does not intersect the requested
+    // box, an extractor cannot detect this. It leaves the group out.
     const Bytes hidden = with_index(bytes, [](container::Index& index) {
       for (IndexEntry& entry : index.entries) entry.box = {50, 50, 50, 51, 51, 51};
     });
@@ -754,7 +759,7 @@ TEST(MeshExtract, ABlockThatTheIndexCountsWronglyIsNotWhole) {
   EXPECT_FALSE(extracted(*file, request));
 }
 
-/// A flipped bit either causes an error, or the piece is still correct.
+/// If a bit of the file is flipped, extraction must either return an error or a correct piece.
 TEST(MeshExtract, EveryFlippedBitIsFoundOrDoesNotMatter) {
   const Bytes bytes = written(small(Order::keep));
   const ByNumber whole = whole_of(bytes);

@@ -1,4 +1,4 @@
-// Tests that whole meshes are read back unchanged, in both orders.
+// Tests that whole meshes are written and read back unchanged, in orders `keep` and `stream`.
 #include "shm/mesh.h"
 
 #include <filesystem>
@@ -73,7 +73,7 @@ TEST(WholeMesh, StreamRenumbersAllAlike) {
     return std::vector(m.xyz.begin() + static_cast<std::ptrdiff_t>(24 * v),
                        m.xyz.begin() + static_cast<std::ptrdiff_t>(24 * v + 24));
   };
-  // The set still refers to the same points, although the points have other numbers and the data of
+  // The set still refers to the same points, although the points were renumbered and the data of
   // the set was reordered.
   for (std::size_t i = 0; i < 3; ++i) {
     std::int64_t before = 0, after = 0;
@@ -89,7 +89,8 @@ TEST(WholeMesh, StreamRenumbersAllAlike) {
                 0);
     }
   }
-  // Writing the mesh again changes only numbers, because it is already in stream order.
+  // The mesh is already in stream order. Writing it again may change vertex and cell numbers, but
+  // not the order of blocks.
   Mesh again = *back;
   again.schema.delay = 0;
   const auto third = there_and_back(again);
@@ -118,8 +119,8 @@ TEST(WholeMesh, OptionsAreThoseOfWriterAndReader) {
   EXPECT_EQ(*one, *two);
 }
 
-// A caller can pass arrays with 32-bit numbers, and blocks that state the number of corners of each
-// cell.
+// A caller can pass arrays of 32-bit numbers. If the blocks state the number of corners per cell,
+// the caller need not pass corner offsets.
 TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   const Mesh mesh = sample(Order::keep, 0);
   const std::vector<std::uint32_t> corners(mesh.corners.begin(), mesh.corners.end());
@@ -143,7 +144,7 @@ TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   EXPECT_EQ(sink.bytes, expected.bytes);
 }
 
-// Adding many elements in one call writes the same file as adding them one by one.
+// Adding many elements in one call must write the same file as adding them one at a time.
 TEST(WholeMesh, BatchesAreAsSingleCalls) {
   Schema schema;
   schema.order = Order::stream;

@@ -1,4 +1,4 @@
-// Tests of NumberSet: it returns all numbers that were added, and reports any number that was added
+// Tests of NumberSet: it returns all numbers that were added, and reports a number that was added
 // twice.
 #include "random/number_set.h"
 
@@ -29,7 +29,8 @@ TEST(NumberSet, HasAllNumbersAndTellsWhichIsThereTwice) {
     numbers.add(again);
     EXPECT_EQ(numbers.twice(), again);
   }
-  // A number may be added before the bit array is long enough to contain it, and again afterwards.
+  // A large number may be added while the bit array is still too short for it, and added again
+  // after the bit array has grown.
   NumberSet grown;
   constexpr std::uint64_t kFar = 64 * (1 << 14) + 640;
   grown.add(kFar);

@@ -1,5 +1,5 @@
-// Tests of PartWriter and PartJoiner: parts that are encoded separately form exactly the file of
-// one Writer.
+// Tests of PartWriter and PartJoiner. If parts of a mesh are encoded separately and joined, the
+// result must equal the file that one Writer writes.
 #include "shm/part_writer.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t kUnused = ~std::uint64_t{0};
 
-/// First and last cell that uses each vertex.
+/// For each vertex: the first and the last cell that uses it.
 struct Uses {
   explicit Uses(const TestMesh& mesh) : first(mesh.vertices, kUnused), last(mesh.vertices) {
     for (std::uint64_t c = 0; c < mesh.cells.size(); ++c)
@@ -28,8 +28,8 @@ struct Uses {
   std::vector<std::uint64_t> first, last;
 };
 
-/// Removes the vertices that no cell uses, because write_mesh places them between cells. Must hold:
-/// the mesh has no static point arrays.
+/// Returns the mesh without the vertices that no cell uses, because write_mesh places these
+/// vertices between cells. Precondition: the mesh has no static point arrays.
 TestMesh used_only(TestMesh mesh) {
   const Uses uses(mesh);
   std::vector<std::uint64_t> fresh(mesh.vertices);
@@ -48,7 +48,8 @@ TestMesh used_only(TestMesh mesh) {
   return mesh;
 }
 
-/// One part, as a separate process would handle it.
+/// The state of one part. Outside of tests, each part is written by a separate process, which has
+/// only this state.
 struct Part {
   std::uint64_t first = 0, end = 0;  ///< range of cells
   RecordedOrder order;
@@ -97,7 +98,7 @@ void feed(const TestMesh& mesh, const Uses& uses, Part& part) {
   ASSERT_TRUE(part.writer->end_mesh());
 }
 
-/// Assembles the file from chunks. Each part computes the offsets of its own chunks.
+/// Assembles a file from the chunks of all parts. Each part computes the offsets of its own chunks.
 class Joined {
  public:
   Joined(const Schema& schema, const WriteOptions& options)
@@ -135,8 +136,8 @@ class Joined {
   Bytes file_;
 };
 
-/// Returns a file that is written in parts of `segments` segments each. The options contain the
-/// number of cells in a segment. `values` are in coding order.
+/// Writes a mesh in parts of `segments` segments each and returns the resulting file. `options`
+/// contains the number of cells per segment. `values` are in coding order.
 Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t segments,
                        const Values& values = {}, const std::vector<double>& times = {}) {
   const Uses uses(mesh);
@@ -174,8 +175,9 @@ Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t
   steps.first_elements.resize(mesh.schema.arrays.size());
   for (std::uint32_t a = 0; a < mesh.schema.arrays.size(); ++a)
     steps.elements.push_back(elements_of(mesh, a));
-  std::vector<std::vector<std::uint64_t>>
-      begins;  // first element of each part, by part and array; then a row of ends
+  // begins[p][a] is the first element of part p in array a. The last row contains the element
+  // counts.
+  std::vector<std::vector<std::uint64_t>> begins;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     EXPECT_TRUE(parts[p].writer->begin_steps(steps));
     begins.push_back(steps.first_elements);
@@ -234,8 +236,8 @@ TEST(PartWriter, PartsMakeTheFileOfOneWriter) {
         }
 }
 
-/// Checks that a mesh of two blocks with steps results in the same file, whether it is written in
-/// parts or by one Writer.
+/// Writes a mesh with two blocks and with steps, once in parts and once with a single Writer.
+/// Checks that the two files are equal.
 void expect_steps_in_parts(Order order, WriteOptions options) {
   Stepped stepped = with_steps(used_only(two_blocks()), order);
   options.segment_cells = 7;
@@ -294,7 +296,8 @@ TEST(PartWriter, RefusesWhatCannotFit) {
     return !writer && writer.error().code == ErrorCode::misuse;
   };
   WriteOptions options;
-  // Cuts that depend on a budget are not known in advance, so that parts cannot begin there.
+  // If a budget determines the beginnings of segments, they are not known in advance. In this case,
+  // a mesh cannot be divided into parts, because each part begins with a segment.
   EXPECT_TRUE(refused(options, {}));
   options.segment_cells = 4;
   EXPECT_TRUE(refused(options, {1, 5, 0}));
@@ -306,7 +309,8 @@ TEST(PartWriter, RefusesWhatCannotFit) {
 
   options.segment_starts.clear();
   auto writer = PartWriter::create(mesh.schema, options, {}).value();
-  EXPECT_FALSE(writer.mesh_chunks());  // called too early; later calls return the same error
+  // mesh_chunks() fails, because it is called too early. Later calls return the same error.
+  EXPECT_FALSE(writer.mesh_chunks());
   EXPECT_FALSE(writer.end_mesh());
   auto first = PartWriter::create(mesh.schema, options, {}).value();
   EXPECT_FALSE(first.add_imported_vertex(0, std::span(mesh.xyz).first(12)));
@@ -335,7 +339,8 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
     EXPECT_TRUE(refuses(
         Bytes(chunks.index.begin(), chunks.index.begin() + static_cast<std::ptrdiff_t>(cut)),
         chunks.bytes.size()));
-  // This part belongs to a mesh with one more array and the same number of blocks.
+  // The chunks of this part belong to another mesh: the joiner expects one more array, and the same
+  // number of blocks.
   Schema other = mesh.schema;
   other.arrays.push_back(ArrayInfo{});
   other.arrays.back().name = "one more";

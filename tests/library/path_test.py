@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Checks that few units take part in coding a coordinate, and that docs/architecture.md lists these units.
+"""Checks that coding a coordinate runs code of only a limited number of units (sources with their headers),
+and that docs/architecture.md lists these units.
 
   path_test.py PATH_OF_SHM     (exit code 77, skipped, if valgrind is missing)
 
-The tool has debug information, no optimization and no sanitizers. The script compares the units that scripts/path
-finds with the two lists in the document, in both directions. When all sources were in two folders, the same script
-counted 80 units that run during compression and 69 that run during decompression. At most 60 % of these numbers are
-allowed.
+The tool must be built with debug information and without optimization and sanitizers. The script compares the
+units that scripts/path finds with the two lists in the document. It reports units that run but are not
+listed, and units that are listed but do not run. When the sources were still in two folders, compression ran
+code of 80 units and decompression code of 69 units. At most 60 % of these numbers are allowed.
 """
 import re
 import shutil
@@ -16,7 +17,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENT = ROOT / "docs" / "architecture.md"
-COMMANDS = {"compress": ("in", 48), "decompress": ("out", 40)}  # mark of the list in the document, and the largest allowed number of units
+# For each command: the word in the comment that marks its list in the document, and the maximum number of
+# units.
+COMMANDS = {"compress": ("in", 48), "decompress": ("out", 40)}
 
 
 def documented(mark):

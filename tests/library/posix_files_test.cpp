@@ -1,4 +1,5 @@
-// Files, pipes and sockets with features that only POSIX has: links, permissions, devices, signals.
+// Tests of files, pipes and sockets that need features of POSIX: links, permissions, devices,
+// signals.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -25,10 +26,11 @@
 
 namespace {
 
-// The error with which linkat fails; 0 if it works normally.
+// Error number with which linkat() fails. If it is 0, linkat() works normally.
 int linkat_fails_with = 0;
 int refused_links = 0;
-// Errors of close() of a file and of fsync() of a folder; 0 if they work normally.
+// Error numbers with which close() of a file and fsync() of a folder fail. If a number is 0, the
+// function works normally.
 int close_fails_with = 0, folder_fails_with = 0;
 
 bool is_of(int descriptor, mode_t type) {
@@ -52,7 +54,8 @@ extern "C" int fsync(int descriptor) {
   return -1;
 }
 
-// Replaces linkat of libc, to simulate file systems and containers without it.
+// Replaces linkat() of the C library, to simulate file systems and containers that do not support
+// it.
 extern "C" int linkat(int from_folder, const char* from, int to_folder, const char* to,
                       int flags) noexcept {
   if (linkat_fails_with == 0)
@@ -111,7 +114,8 @@ TEST_F(FileIo, PermissionsStay) {
   }
 }
 
-// If a file without a name cannot be linked, it is copied to a named file.
+// The sink writes a file without a name and links it to its name at the end. If linking fails, the
+// data is copied to a named file.
 TEST_F(FileIo, FilesThatCannotBeLinkedAreCopied) {
   for (const int reason : {EPERM, EXDEV, EOPNOTSUPP, ENOENT}) {
     const std::string name = path(("copied" + std::to_string(reason)).c_str());
@@ -132,7 +136,7 @@ TEST_F(FileIo, FilesThatCannotBeLinkedAreCopied) {
   }
   EXPECT_EQ(files(), 4u);
   EXPECT_EQ(refused_links, 8);
-  // If no other name can be created either, the first error is reported.
+  // If creating a named file fails, too, the sink reports the first error.
   auto sink = FileSink::create(path("none"));
   ASSERT_TRUE(sink);
   fs::remove_all(directory_);
@@ -194,7 +198,8 @@ TEST_F(FileIo, DevicesAreWritten) {
 
 // --- pipes and sockets
 
-/// Sends signals continuously; interrupted system calls are not restarted automatically.
+/// Sends signals to this process continuously. System calls that a signal interrupts are not
+/// restarted automatically.
 class Alarms {
  public:
   Alarms() {
@@ -218,8 +223,8 @@ class Alarms {
   struct sigaction before_ {};
 };
 
-/// One end of a socket, used as a source that the caller implements. It returns the available
-/// bytes, a few at a time.
+/// A ByteSource that reads from one end of a socket, as a caller might implement it. It returns the
+/// available bytes, a few at a time.
 class SocketSource final : public ByteSource {
  public:
   explicit SocketSource(int descriptor) : descriptor_(descriptor) {}
@@ -245,7 +250,7 @@ std::vector<std::byte> packed_mesh() {
   return std::move(sink.bytes);
 }
 
-/// Returns the number of cells and vertices that a Reader delivers.
+/// Reads a mesh. Returns the number of cells and the number of vertices.
 std::pair<std::uint64_t, std::uint64_t> counts(ByteSource& source, unsigned threads) {
   ReadOptions options;
   options.threads = threads;
@@ -289,7 +294,8 @@ TEST(Sockets, ShortReadsInOddSizes) {
   }
 }
 
-// Uses the library's own sinks and sources while signals interrupt system calls.
+// Writes and reads through the sinks and sources of the library while signals interrupt system
+// calls.
 TEST_F(FileIo, MeshesGoThroughPipes) {
   const std::vector<std::byte> mesh = packed_mesh();
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);

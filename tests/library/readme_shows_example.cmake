@@ -1,4 +1,4 @@
-# Fails if README.md does not contain the exact text of EXAMPLE.
+# Fails if README.md does not contain the exact text of the file EXAMPLE.
 file(READ "${README}" readme)
 file(READ "${EXAMPLE}" example)
 string(FIND "${readme}" "```cpp\n${example}```" place)

@@ -1,5 +1,6 @@
-// Tests of RecordedOrder, which stores the order in which a Writer codes a mesh. It returns the
-// order in which the Writer expects values, and the numbers that a Reader returns.
+// Tests of RecordedOrder, which records the order in which a Writer codes a mesh. A caller uses the
+// record to pass values in the order that the Writer expects, and to find which vertex and cell
+// numbers a Reader returns.
 #include "shm/recorded_order.h"
 
 #include "support/feature_files.h"

@@ -1,4 +1,5 @@
-// A Result never throws: taking the value of an error ends the program.
+// Tests of Result. A Result never throws: if a caller takes the value of a Result that contains an
+// error, the program is terminated.
 #include "shm/result.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +37,7 @@ TEST(ResultDeathTest, AskingForWhatIsNotThereEndsTheProgram) {
   const Text failed(Error{}), good("yes");
   const auto done = std::make_unique<const Result<>>();
 #if defined(_WIN32)
-  const auto killed = testing::ExitedWithCode(3);  // Windows has no signals: abort() exits with 3
+  const auto killed = testing::ExitedWithCode(3);  // on Windows, abort() exits with code 3
 #else
   const auto killed = testing::KilledBySignal(SIGABRT);
 #endif

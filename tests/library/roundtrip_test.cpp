@@ -1,5 +1,5 @@
-// Writes and reads every generated family of meshes in both orders, with and without delay buffers,
-// and with quantized and exact values.
+// Writes and reads every generated family of meshes in orders `keep` and `stream`, with and without
+// delay buffers, and with quantized and exact values.
 #include <limits>
 
 #include "support/coded_meshes.h"
@@ -14,7 +14,8 @@ void expect_one_of_some(SomeCases& some, const TestMesh& mesh, const WriteOption
   if (!some.skips_next()) expect_round_trip(mesh, options);
 }
 
-/// Tests the mesh without a delay, in one segment and in several, if `codec` can encode it.
+/// If `codec` can encode the mesh, tests a round trip without a delay buffer: first in one segment,
+/// then in several segments.
 void expect_without_delay(TestMesh mesh, ConnectivityCodec codec) {
   mesh.schema.delay = 0;
   if (!can_be_in(mesh.schema, codec)) return;
@@ -37,7 +38,8 @@ void expect_without_delay(TestMesh mesh, ConnectivityCodec codec) {
     }
 }
 
-/// Tests both orders, with and without corner order, and several sizes of the delay buffer.
+/// Tests round trips in orders `keep` and `stream`, with and without storing the corner order, and
+/// with several sizes of the delay buffer.
 void expect_all_modes(TestMesh mesh) {
   for (const auto codec : codecs_without_delay()) expect_without_delay(mesh, codec);
   SomeCases some(5);
@@ -144,7 +146,8 @@ TEST(RoundTrip, MirroredHexahedra) {
 }
 
 TEST(RoundTrip, NonManifold) {
-  // The mesh contains every cell three times, and a fan of many cells around one face and one edge.
+  // The mesh contains every cell three times. It also contains a fan of many cells around one face
+  // and one edge.
   TestMesh mesh = grid(3, 3, 3);
   const auto cells = mesh.cells;
   mesh.cells.insert(mesh.cells.end(), cells.begin(), cells.end());
@@ -246,7 +249,7 @@ TEST(RoundTrip, QuadraticAndMixedCells) {
     mesh.cells.push_back(cell);
   }
   expect_all_modes(mesh);
-  // The shifts codec needs blocks whose cells all have the same number of nodes.
+  // The codec `shifts` requires that all cells of a block have the same number of nodes.
   std::erase_if(mesh.cells, [](const TestCell& cell) { return cell.block == 4; });
   mesh.schema.blocks[4].nodes_per_cell = 64;
   for (const auto codec : codecs_without_delay()) expect_without_delay(mesh, codec);
@@ -395,15 +398,15 @@ TEST(RoundTrip, StepsTimesAndExtras) {
     to.insert(to.end(), piece.values.begin(), piece.values.end());
   }
   EXPECT_EQ(p2, p);
-  // Points are read in coding order; their numbers are their positions in the source.
+  // Point values are returned in coding order, which is the order of the source in this file.
   for (std::uint64_t step = 0; step < 3; ++step) {
     std::vector<std::byte> expected = u[step];
     EXPECT_EQ(u2[step], expected);
   }
 }
 
-// A pattern refers to cells that are further back than the initial window. The encoder enlarges the
-// window from the next group on.
+// The patterns refer to cells that are further back than the initial window of the codec. The
+// encoder enlarges the window for the next group.
 TEST(RoundTrip, PatternsThatReachFarBack) {
   TestMesh mesh;
   mesh.schema.blocks = {{1, "lines", CellShape::line, 2}};
@@ -423,8 +426,8 @@ TEST(RoundTrip, PatternsThatReachFarBack) {
   EXPECT_EQ(bits, (std::vector<int>{16, 16, 17}));
 }
 
-// The numbers of these vertices collide in the table of live vertices. When one vertex is
-// finalized, another vertex is moved to its place in the table and must still be found.
+// The numbers of these vertices have the same position in the hash table of live vertices.
+// Finalizing a vertex moves another vertex within the table. The moved vertex must still be found.
 TEST(RoundTrip, ShiftsOfNumbersThatCollide) {
   std::vector<std::uint64_t> numbers;
   for (std::uint64_t word = 0; numbers.size() < 4; ++word)
@@ -483,7 +486,7 @@ TEST(Events, FollowTheGrammar) {
   EXPECT_EQ(cells, back->totals.cells);
 }
 
-// Tests several thousand small meshes with degenerate and irregular cells of every kind.
+// Tests several thousand small meshes. Their cells are of every kind, degenerate or irregular.
 TEST(RoundTrip, RandomSmallMeshes) {
   const auto codecs = codecs_for(hexahedra_schema()), without_delay = codecs_without_delay();
   for (std::uint64_t seed = 0; seed < 3000; seed += every(13)) {

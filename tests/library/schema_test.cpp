@@ -1,4 +1,5 @@
-// Tests of Schema: names, declared properties, encoded bytes, and schemas that are refused.
+// Tests of Schema: names, properties of arrays and blocks, encoded bytes, and schemas that are
+// refused.
 #include "shm/schema.h"
 
 #include <gtest/gtest.h>
@@ -143,7 +144,7 @@ TEST(Schema, LimitsAreKept) {
   limits.max_arrays = 2;
   EXPECT_EQ(code(limits), ErrorCode::over_limit);
   limits = {};
-  limits.max_static_components = 4002;  // one less than 4000 + 3; the stepped array does not count
+  limits.max_static_components = 4002;  // the total is 4000 + 3, without stepped arrays
   EXPECT_EQ(code(limits), ErrorCode::over_limit);
 }
 

@@ -1,5 +1,6 @@
-// Tests of segments: a mesh that is cut at many places is read back completely, and each vertex is
-// returned only once. The positions of the cuts depend only on counts.
+// Tests of segments. A mesh that is cut into many segments is read back completely, and each vertex
+// is returned only once. The positions of the cuts depend only on the numbers of cells and
+// vertices.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -63,7 +64,8 @@ TEST(Segments, RoundTripsCutAnywhere) {
           EXPECT_EQ(fast.max_active_vertices, report.max_active_vertices);
         }
         if (!can_be_in(mesh.schema, ConnectivityCodec::shifts)) continue;
-        // The codec changes between segments, so that vertices pass from one codec to the other.
+        // Each segment uses a different codec from the segment before it, so vertices are passed
+        // from codec to codec.
         using enum ConnectivityCodec;
         options.segment_connectivity = {rows,   shifts, patterns, shifts,
                                         shifts, paper,  patterns, replay};
@@ -99,16 +101,16 @@ std::uint64_t segments_of(const TestMesh& mesh, double budget, std::uint64_t* im
 }
 
 TEST(Segments, CutsKeepTheBudget) {
-  // Each layer of 400 cells has 21 x 21 live vertices: 2 % of the vertices that 50 layers
-  // introduce. But a segment has at least 131072 cells.
+  // After each layer of 400 cells, 21 x 21 vertices are live. That is 2 % of the vertices that 50
+  // layers introduce. However, a segment has at least 131072 cells.
   const TestMesh slim = grid(20, 20, 700);
   std::uint64_t imported = 0;
   EXPECT_EQ(segments_of(slim, .02, &imported), 3u);
   EXPECT_LE(imported, 2 * 470u);
   EXPECT_EQ(segments_of(slim, 0), 1u);
   if (kSanitized) return;
-  // With a budget of 20 %, a wide mesh can be cut; with a budget of 2 %, it can be cut only near
-  // its end, where few vertices are live.
+  // With a budget of 20 %, a wide mesh is cut into several segments. With a budget of 2 %, it can
+  // be cut only near its end, because few vertices are live there.
   const TestMesh wide = grid(80, 80, 62);
   EXPECT_LE(segments_of(wide, .02, &imported), 2u);
   EXPECT_LE(imported, wide.vertices / 50);
@@ -132,8 +134,8 @@ TEST(Segments, ImportsAreCheapOnACoherentMesh) {
     expect_round_trip(with_order(mesh, order, order == Order::keep, 0), {}, &whole);
     expect_round_trip(with_order(mesh, order, order == Order::keep, 0), cut_every(6750), &cut);
     EXPECT_EQ(cut.segments, 4u);
-    EXPECT_EQ(cut.imported_vertices,
-              3u * 31 * 31 + 2 * 31);  // one cut is between layers, and two cuts are within a layer
+    // One cut is at the end of a layer, two cuts are within a layer.
+    EXPECT_EQ(cut.imported_vertices, 3u * 31 * 31 + 2 * 31);
     EXPECT_LE(cut.streams.at("imports"), 80u);
   }
   SizeReport shifts;
@@ -193,8 +195,8 @@ std::string text_read(std::span<const std::byte> bytes, const ReadOptions& optio
   }
 }
 
-/// Checks that a Reader returns the same text of the contents with any number of threads, and with
-/// little memory for reading ahead.
+/// Checks that the contents that a Reader returns, as text, do not depend on the number of threads
+/// or on the amount of memory for reading ahead.
 void expect_same_with_threads(std::span<const std::byte> bytes) {
   const std::string alone = text_read(bytes, {});
   for (const auto& [threads, ahead] :
@@ -233,8 +235,8 @@ TEST(Segments, DamageIsToldAlikeWithThreads) {
       bytes[at] ^= std::byte{4};
       expect_same_with_threads(std::span(bytes).first(at));
     }
-    // Damages the file in two ways that keep its checksums correct: changes bytes in the middle of
-    // a segment, or makes the start of a segment inconsistent.
+    // Damages a group in two ways and corrects the checksums: changes bytes in the middle of a
+    // segment, or makes the start of a segment inconsistent.
     for (std::size_t nth = 0; nth < 5; ++nth) {
       FileParts parts = take_apart(bytes);
       Chunk* chunk = parts.find(container::ChunkKind::group, nth);
@@ -357,8 +359,8 @@ TEST_P(SegmentsReadAlone, DamageIsNoticed) {
   ASSERT_TRUE(read_all(bytes));
   for (std::size_t size = 0; size < bytes.size(); size += 3)
     EXPECT_FALSE(read_all(std::span(bytes).first(size))) << size;
-  // An inconsistent index with correct checksums may cause an error, or the same blocks are
-  // returned. It must never cause a crash.
+  // The index is inconsistent, but its checksums are correct. Reading must either return an error
+  // or the same blocks. It must never crash.
   PlainRandom random(11);
   for (int n = 0; n < 300; ++n) {
     FileParts parts = take_apart(bytes);
@@ -396,7 +398,7 @@ TEST(Segments, ExtrasBetweenCellsStandInTheSamePlace) {
   }
 }
 
-/// A sink that fails after some number of bytes.
+/// A sink that fails after it has accepted a given number of bytes.
 class BrokenSink final : public ByteSink {
  public:
   Result<void> write(std::span<const std::byte> bytes) override {
@@ -442,7 +444,7 @@ class FailingTask final : public OrderedTasks<int, int>::Task {
   Result<void> end(const OrderedTasks<int, int>::Emit&) override { return {}; }
 };
 
-// Runs each test twice: with several threads, and as on a system without threads.
+// Runs each test twice: with two threads, and with 0 threads as on a system without threads.
 class OrderedTasksBy : public testing::TestWithParam<unsigned> {};
 
 TEST_P(OrderedTasksBy, NoMemoryComesOutInItsTurn) {
@@ -465,7 +467,7 @@ TEST_P(OrderedTasksBy, NoMemoryComesOutInItsTurn) {
 
 INSTANTIATE_TEST_SUITE_P(Threads, OrderedTasksBy, testing::Values(2u, 0u));
 
-// A task that returns the thread in which it ran.
+// A task whose output is the id of the thread that ran it.
 class WhereTask final : public OrderedTasks<int, std::thread::id>::Task {
  public:
   Result<void> take(int&, const OrderedTasks<int, std::thread::id>::Emit& emit) override {
@@ -477,7 +479,7 @@ class WhereTask final : public OrderedTasks<int, std::thread::id>::Task {
 
 using WhereTasks = OrderedTasks<int, std::thread::id>;
 
-/// Returns the next output, or a default value.
+/// Returns the next output of the tasks. If there is no output, returns a default thread id.
 std::thread::id next_of(WhereTasks& tasks, WhereTasks::Wait wait = WhereTasks::Wait::for_output) {
   const auto out = tasks.next(wait);
   return out && *out ? **out : std::thread::id();
@@ -532,7 +534,7 @@ std::ptrdiff_t threads_now() {
   return std::distance(begin(threads), end(threads));
 }
 
-/// Counts the threads of this process at each write.
+/// A sink that counts the threads of this process at each write, and records the largest count.
 class ThreadCountingSink final : public ByteSink {
  public:
   Result<void> write(std::span<const std::byte> bytes) override {
@@ -544,7 +546,8 @@ class ThreadCountingSink final : public ByteSink {
   std::vector<std::byte> written;
 };
 
-/// Returns the largest number of threads while a Reader reads a whole file.
+/// Reads a whole file with a Reader. Returns the largest number of threads of this process during
+/// reading.
 std::ptrdiff_t threads_to_read(std::span<const std::byte> bytes) {
   MemorySource source(bytes);
   auto reader = Reader::open(source, {}, {.threads = 2});
@@ -559,7 +562,8 @@ std::ptrdiff_t threads_to_read(std::span<const std::byte> bytes) {
   return most;
 }
 
-/// Waits until the system has removed joined threads, and counts the rest.
+/// Waits until the operating system has removed the threads that were joined. Returns the number of
+/// remaining threads.
 std::ptrdiff_t threads_left() {
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
   return threads_now();

@@ -1,5 +1,5 @@
-// Tests of sets stored as extras: sets are restored unchanged, also from a file; invalid sets are
-// refused.
+// Tests of sets that are stored as extras: sets are restored unchanged, also after writing and
+// reading a file, and invalid sets are refused.
 #include "shm/sets.h"
 
 #include <gtest/gtest.h>
@@ -95,8 +95,8 @@ TEST(Sets, SayNoMoreThanTheyMust) {
             (std::vector<std::string>{"mesh/node_set/0/members"}));
 }
 
-// A set read from a file refers to the same vertices and cells, even if the file renumbers the
-// mesh.
+// After writing and reading a file, a set refers to the same vertices and cells, even if the file
+// renumbers the mesh.
 TEST(Sets, FollowTheMeshThroughAFile) {
   Mesh mesh;
   mesh.schema.blocks.resize(1);
@@ -219,7 +219,8 @@ TEST(Sets, ThatMakeNoSenseAreRefused) {
     ASSERT_EQ(places.size(), 1u);
     EXPECT_FALSE(read_set(extras, places[0], kBounds));
   }
-  // The values are truncated. A caller can pass such a list of bytes, but no file can contain it.
+  // The last value of the extra is incomplete. A caller can pass such an extra, but a file cannot
+  // contain it.
   Extra cut = vertices(n + "members", {0, 1});
   cut.data.pop_back();
   EXPECT_FALSE(sets_of_extras({&cut, 1}, kBounds));
@@ -242,7 +243,8 @@ TEST(Sets, ThatContradictThemselvesAreNotWritten) {
   }
 }
 
-// Extras of any type, with random bytes and keys of sets, result in a set or an error.
+// Decodes extras with keys of sets, arbitrary types and random bytes. The result must be a set or
+// an error.
 TEST(Sets, OfRandomExtrasAreSetsOrErrors) {
   std::mt19937_64 random(1);
   const char* fields[] = {"id", "name", "members", "sides", "blocks", "factors", "members/1"};

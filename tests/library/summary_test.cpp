@@ -65,7 +65,7 @@ void expect_same(const Summary& a, const Summary& b, const std::string& name) {
   EXPECT_EQ(a.totals.trailing_bytes, b.totals.trailing_bytes);
 }
 
-/// Compares the summary with the summary that a Reader returns.
+/// Checks that read_summary() returns the same summary as a Reader.
 void expect_as_the_reader(std::span<const std::byte> bytes, const std::string& name) {
   const auto expected = summary_by_reader(bytes);
   ASSERT_TRUE(expected) << name << ": " << expected.error().message();
@@ -74,7 +74,7 @@ void expect_as_the_reader(std::span<const std::byte> bytes, const std::string& n
   expect_same(*summary, *expected, name);
 }
 
-/// Returns a small file whose last step has no time.
+/// Returns a small file. The time of its last step is NaN, which means that the step has no time.
 Bytes small_file() {
   return shm::small_file(ScalarType::float32, {}, std::numeric_limits<double>::quiet_NaN());
 }
@@ -132,7 +132,8 @@ TEST(Summary, ReadsNoValues) {
   }
   CountedSource source(bytes);
   ASSERT_TRUE(read_summary(source));
-  // Each chunk header is read twice; for a group, the group header that follows is read, too.
+  // read_summary() reads each chunk header twice. For a group, it also reads the group header that
+  // follows.
   EXPECT_LT(source.bytes, index_bytes + schema_bytes + 200 * parts.chunks.size());
   EXPECT_LT(source.bytes, bytes.size() / 10);
 }
@@ -153,7 +154,8 @@ TEST(Summary, EveryFlippedBitThatIsReadIsFound) {
       EXPECT_NE(summary.error().offset, kNoOffset) << summary.error().message();
       continue;
     }
-    // Some step values are so close to the header that they are read with it.
+    // Either the flipped bit was not read, or it is in step values that were read together with the
+    // header before them but not used.
     expect_same(*summary, *expected, "byte " + std::to_string(at));
     ++unread;
   }
@@ -281,7 +283,7 @@ TEST(Summary, TheIndexIsNotBelieved) {
   refused("no schema", [](Index& index) { index.entries.erase(index.entries.begin()); });
 }
 
-/// Recomputes the positions of all chunks in the index.
+/// Recomputes the offsets and sizes of all chunks in the index.
 Bytes with_places(FileParts parts, const std::function<void(container::Index&)>& change) {
   return with_index(put_together(parts), [&](container::Index& index) {
     change(index);
@@ -339,14 +341,14 @@ TEST(Summary, HeadersThatLieAreFound) {
       "codec",
       [](GroupHeader& header) { header.streams[0].codec = static_cast<container::Codec>(99); },
       ErrorCode::unsupported);
-  refused("another codec than before", [](GroupHeader& header) {
+  refused("codec differs from that of earlier groups", [](GroupHeader& header) {
     const bool rows = header.streams[0].codec == container::Codec::rows;
     header.streams[0].codec = rows ? container::Codec::mixed : container::Codec::rows;
   });
 }
 
-/// Chooses a payload length so large that the sum of header and payload wraps around to the chunk
-/// length in the index.
+/// The payload length in a chunk header is so large that the sum of header and payload wraps around
+/// to the chunk length in the index. The reader must detect this.
 TEST(Summary, LengthsDoNotWrap) {
   FileParts parts = take_apart(small_file());
   Chunk unknown;
@@ -359,8 +361,8 @@ TEST(Summary, LengthsDoNotWrap) {
     entry.kind = 200;
     index.entries.insert(index.entries.begin() + 1, entry);
   });
-  // Sets the payload length to 2^64 - 1, which acts as -1, and reduces the chunk length in the
-  // index by one byte.
+  // Sets the payload length to 2^64 - 1, which has the effect of -1 in 64-bit arithmetic, and
+  // reduces the chunk length in the index by one byte.
   parts = take_apart(bytes);
   const std::size_t at = container::kFileStartBytes + parts.chunks[0].bytes();
   parts.chunks[1].header.payload_bytes = ~std::uint64_t{0};
@@ -432,8 +434,8 @@ TEST(Summary, ChunksThatNobodyKnows) {
   }
 }
 
-// The codec of a segment is the codec of its cells, even if its first group contains no cells and
-// therefore no codec.
+// The summary must return the codec of the cells of a segment, even if the first group of the
+// segment contains no cells and therefore no codec.
 TEST(Summary, AGroupOfUnusedVerticesComesFirst) {
   const TestMesh mesh = with_order(grid(2, 2, 2), Order::stream, true, 0);
   MemorySink sink;

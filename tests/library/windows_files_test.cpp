@@ -1,4 +1,4 @@
-// Files with features that only Windows has: UTF-16 names, line ends, devices, read-only files.
+// Tests of files that need features of Windows: UTF-16 names, newlines, devices, read-only files.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <io.h>
@@ -39,7 +39,8 @@ std::string read_whole(ByteSource& source) {
 }
 
 TEST_F(FileIo, NamesAreUtf8) {
-  // The path is not built with std::filesystem, which does not accept four-byte characters here.
+  // The test does not build this path with std::filesystem, which does not accept four-byte UTF-8
+  // characters on Windows.
   const std::string name =
       directory_.string() + "/Gew\xC3\xB6lbe \xE7\xB6\xB2\xE6\xA0\xBC \xF0\x9F\xA7\x8A.shm";
   write_whole(name, "vault");
@@ -86,7 +87,7 @@ TEST_F(FileIo, ScratchFilesGoWithTheirSinks) {
   }
 }
 
-/// Replaces one of the standard streams by a file.
+/// Redirects one of the standard streams to a file.
 class InPlaceOf {
  public:
   InPlaceOf(int stream, const std::string& path, int flags)
@@ -106,7 +107,8 @@ class InPlaceOf {
   int stream_, before_;
 };
 
-// Line ends are not translated, and Control-Z does not end the stream.
+// Standard input and output are binary: newlines are not translated, and Control-Z does not end the
+// input.
 TEST_F(FileIo, StandardStreamsAreBinary) {
   const std::string text =
       "a\nb\r\nc\x1A"
@@ -123,7 +125,7 @@ TEST_F(FileIo, StandardStreamsAreBinary) {
   EXPECT_EQ(read_whole(**source), text);
 }
 
-// The end of a pipe is not an error.
+// If the process that writes to a pipe closes the pipe, reading ends without an error.
 TEST_F(FileIo, PipesEndWhereTheyAreClosed) {
   int ends[2];
   ASSERT_EQ(::_pipe(ends, 4096, _O_BINARY), 0);

@@ -1,5 +1,5 @@
-// Tests that a Writer refuses calls that are not allowed, and that later calls return the first
-// error.
+// Tests that a Writer refuses calls that are not allowed, and that all later calls return the error
+// of the first refused call.
 #include "shm/writer.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ Schema small_schema() {
   return schema;
 }
 
-/// A writer with a counting sink and the eight vertices of a cube.
+/// A Writer whose sink counts the bytes, and the eight vertices of a cube.
 class Session {
  public:
   explicit Session(const Schema& schema = small_schema(), const WriteOptions& options = {})
@@ -143,8 +143,8 @@ TEST(Writer, FinalizedVerticesStayUnusableInTheDelayBuffer) {
   EXPECT_EQ(session.add_cube().error().code, ErrorCode::misuse);
 }
 
-// With Order::stream a number can be reused once its vertex is finalized, even while the cell that
-// finalizes it is still in the delay buffer.
+// In Order::stream, a caller may reuse a vertex number after it has finalized the vertex. The cell
+// that finalizes the vertex may still be in the delay buffer.
 TEST(Writer, NumbersAreFreeAgain) {
   for (std::uint32_t delay : {0u, 10u}) {
     Schema schema = small_schema();
@@ -331,7 +331,7 @@ TEST(Writer, ShiftsAreNotForEverySchema) {
     for (std::size_t i = 0; i < bad.size(); ++i)
       EXPECT_EQ(code_with(options, bad[i]), ErrorCode::misuse) << i;
   }
-  // If the caller leaves the choice to the Writer, it selects another codec.
+  // If no codec is requested, the Writer selects a codec that can encode the mesh.
   for (const auto& change : bad) EXPECT_EQ(code_with({.level = Level::fast}, change), std::nullopt);
 }
 

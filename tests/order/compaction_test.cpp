@@ -1,5 +1,5 @@
-// Tests of vertex compaction: each vertex precedes the first cell that uses it, and each last use
-// is marked once.
+// Tests of vertex compaction: each vertex precedes the first cell that uses it, and the last use of
+// each vertex is marked once.
 #include "mesh/vertex_compaction.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace shm::converters {
 namespace {
 
-// Checks that a stream of vertices and cells is well-formed.
+// Checks that a stream of vertices and cells obeys the rules of vertex compaction.
 class Checker final : public CompactedMesh {
  public:
   explicit Checker(const MemoryMesh& mesh) : mesh_(&mesh) {
@@ -85,8 +85,8 @@ Checker check(MemoryMesh& mesh) {
 TEST(Compaction, GridNeedsTwoSlicesOfVertices) {
   MemoryMesh mesh = grid_mesh(10, 8, 12);
   const Checker checker = check(mesh);
-  EXPECT_LE(checker.widest,
-            11u * 9u + 11u + 4u);  // the vertices of a slice, of a row, and the corners of one cell
+  // At most this number of vertices is live: one slice, one row, and four more corners of a cell.
+  EXPECT_LE(checker.widest, 11u * 9u + 11u + 4u);
   EXPECT_EQ(checker.order.front(), mesh.cells[0][0]);
 }
 

@@ -1,5 +1,5 @@
-// Tests that the external sorter returns the same result as std::stable_sort with any amount of
-// memory.
+// Tests that the external sorter returns the same result as std::stable_sort, whatever its memory
+// limit is.
 #include "base/external_sorter.h"
 
 #include <gtest/gtest.h>
@@ -45,9 +45,9 @@ std::vector<Item> sorted(const std::vector<Item>& list, std::size_t memory,
   return out;
 }
 
-// A record needs 20 bytes of memory. If 1000 records fit into memory, the tested lists are one
-// record shorter than a run, as long as a run, or longer. Runs are merged in one or several rounds,
-// and a run may consist of a single record.
+// A record needs 20 bytes of memory. With memory for 1000 records, the lists are one record shorter
+// than a run, exactly as long as a run, or longer. Runs are merged in one or several rounds. A run
+// may consist of a single record.
 TEST(ExternalSorter, SortsAsAStableSortWhateverTheMemory) {
   TemporaryFolder folder;
   for (const std::uint64_t keys : {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{50}})
@@ -64,7 +64,7 @@ TEST(ExternalSorter, SortsAsAStableSortWhateverTheMemory) {
 
 TEST(ExternalSorter, MergesInSeveralRounds) {
   TemporaryFolder folder;
-  // 320 kB of memory suffice to merge five runs at a time; there are about 19 runs.
+  // The list forms about 19 runs. With 320 kB of memory, five runs can be merged at a time.
   const std::vector<Item> list = items(300'000, 1000, 3);
   std::vector<Item> expected = list;
   std::stable_sort(expected.begin(), expected.end(),

@@ -1,5 +1,5 @@
-// Tests that the search for an order of cells stays within its memory limit, on a mesh that needs
-// several times as much memory.
+// Tests that the search for an order of cells stays within its memory limit. The mesh would need
+// several times the limit.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -21,7 +21,7 @@ namespace {
 constexpr bool kMeasuresMemory = !kSanitized;  // a sanitizer's shadow memory counts too
 constexpr std::uint64_t kSide = kMeasuresMemory ? 90 : 12;
 
-// A block of side^3 hexahedra in random order, generated on the fly.
+// A block of side^3 hexahedra in random order. The cells are computed on request and not stored.
 class ScatteredBlock final : public MeshSource {
  public:
   ScatteredBlock() {
@@ -56,12 +56,12 @@ class ScatteredBlock final : public MeshSource {
   void read_array(std::size_t, std::uint64_t, std::uint64_t, std::uint64_t, std::byte*) override {}
 
  private:
-  // A prime that divides neither the number of vertices nor the number of cells. inverse() returns
-  // its inverse modulo the number of vertices.
+  // Step of the pseudorandom order: a prime that divides neither the number of vertices nor the
+  // number of cells. inverse() returns its multiplicative inverse modulo the number of vertices.
   static constexpr std::uint64_t kStep = 1000003;
   static constexpr std::uint64_t inverse() {
     constexpr std::uint64_t kCount = (kSide + 1) * (kSide + 1) * (kSide + 1);
-    std::uint64_t power = 1;  // kStep^n for ascending n, until it is 1 again
+    std::uint64_t power = 1;  // kStep^n for ascending n; the power just before 1 is the inverse
     for (std::uint64_t next = kStep % kCount; next != 1; next = next * (kStep % kCount) % kCount)
       power = next;
     return power;
@@ -75,8 +75,8 @@ class ScatteredBlock final : public MeshSource {
   std::uint64_t next_ = 0;
 };
 
-// Returns the bytes that a child process needs in addition to its initial memory; 0 if the work
-// failed.
+// Runs `work` in a child process. Returns the memory in bytes that the process needs in addition to
+// its initial memory, or 0 if `work` failed.
 std::uint64_t memory_of(const std::function<bool()>& work) {
   int pipe[2];
   if (::pipe(pipe) != 0) return 0;
@@ -100,8 +100,8 @@ std::uint64_t memory_of(const std::function<bool()>& work) {
   return received && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? bytes : 0;
 }
 
-// Returns true if the order follows rows and layers: every cell touches the cell before it, except
-// at the ends of rows.
+// Returns true if the order follows rows and layers, i.e. if every cell touches the cell before it,
+// except at the ends of rows.
 bool follows_rows(const CellList& order, const Cells& cells) {
   if (order.size() != cells.size()) return false;
   std::uint64_t beside = 0;

@@ -1,5 +1,6 @@
 // Tests of Order::free: every order is a permutation that a reader can reconstruct, sweeps follow
-// rows and layers, data and references follow cells, and a shuffled mesh results in a small file.
+// rows and layers, data and references are reordered with the cells, and a shuffled mesh results in
+// a small file.
 #include "order/free_order.h"
 
 #include <gtest/gtest.h>
@@ -82,7 +83,7 @@ TEST(FreeOrder, GraphJoinsNeighboursAndCutsBetweenBlocks) {
       }
 }
 
-// Neighbours at vertices with very many faces are found by another algorithm.
+// At a vertex with very many faces, neighbouring cells are found by another algorithm.
 TEST(FreeOrder, GraphOfAFanOfCells) {
   MemoryMesh mesh;
   const std::uint32_t block = mesh.add_block(CellShape::hexahedron, 8);
@@ -146,7 +147,8 @@ TEST(FreeOrder, DataAndReferencesFollow) {
     ReorderedMesh ordered(rich, *cells, list);
     const auto bytes = compress(ordered, Order::stream);
     EXPECT_EQ(differences(ordered, bytes), "");
-    // "mark" counts cells in file order, "level" only the covered cells.
+    // The array "mark" numbers all cells in the order of the source; "level" numbers only the cells
+    // of the blocks that it covers.
     std::vector<std::uint8_t> marks(order.size());
     ordered.read_array(3, 0, 0, order.size(), reinterpret_cast<std::byte*>(marks.data()));
     for (std::size_t i = 0; i < order.size(); ++i) EXPECT_EQ(marks[i], order[i] % 251);
@@ -184,8 +186,8 @@ TEST(FreeOrder, IsNeverMuchLarger) {
   }
 }
 
-// In a cube all axes look alike. Only the coordinates of the cells show along which axis the file
-// was ordered.
+// In a cube, connectivity is the same along all axes. Only the coordinates of the cells show along
+// which axis the cells of the source were ordered.
 TEST(FreeOrder, CubeIsFoundByItsPlaces) {
   MemoryMesh mesh = grid_mesh(8, 8, 8);
   shuffle_mesh(mesh, 12, true);

@@ -1,5 +1,5 @@
-// Tests of the spool, which stores data in memory or on disk. It returns data unchanged, and keeps
-// data in memory that will be needed again soon.
+// Tests of the spool, which stores data in memory or on disk. It must return data unchanged, and it
+// must keep data that will be needed again soon in memory.
 #include "base/spool.h"
 
 #include <gtest/gtest.h>

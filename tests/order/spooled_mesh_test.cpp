@@ -1,5 +1,5 @@
 // Tests of Order::free for meshes that do not fit into memory. The spooled mesh must have the same
-// contents, and the resulting file must be the same with any amount of memory.
+// contents as the source, and the resulting file must not depend on the amount of memory.
 #include "order/spooled_mesh.h"
 
 #include <gtest/gtest.h>
@@ -56,8 +56,8 @@ struct Heard final : CodingOrder {
   }
 };
 
-// Checks that the mesh in memory and the spooled mesh result in the same file and the same coding
-// order, and that neither differs from the contents of the file.
+// Compresses the mesh in memory and as a spooled mesh. Checks that both ways result in the same
+// file and the same coding order, and that the contents of the file equal the mesh.
 void expect_same_file(MeshSource& mesh) {
   ASSERT_FALSE(must_be_spooled(mesh.info(), Spool::kUsualBudget));
   ASSERT_TRUE(must_be_spooled(mesh.info(), kLittle));
@@ -89,8 +89,8 @@ TEST(SpooledMesh, SpoolAndMemoryGiveTheSameFile) {
   }
 }
 
-// Unused vertices come last, in the order of their numbers, which differs from the order of their
-// coordinates.
+// Vertices that no cell uses come last. They are in the order of their numbers, which differs from
+// the order of their coordinates.
 TEST(SpooledMesh, VerticesThatNoCellUses) {
   MemoryMesh grid = grid_mesh(9, 8, 7), flat = quads();
   for (MemoryMesh* mesh : {&grid, &flat}) {
@@ -101,7 +101,8 @@ TEST(SpooledMesh, VerticesThatNoCellUses) {
   }
 }
 
-// The mesh has separate parts. The cells of the last part have the lowest numbers.
+// The mesh consists of several unconnected components. The cells of the last component have the
+// lowest numbers.
 TEST(SpooledMesh, PartsComeAsTheMeshCountsThem) {
   MemoryMesh mesh = grid_mesh(9, 3, 3);
   MemoryMesh apart = grid_mesh(4, 4, 4);
@@ -119,7 +120,8 @@ TEST(SpooledMesh, PartsComeAsTheMeshCountsThem) {
   expect_same_file(mesh);
 }
 
-// The coordinates contain no spatial information, or misleading information.
+// The coordinates contain no spatial information, or misleading information. The resulting files
+// must be the same nevertheless.
 TEST(SpooledMesh, AnyCoordinatesWillDo) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -146,8 +148,9 @@ TEST(SpooledMesh, AnyCoordinatesWillDo) {
   }
 }
 
-// The neighbours of cells must not depend on vertex numbers, even if there are duplicate cells,
-// faces that many cells share, cells that contain a face twice, or a vertex with very many faces.
+// The computed neighbours of a cell must not depend on vertex numbers, even in a mesh with
+// duplicate cells, faces that many cells share, cells that contain a face twice, or a vertex with
+// very many faces.
 TEST(SpooledMesh, FacesOfManyCellsAreJoinedTheSameWay) {
   MemoryMesh mesh = grid_mesh(4, 4, 4);
   const std::vector<std::vector<std::uint64_t>> cells = mesh.cells;
@@ -178,7 +181,7 @@ TEST(SpooledMesh, AVertexThatIsNoneIsAnError) {
   }
 }
 
-// Renumbering and its inverse agree and describe the same mesh.
+// The renumbering and its inverse must agree, and the renumbered mesh must be the same mesh.
 TEST(SpooledMesh, IsTheSameMeshWithOtherNumbers) {
   MemoryMesh mesh = rich_mesh();
   shuffle_mesh(mesh, 11, true);

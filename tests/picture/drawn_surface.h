@@ -1,4 +1,4 @@
-// Surfaces that are built face by face, as input for drawing.
+// DrawnSurface: a surface that tests of drawing build face by face.
 #pragma once
 
 #include <array>
@@ -28,9 +28,9 @@ struct DrawnSurface {
     face_begin.push_back(corners.size());
     blocks.push_back(block);
   }
-  // Adds a sheet of n x n faces, perpendicular to `axis` at coordinate `at`. `sides` contains the
-  // side lengths of the sheet along x, y and z. The vertices run along the other two axes in cyclic
-  // order: x, y, z, x.
+  // Adds a sheet of n x n faces that is perpendicular to `axis` at coordinate `at`. `sides`
+  // contains the side lengths along x, y and z. The rows and columns of the sheet run along the
+  // next two axes in the cyclic order x, y, z, x.
   void add_sheet(std::uint32_t n, std::size_t axis, double at,
                  std::array<double, 3> sides = {1, 1, 1}, std::uint32_t block = 0) {
     const auto first = static_cast<std::uint32_t>(xyz.size() / 3);

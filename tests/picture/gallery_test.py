@@ -3,8 +3,9 @@
 
 Usage: gallery_test.py PATH_OF_SHM
 
-With SHM_CORPUS, a folder of meshes, three of the pictures are drawn again and must be equal to the stored
-pictures, byte for byte (with the libpng and zlib of Debian 12; other versions may compress differently).
+If SHM_CORPUS names a folder of meshes, three of the pictures are drawn again. They must equal the stored
+pictures byte for byte. (This requires the libpng and zlib of Debian 12; other versions may compress
+differently.)
 """
 import os
 import re
@@ -21,9 +22,10 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
 from folder_test import lacks
 
-# Largest size in bytes of all pictures together.
+# Maximum size in bytes of all pictures together.
 MOST_BYTES = 900_000
-# Pictures with steps and values, with many blocks, and with a palette.
+# Names of the pictures that are drawn again: one with steps and values, one with many blocks, and one with a
+# palette.
 DRAWN = ("mug-late", "biplane", "loose")
 
 SHM = Path("shm")

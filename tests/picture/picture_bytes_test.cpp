@@ -22,7 +22,8 @@ std::uint64_t hash_of(const Picture& picture) {
   return XXH64(picture.image.pixels.data(), picture.image.pixels.size() * sizeof(Rgb), 0);
 }
 
-/// Returns a box bent by a simple rational function, with a block for each side.
+/// Returns the surface of a box that is bent by a simple rational function. Each side of the box is
+/// a block.
 DrawnSurface bent_box(std::uint32_t n) {
   DrawnSurface box = DrawnSurface::box(n, {3, 2, 1});
   for (std::size_t f = 0; f < box.blocks.size(); ++f)
@@ -35,8 +36,8 @@ DrawnSurface bent_box(std::uint32_t n) {
   return box;
 }
 
-/// Returns edges, points, and polygons of many corners. The polygons intersect each other, and some
-/// are not planar.
+/// Returns edges, points, and polygons with many corners. The polygons intersect each other, and
+/// some of them are not planar.
 DrawnSurface scattered() {
   DrawnSurface mesh;
   PlainRandom random(5);

@@ -1,5 +1,5 @@
 // Tests of complete pictures: the visible part of a mesh, the direction of view, colours, the
-// legend, and meshes with hostile numbers.
+// legend, and meshes with extreme or invalid numbers.
 #include "picture/picture.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ std::size_t colours_of(const Image& image) {
   return found.size();
 }
 
-/// Returns true if the pixel has this colour, at any brightness.
+/// Returns true if the pixel has this colour, whatever its brightness.
 bool is_like(Rgb pixel, Rgb colour) {
   const double light = static_cast<double>(pixel.red + pixel.green + pixel.blue) /
                        (colour.red + colour.green + colour.blue);
@@ -55,8 +55,9 @@ TEST(Picture, ABoxFillsItsFrameAndNothingElse) {
   const Picture picture = draw(box, small(Vector{0, -1, 0}));
   EXPECT_EQ(picture.drawn, 6u);
   EXPECT_EQ(picture.skipped, 0u);
-  // The picture has 160 x 120 pixels, with a margin of 5 pixels. A side that is twice as wide as
-  // high covers 150 x 75 pixels, beginning in the middle of a row.
+  // The picture has 160 x 120 pixels, with a margin of 5 pixels. The side of the box is twice as
+  // wide as high and covers 150 x 75 pixels. The upper edge of the side is in the middle of a row,
+  // so pixels of 76 rows are covered.
   EXPECT_EQ(picture.covered, 150u * 76);
   EXPECT_NE(picture.image.at(5, 60), kBackground);
   EXPECT_NE(picture.image.at(154, 60), kBackground);
@@ -109,7 +110,7 @@ TEST(Picture, FlatMeshesAreLookedAtFromTheirNormal) {
     const Picture asked = draw(sheet, small(Vector{1, 1, 1}));
     EXPECT_LT(asked.covered, 110u * 110) << axis;
   }
-  // The face is in a plane that is not perpendicular to an axis.
+  // The face is in an inclined plane, which is not perpendicular to any axis.
   DrawnSurface tilted;
   tilted.add_face({tilted.add_vertex(0, 0, 0), tilted.add_vertex(3, 0, 3),
                    tilted.add_vertex(3, 4, 3), tilted.add_vertex(0, 4, 0)});
@@ -141,7 +142,8 @@ TEST(Picture, ValuesOfFacesAndOfVertices) {
   ASSERT_TRUE(picture.range);
   EXPECT_EQ(picture.range->least, -2);
   EXPECT_EQ(picture.range->greatest, 6);
-  // The mesh is a square of 144 pixels with its corner at (8, 16); y goes up.
+  // The mesh appears as a square of 144 x 144 pixels with its upper left corner at (8, 16). Its y
+  // axis points up.
   const auto pixel = [&](double x, double y) {
     return picture.image.at(static_cast<std::uint32_t>(8 + 144 * x),
                             static_cast<std::uint32_t>(16 + 144 * (1 - y)));
@@ -187,7 +189,7 @@ TEST(Picture, TheLegendHasNameAndRange) {
   EXPECT_EQ(colours_of(tiny), 1u);
   EXPECT_EQ(legend_height(60, 60), 0u);
   EXPECT_EQ(legend_height(200, 100), 27u);
-  // Pixels above the legend do not change, whatever the name.
+  // The legend must not change the pixels above it, whatever the name of the array is.
   for (const std::string& name : {std::string(5000, 'x'), std::string("\xff\0\x1b[2J", 6),
                                   std::string("\xc3\xa9t\xc3\xa9")}) {
     Image long_one(200, 100);
@@ -223,8 +225,8 @@ TEST(Picture, TextsAreOfOurFont) {
   }
 }
 
-/// Polygons that are not planar are divided into fans. The picture must not depend on which corner
-/// is stored first.
+/// A polygon that is not planar is divided into a fan of triangles. The picture must not depend on
+/// which corner is stored first.
 TEST(Picture, FacesLookTheSameFromWhicheverCornerOn) {
   DrawnSurface mesh, turned;
   const std::vector<double> values = {0, 3, 1, 8, 2};
@@ -287,8 +289,8 @@ TEST(Picture, FacesTooNarrowForSamplesAreDrawnByTheirEdges) {
 }
 
 TEST(Picture, AnyAxisGoesUp) {
-  // If the axes of a box are permuted and another axis points up, the picture can be the same: 3
-  // units wide and 2 high.
+  // If the axes of a box are permuted and the axis that points up is changed accordingly, the
+  // picture is the same: 3 units wide and 2 units high.
   const DrawnSurface box = DrawnSurface::box(1, {3, 1, 2});  // seen from -y: 3 wide, 2 high
   const Picture upright = draw(box, small(Vector{0, -1, 0}));
   const auto covered = [](std::array<double, 3> sides, Vector from, std::size_t up) {
@@ -299,12 +301,13 @@ TEST(Picture, AnyAxisGoesUp) {
   EXPECT_EQ(covered({3, 2, 1}, {0, 0, 1}, 1), upright.covered);
   EXPECT_EQ(covered({2, 3, 1}, {0, 0, 1}, 0), upright.covered);
   EXPECT_NE(covered({2, 3, 1}, {0, 0, 1}, 1), upright.covered);
-  // If the view is along the axis that should point up, y points up instead. In a view along y, z
-  // points up.
+  // If the view is along the axis that should point up, the y axis points up instead. If the view
+  // is along y, the z axis points up.
   EXPECT_EQ(covered({3, 2, 1}, {0, 0, 1}, 2), upright.covered);
   EXPECT_EQ(covered({3, 1, 2}, {0, -1, 0}, 1), upright.covered);
   EXPECT_EQ(covered({1, 2, 3}, {1, 0, 0}, 0), upright.covered);
-  // Without a given direction, the view is from above, so that three sides are visible.
+  // If no direction is given, the box is seen obliquely from above, so that three sides are
+  // visible.
   for (std::size_t up = 0; up < 3; ++up) {
     PictureOptions options = small();
     options.up = up;
@@ -352,7 +355,7 @@ TEST(Picture, NumbersOfAnySizeGiveTheSamePicture) {
     for (double& number : scaled.xyz) number *= factor;
     EXPECT_EQ(draw(scaled, small()).image.pixels, picture.image.pixels);
   }
-  // A vertex that is not finite removes only the faces that use it.
+  // If a vertex is not finite, only the faces that use it are left out.
   DrawnSurface holed = plain;
   holed.xyz[0] = kNaN;
   EXPECT_EQ(draw(holed, small()).skipped, 1u);

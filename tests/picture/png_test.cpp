@@ -1,5 +1,5 @@
-// Tests of writing images as PNG, with and without a palette. preview_test.py checks that the
-// pixels can be read back unchanged.
+// Tests of writing images as PNG files, with and without a palette. preview_test.py checks that the
+// pixels are read back unchanged.
 #include "picture/png.h"
 
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 namespace shm::converters {
 namespace {
 
-/// Returns an image with this number of colours, at most 300; the red channel does not distinguish
-/// them.
+/// Returns an image with `colours` different colours, at most 300. Some of them have the same red
+/// value, so the red channel alone does not distinguish them.
 Image image_of(std::uint32_t colours) {
   Image image(300, 4);
   for (std::uint32_t x = 0; x < image.width; ++x) {

@@ -1,5 +1,6 @@
-// Tests of the conversion of surfaces to polygons that halfedge structures can store. Checks which
-// faces stay connected, are separated or are left out, and how polygons are split.
+// Tests of the conversion of surfaces to polygons that halfedge structures can store. The tests
+// check which faces stay connected, which are separated, which are left out, and how polygons are
+// split.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,7 +62,7 @@ Polygons made_of(std::size_t vertices, const std::vector<Ring>& faces, bool tria
   return made_of(scattered(vertices), faces, triangles);
 }
 
-// Returns the faces as vertices of the surface.
+// Returns the polygons as lists of vertex numbers of the original surface.
 std::vector<Ring> rings(const Polygons& polygons) {
   std::vector<Ring> all;
   for (std::size_t f = 0; f < polygons.face_count(); ++f) {
@@ -73,7 +74,7 @@ std::vector<Ring> rings(const Polygons& polygons) {
 }
 
 // Checks the requirements of halfedge structures: each directed edge occurs once, and the faces
-// around a vertex form a single fan or ring across shared edges.
+// around each vertex form a single fan or ring in which neighbouring faces share an edge.
 void expect_manifold(const Polygons& polygons) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> ways;
   for (std::size_t f = 0; f < polygons.face_count(); ++f) {
@@ -106,7 +107,7 @@ void expect_manifold(const Polygons& polygons) {
   }
 }
 
-// Returns the Euler characteristic: vertices - edges + faces.
+// Returns the Euler characteristic: number of vertices - number of edges + number of faces.
 long euler(const Polygons& polygons) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (std::size_t f = 0; f < polygons.face_count(); ++f) {
@@ -118,7 +119,7 @@ long euler(const Polygons& polygons) {
          static_cast<long>(polygons.face_count());
 }
 
-// Returns the sides of a cube; its corners are numbered from the lower left front corner.
+// Returns the sides of a cube. The numbering of its corners begins at the lower left front corner.
 std::vector<Ring> cube(const std::array<std::uint32_t, 8>& v) {
   return {{v[0], v[3], v[2], v[1]}, {v[4], v[5], v[6], v[7]}, {v[0], v[1], v[5], v[4]},
           {v[1], v[2], v[6], v[5]}, {v[2], v[3], v[7], v[6]}, {v[3], v[0], v[4], v[7]}};
@@ -194,16 +195,16 @@ TEST(Polygons, TheSameFaceTwice) {
 }
 
 TEST(Polygons, AFaceThatComesUponItsVertexAgain) {
-  // There is one polygon, which consists of two triangles with a common vertex.
+  // The surface is a single polygon that consists of two triangles with a common vertex.
   const Polygons alone = made_of(5, {{0, 1, 2, 0, 3, 4}});
   expect_manifold(alone);
   EXPECT_EQ(alone.copies, 1U);
   EXPECT_EQ(alone.vertices.size(), 6U);
-  // The polygon runs along an edge and back.
+  // The first polygon runs along an edge and back along the same edge.
   const Polygons spike = made_of(5, {{0, 1, 2, 3, 2}, {1, 0, 4}});
   expect_manifold(spike);
   EXPECT_EQ(spike.face_count(), 2U);
-  // Other faces connect the two corners at the vertex.
+  // The polygon has vertex 0 at two corners. Other faces connect these two corners.
   const Polygons around =
       made_of(7, {{0, 1, 2, 0, 3, 4}, {0, 2, 5}, {0, 5, 3}, {0, 4, 6}, {0, 6, 1}});
   expect_manifold(around);
@@ -259,7 +260,8 @@ TEST(Polygons, PolygonsAreSplitWhereTheyHaveTo) {
 }
 
 TEST(Polygons, DiagonalsThatMeetAreTakenApart) {
-  // Two quads back to back share a diagonal: four triangles meet at an edge.
+  // Two coinciding quads with opposite orientation share a diagonal, so four triangles meet at one
+  // edge.
   const std::vector<Place> wide = {{0, 0, 0}, {3, -1, 0}, {6, 0, 0}, {3, 1, 0}};
   const Polygons polygons = made_of(wide, {{0, 1, 2, 3}, {3, 2, 1, 0}}, true);
   EXPECT_EQ(polygons.face_count(), 4U);

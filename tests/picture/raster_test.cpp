@@ -1,5 +1,5 @@
-// Tests of the raster: which samples a triangle covers, the order by depth, lines and points, and
-// positions outside the picture.
+// Tests of the raster: the samples that a triangle covers, the order by depth, lines and points,
+// and positions outside the picture.
 #include "picture/raster.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,8 @@ std::uint64_t covered_by(const Raster& raster) {
 TEST(Raster, ATriangleCoversThePixelsInIt) {
   Raster raster(8, 8);
   EXPECT_TRUE(raster.is_empty());
-  // Half of a square of 4 x 4 pixels; pixels along its long edge are half covered.
+  // The triangle is half of a square of 4 x 4 pixels. The pixels along its long edge are half
+  // covered.
   EXPECT_TRUE(raster.add_triangle(
       {at(kPixel, kPixel), at(5 * kPixel, kPixel), at(kPixel, 5 * kPixel)}, {kRed}));
   const Image image = image_of(raster);
@@ -59,14 +60,14 @@ TEST(Raster, CornersGoRoundEitherWay) {
   EXPECT_EQ(image_of(one).pixels, image_of(other).pixels);
 }
 
-/// Each triangle is drawn into a separate raster, which counts its samples. All triangles together
-/// must cover each sample of the square exactly once.
+/// Draws each triangle into a separate raster and counts the samples that it covers. Together, the
+/// triangles must cover each sample of the square exactly once.
 TEST(Raster, SharedEdgesLeaveNoGapAndNoDouble) {
   constexpr std::uint32_t kSide = 12;
   PlainRandom random(7);
   for (int turn = 0; turn < 40; ++turn) {
-    // The triangles form a fan around an inner point. Its outer points are corners and other points
-    // on the border of the raster.
+    // The triangles form a fan around an inner point. The outer points are the four corners of the
+    // raster and one point on each of its sides.
     const auto on = [&] { return static_cast<std::int64_t>(random.below(kSide * kPixel - 1)) + 1; };
     const std::int64_t end = kSide * kPixel;
     const std::vector<RasterPoint> border = {at(0, 0),     at(on(), 0),   at(end, 0), at(end, on()),
@@ -77,8 +78,8 @@ TEST(Raster, SharedEdgesLeaveNoGapAndNoDouble) {
     for (std::size_t i = 0; i < border.size(); ++i) {
       const std::array<RasterPoint, 3> corners = {middle, border[i],
                                                   border[(i + 1) % border.size()]};
-      // work() returns the number of samples plus the number of rows that may have samples, plus
-      // one for the triangle.
+      // work() returns the number of covered samples, plus the number of rows that may contain
+      // samples, plus one per triangle.
       Raster alone(kSide, kSide);
       alone.add_triangle(corners, {kRed});
       all.add_triangle(corners, {kRed});
@@ -107,7 +108,8 @@ TEST(Raster, WhatIsNearerIsSeen) {
     raster.add_triangle(near_first ? far : near, {near_first ? kRed : kGreen});
     EXPECT_EQ(image_of(raster).at(3, 3), kGreen);
   }
-  // Two intersecting triangles: each is visible where it is nearer.
+  // Two triangles intersect. Each of them is visible in the region in which it is nearer to the
+  // viewer.
   Raster crossing(8, 8);
   crossing.add_triangle({at(0, 0, -1), at(16 * kPixel, 0, 3), at(0, 16 * kPixel, -1)}, {kRed});
   crossing.add_triangle({at(0, 0, 0), at(16 * kPixel, 0, 0), at(0, 16 * kPixel, 0)}, {kGreen});
@@ -136,7 +138,7 @@ TEST(Raster, ValuesGoFromCornerToCorner) {
     EXPECT_NEAR(found.green, wanted.green, 4) << x;
     EXPECT_NEAR(found.blue, wanted.blue, 4) << x;
   }
-  // A value that is not a number makes its triangle grey.
+  // A triangle whose value is NaN is grey.
   Raster grey(8, 8);
   grey.add_triangle({at(0, 0), at(20 * kPixel, 0, 0, std::nan("")), at(0, 20 * kPixel)}, paint);
   EXPECT_EQ(image_of(grey).at(2, 2), kNoValue);
@@ -145,7 +147,7 @@ TEST(Raster, ValuesGoFromCornerToCorner) {
 TEST(Raster, OutlinesAreDarkOnTheirEdgesAlone) {
   Raster raster(16, 16);
   const Paint paint = {kRed, 256, false, 128};
-  // Draws the upper edge and the left edge, but not the long edge.
+  // Outlines the upper edge and the left edge of the triangle, but not its long edge.
   raster.add_triangle({at(0, 0), at(16 * kPixel, 0), at(0, 16 * kPixel)}, paint, 1 | 4);
   const Image image = image_of(raster);
   const Rgb dark = lit(kRed, 128);
@@ -164,7 +166,7 @@ TEST(Raster, LinesAreAPixelWideAndPointsTwo) {
   Raster point(16, 16);
   point.add_point(at(8 * kPixel, 8 * kPixel), {kRed});
   EXPECT_EQ(covered_by(point), 4u);
-  // A line of length 0 is a point.
+  // A line of length 0 is drawn as a point.
   Raster none(16, 16);
   none.add_line(at(8 * kPixel, 8 * kPixel), at(8 * kPixel, 8 * kPixel), {kRed});
   EXPECT_EQ(image_of(none).pixels, image_of(point).pixels);
@@ -190,7 +192,8 @@ TEST(Raster, PlacesBeyondThePictureAreCut) {
     none.add_triangle({at(place, place), at(place + 9, place), at(place, place + 9)}, {kRed});
     EXPECT_TRUE(none.is_empty());
   }
-  // The number of steps is the number of rows, however narrow the triangle is.
+  // The work for a triangle is proportional to the number of its rows, however narrow the triangle
+  // is.
   Raster narrow(8, 8);
   narrow.add_triangle({at(0, -kFar), at(1, -kFar), at(4000, kFar)}, {kRed});
   EXPECT_LT(narrow.work(), 300u);

@@ -1,6 +1,6 @@
-// Tests of surfaces written with OpenMesh. Every list of faces is accepted, and none of them ends
-// the process, although Debian builds OpenMesh with assertions. Decimation preserves the properties
-// of a surface.
+// Tests of surfaces written with OpenMesh. Every list of faces must be accepted without aborting
+// the process, although Debian builds OpenMesh with assertions. Decimation must preserve the
+// properties of a surface.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -34,7 +34,8 @@ Soup random_soup(std::mt19937& numbers) {
   };
   Soup soup;
   const std::uint32_t vertices = 3 + random(9), faces = 1 + random(40);
-  // Few distinct points: many faces have no area or coincide.
+  // The mesh has few distinct points. Many faces therefore have no area or coincide with other
+  // faces.
   for (std::uint32_t i = 0; i < 3 * vertices; ++i) soup.xyz.push_back(random(3));
   for (std::uint32_t f = 0; f < faces; ++f) {
     const std::uint32_t count = 1 + random(6);

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Tests shm surface with separate readers of PLY, STL and OBJ: closed surfaces, colours, decimation, and errors.
+"""Tests shm surface. Independent readers of PLY, STL and OBJ check closed surfaces, colours, decimation, and
+errors.
 
 Usage: surface_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool was built without OpenMesh)
 
-With SHM_CORPUS, a folder of meshes, also tests small meshes of the corpus; with SHM_ALL_SURFACES set, all of them.
+If SHM_CORPUS names a folder of meshes, the small meshes of the corpus are tested, too. If SHM_ALL_SURFACES is
+set, all of its meshes are tested.
 """
 import json
 import math
@@ -20,12 +22,12 @@ from sample_meshes import exodus_text, hexahedra, write_vtk
 
 SHM = "shm"
 TYPES = {"float": "f", "double": "d", "int": "i", "uint": "I", "uchar": "B", "char": "b", "short": "h", "ushort": "H"}
-# Colours of the smallest and the largest value, and of a missing value.
+# RGB colours of the smallest value, of the largest value, and of a missing value.
 FIRST, LAST, GREY = (68, 1, 84), (253, 231, 37), (150, 150, 150)
 
 
 class Ply:
-    """Elements of a binary PLY file: a list of dicts for each kind."""
+    """The contents of a binary PLY file: for each kind of element, a list of dictionaries."""
 
     def __init__(self, data):
         end = data.index(b"end_header\n") + len(b"end_header\n")
@@ -76,18 +78,19 @@ def ways(faces):
 
 
 def is_closed(faces):
-    """Returns true if each edge has two faces, which use it in opposite directions."""
+    """Returns true if each edge belongs to exactly two faces, which use the edge in opposite directions."""
     count = ways(faces)
     return all(n == 1 and count.get((b, a)) == 1 for (a, b), n in count.items())
 
 
 def euler(points, faces):
-    """Returns the Euler characteristic: vertices - edges + faces."""
+    """Returns the Euler characteristic: number of vertices - number of edges + number of faces."""
     return len(points) - len({frozenset(way) for way in ways(faces)}) + len(faces)
 
 
 def volume(points, faces):
-    """Returns the volume of a closed surface: positive if its faces are counter-clockwise seen from outside."""
+    """Returns the volume of a closed surface. It is positive if the faces are counter-clockwise when seen
+    from outside."""
     total = 0
     for face in faces:
         for b, c in zip(face[1:], face[2:]):
@@ -124,7 +127,7 @@ class SurfaceTest(FolderTest):
         write_vtk(self.path("mesh.vtk"), 4)
 
     def written(self, name, *words, out="out.ply"):
-        """Runs shm surface. Returns the bytes of the written file, and the report."""
+        """Runs shm surface. Returns the bytes of the file that it writes, and its report."""
         report = json.loads(self.shm("surface", name, "-f", "-o", out, "--json", *words))
         self.assertEqual(report["output_bytes"], len(self.bytes(out)))
         return self.bytes(out), report
@@ -268,12 +271,14 @@ class SurfaceTest(FolderTest):
                 self.assertEqual(report["array"]["step"], number)
                 colours.setdefault(number, set()).add(tuple(ply.colours("vertex")))
                 surfaces.setdefault(number, set()).add((tuple(ply.points), str(ply.faces)))
-            # The mesh is the same and the colours differ at each step, however the step is named.
+            # Whatever words select a step, the result is the same. All steps have the same mesh and different
+            # colours.
             self.assertEqual([len(one) for one in colours.values()], [1, 1, 1])
             self.assertEqual(len(set.union(*colours.values())), 3)
             self.assertEqual(len(set.union(*surfaces.values())), 1)
-            # At each step, the smallest value is violet and the largest is yellow. The array u of exodus_text depends
-            # on the number of the vertex, which the test computes from its coordinates.
+            # At each step, the smallest value is violet and the largest value is yellow. The values of array
+            # u of exodus_text depend on the vertex number. The test computes that number from the
+            # coordinates.
             for step in range(3):
                 ply, report = self.ply(name, "--array", f"{names['point']}@{step}")
                 vertex = [round(x / .25) + 3 * round(y / .25) + 9 * round(z / .25) for x, y, z in ply.points]
@@ -285,15 +290,15 @@ class SurfaceTest(FolderTest):
                 shown = ply.colours("vertex")
                 self.assertEqual(shown[value.index(min(value))], FIRST)
                 self.assertEqual(shown[value.index(max(value))], LAST)
-            # The values of all cells grow by the same amount, so that only their range
-            # distinguishes the steps.
+            # From step to step, the values of all cells grow by the same amount. The colours of all steps are
+            # therefore equal, and only the reported range distinguishes the steps.
             least = [self.ply(name, "--array", f"cell/{names['cell']}@{step}")[1]["array"]["least"]
                      for step in range(3)]
             self.assertEqual([number - least[0] for number in least], [0, .125, .25])
         self.refused("steps.e", "-o", "x.ply", "--array", names["point"] + "@3", reason="there is no step 3")
 
     def test_edges_of_four_faces_are_taken_apart(self):
-        # Two hexahedra that touch along an edge, and two that touch at a vertex.
+        # In the first mesh, two hexahedra touch along an edge. In the second mesh, they touch at a vertex.
         points = [(x, y, z) for z in range(3) for y in range(3) for x in range(3)]
         for pair, copies in (((0, 3), 2), ((0, 7), 1)):
             cells = [hexahedra(2)[i] for i in pair]
@@ -374,7 +379,8 @@ class SurfaceTest(FolderTest):
             self.assertEqual(euler(ply.points, ply.faces), 2)
             self.assertLessEqual(set(ply.points), set(whole.points))
             self.assertAlmostEqual(volume(ply.points, ply.faces) / size, 1, 2 if left >= 100 else 1)
-        # A surface without volume would be invalid: some faces remain, and the tool reports that.
+        # A surface without volume would be invalid. Decimation therefore keeps some faces, and the tool
+        # reports this.
         done = subprocess.run([SHM, "surface", "fine.vtk", "-fo", "few.ply", "--decimate", "1", "--json"],
                               cwd=self.directory.name, capture_output=True, check=True)
         few = json.loads(done.stdout)["faces"]
@@ -445,7 +451,7 @@ class SurfaceTest(FolderTest):
         return meshes
 
     def test_meshes_of_the_corpus(self):
-        # Lines and points of some meshes are left out, and some meshes have nothing else.
+        # Some meshes have lines and points, which are left out. Some meshes have only lines and points.
         everything = "SHM_ALL_SURFACES" in os.environ
         for mesh in self.corpus(1 << 40 if everything else (20 if SANITIZED else 100) << 10):
             with self.subTest(mesh=mesh.name):

@@ -1,11 +1,11 @@
 // Counts the effects of damage. Flips every single bit of each file, truncates the file at every
 // byte, and reads each damaged file front to back and by its index. The result must be an error or
-// exactly the same contents; anything else is counted as wrong data. Each file is read in a
-// separate process, so that crashes and hangs are counted, too.
+// exactly the same contents; any other result is counted as wrong data. Child processes read the
+// damaged files, so that crashes and hangs are counted, too.
 //   count_flips [--sample N] FILE.shm...   tests every N-th bit and truncation of each file
 //   (default 1: all)
-// Prints one JSON object. The exit code is 1 if any result was wrong. Run by hand, and by
-// scripts/trust.
+// Prints one JSON object. The exit code is 1 if any result was wrong. The program is run by hand
+// and by scripts/trust.
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -31,11 +31,11 @@ namespace {
 using shm::ErrorCode;
 using Bytes = std::vector<std::byte>;
 
-/// A read that takes this long hangs: reading these files normally takes milliseconds.
+/// Seconds after which a read counts as a hang. Reading one of these files normally takes
+/// milliseconds.
 constexpr unsigned kHangSeconds = 20;
 
-/// The contents of the parts of a file as text, by the name of the part. Parts that cannot be read
-/// are left out.
+/// The readable parts of a file: a map from the name of each part to its contents as text.
 using Parts = std::map<std::string, std::string>;
 
 void add_segments(shm::RandomSource& source, Parts& parts) {
@@ -71,7 +71,7 @@ void add_steps(shm::RandomSource& source, Parts& parts) {
     }
 }
 
-/// Reads the parts of one mesh by the index.
+/// Reads each part of a mesh separately, by the index.
 Parts parts_of(std::span<const std::byte> bytes) {
   Parts parts;
   shm::MemoryRandomSource source(bytes);
@@ -80,8 +80,8 @@ Parts parts_of(std::span<const std::byte> bytes) {
   return parts;
 }
 
-/// Returns the text of a file without the number of bytes after its trailer, which readers only
-/// count.
+/// Returns the contents of a file as text, but without the number of bytes after its trailer, which
+/// is not part of the contents.
 shm::Result<std::string> text_of(std::span<const std::byte> bytes) {
   auto text = shm::text_of_file(bytes);
   if (!text) return text;
@@ -91,22 +91,22 @@ shm::Result<std::string> text_of(std::span<const std::byte> bytes) {
 }
 
 struct Whole {
-  std::string text;  // text of the whole file, read front to back
+  std::string text;  // contents of the whole file as text, read front to back
   Parts parts;
   bool is_mesh = true;
-  std::size_t end = 0;  // offset after the file's trailer; parity may follow
+  std::size_t end = 0;  // offset of the end of the trailer; parity may follow
 };
 
 struct Counts {
   std::uint64_t flips = 0, cuts = 0;   // finished or in progress
   std::uint64_t errors = 0, same = 0;  // results of reading front to back
-  /// Number of parts of damaged files that were read correctly by the index.
+  /// Number of parts that were read by the index from damaged files and were correct.
   std::uint64_t parts_same = 0;
   std::uint64_t wrong = 0, crashes = 0, hangs = 0;
   std::uint64_t slowest_nanoseconds = 0;
 };
 
-/// Reads the damaged file both ways and counts the results.
+/// Reads the damaged file front to back and by the index, and counts the results.
 void look_at(std::span<const std::byte> bytes, const Whole& whole, Counts& counts) {
   const auto begin = std::chrono::steady_clock::now();
   ::alarm(kHangSeconds);
@@ -130,8 +130,8 @@ void look_at(std::span<const std::byte> bytes, const Whole& whole, Counts& count
       std::max(counts.slowest_nanoseconds, static_cast<std::uint64_t>(took.count()));
 }
 
-/// Tests case `n` of a file: the first cases flip bits, the other cases truncate the file. Returns
-/// false if there is no case `n`.
+/// Tests case `n` of a file. The first cases flip one bit each, the remaining cases truncate the
+/// file. Returns false if the file has no case `n`.
 bool try_case(std::uint64_t n, const Bytes& file, const Whole& whole, std::uint64_t sample,
               Counts& counts) {
   const std::uint64_t flips = (file.size() * 8 + sample - 1) / sample;
@@ -151,7 +151,7 @@ bool try_case(std::uint64_t n, const Bytes& file, const Whole& whole, std::uint6
   return true;
 }
 
-/// Tests all cases of a file in child processes. If a child crashes, its case is counted, and
+/// Tests all cases of a file in child processes. If a child crashes, the crash is counted, and
 /// another child continues with the next case.
 bool try_file(const Bytes& file, std::uint64_t sample, Counts& counts) {
   Whole whole;

@@ -1,5 +1,5 @@
-// Tests that every damaged part of a file is reported, and that every intact part can be read,
-// whatever is damaged.
+// Tests that readers report every damaged part of a file and can read every intact part, whichever
+// parts are damaged.
 #include "shm/damage.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ Bytes file(Order order, std::uint32_t segment_cells = 60, std::uint32_t group_ce
   return written(stepped);
 }
 
-/// Returns for each chunk its offset and the offset after its last byte.
+/// Returns the begin and end offset of each chunk.
 std::vector<std::pair<std::size_t, std::size_t>> places(const Bytes& bytes) {
   std::vector<std::pair<std::size_t, std::size_t>> out;
   std::size_t at = container::kFileStartBytes;
@@ -51,8 +51,8 @@ DamageReport found(const Bytes& bytes) {
   return report ? std::move(*report) : DamageReport();
 }
 
-/// Everything that can still be read: coordinates by vertex, corners and values by cell, values by
-/// step.
+/// The data that can still be read from a damaged file: coordinates by vertex, corners and values
+/// by cell, and values by step.
 struct Left {
   std::map<std::uint64_t, Bytes> points;
   std::map<std::uint64_t, std::vector<std::uint64_t>> cells;
@@ -102,7 +102,7 @@ Result<Left> left_of(const Bytes& bytes) {
   return left;
 }
 
-/// Returns true if all entries of `part` are in `all` with equal values.
+/// Returns true if `all` contains every entry of `part` with an equal value.
 template <class Map>
 bool is_within(const Map& part, const Map& all) {
   return std::all_of(part.begin(), part.end(), [&](const auto& it) {
@@ -179,7 +179,9 @@ TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
             }
           }
           const auto left = left_of(bytes);
-          if (c == 0) {  // such a small file stores the schema only once
+          // A file of this size stores the schema only once, so losing the schema makes the file
+          // unreadable.
+          if (c == 0) {
             EXPECT_FALSE(left) << what;
             continue;
           }
@@ -239,8 +241,8 @@ TEST(Damage, ArraysThatAreHurtAreNamed) {
   }
 }
 
-// A header with a correct checksum refers to an array of another file. The values of that array are
-// not reported as lost.
+// A header with a correct checksum refers to an array that this file does not have. The reader must
+// not report values of that array as lost.
 TEST(Damage, ValuesOfNoArrayAreNotNamed) {
   Stepped stepped = with_steps(two_blocks(), Order::keep);
   stepped.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
@@ -369,8 +371,8 @@ Bytes without_index(const FileParts& parts) {
   return bytes;
 }
 
-// If chunks of two files are mixed, a reader cannot determine which chunk belongs to which file.
-// The two files have different error bounds, so that the same bytes mean different values.
+// If chunks of two files are mixed, a reader cannot determine which file a chunk belongs to. The
+// two files of this test have different error bounds, so the same bytes represent different values.
 TEST(Damage, PartsOfTwoFilesAreRefused) {
   const Bytes one = file(Order::keep);
   FileParts parts = take_apart(one);
@@ -382,8 +384,8 @@ TEST(Damage, PartsOfTwoFilesAreRefused) {
   parts.chunks[3] = schema;
   EXPECT_EQ(error_of(put_together(parts)), ErrorCode::corrupt);
   // A chunk has the sequence number of another chunk. If the two chunks are equal, one of them is a
-  // repetition. If they differ, the index must decide which chunk is right; without an index, the
-  // file is refused.
+  // copy. If they differ, the index determines which of them is correct; without an index, the file
+  // is refused.
   parts = take_apart(one);
   Bytes joined = without_index(parts);
   const auto at = places(one);
@@ -402,7 +404,8 @@ TEST(Damage, PartsOfTwoFilesAreRefused) {
   EXPECT_EQ(error_of(joined), ErrorCode::corrupt);
 }
 
-// A step with a large number does not mean that there are that many steps.
+// If a header states a large step number, a reader must not conclude that the file has this number
+// of steps.
 TEST(Damage, StepsBeyondTheLimitAreRefused) {
   Stepped stepped = with_steps(two_blocks(), Order::keep);
   stepped.values[{0, 5000}] =
@@ -419,8 +422,8 @@ TEST(Damage, StepsBeyondTheLimitAreRefused) {
 }
 
 // A lost chunk between two groups counts as a group only if cells or vertices are missing, too. If
-// that cannot be determined, step values, which refer to groups by number, must not be assigned to
-// other elements.
+// a reader cannot determine whether the lost chunk was a group, it must not assign step values to
+// elements, because step values refer to groups by number.
 TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
   const Bytes whole = file(Order::stream, 60, 60);
   const Left all = *left_of(whole);
@@ -466,9 +469,9 @@ TEST(Damage, ACopyOfTheIndexIsNoEnd) {
     EXPECT_LT(damage.offset, middle + bytes) << damage.section;
 }
 
-/// Returns copies of the file with an unusable index: with a damaged byte of the index, a damaged
-/// header of the index, damaged headers of index and trailer, or a damaged byte of the index and
-/// all chunks in reverse order.
+/// Returns copies of the file in which the index is unusable. The first copies have a damaged byte
+/// in the index, a damaged header of the index, or damaged headers of index and trailer. In the
+/// last copy, a byte of the index is damaged and all chunks are in reverse order.
 std::vector<Bytes> without_index(const Bytes& whole) {
   const auto at = places(whole);
   const auto [begin, end] = at.back();
@@ -504,8 +507,8 @@ TEST(Damage, ALostIndexIsMadeAnew) {
   EXPECT_GT(same, 80u);
 }
 
-// The index of a file of version 0.9 is rebuilt, too. It contains the ranges of the restored
-// values.
+// The index of a file of version 0.9 can be rebuilt, too. The new index contains the ranges of the
+// restored values.
 TEST(Damage, ALostIndexOfVersion0IsMadeAnew) {
   std::size_t same = 0, with_other_ranges = 0;
   for (const auto& path : golden_files()) {
@@ -559,7 +562,7 @@ TEST(Damage, AnIndexIsMadeOnlyWhereThereWasNoMore) {
   }
 }
 
-// The file has a chunk that cannot be decoded although its checksums are correct.
+// The checksums of a chunk are correct, but its payload cannot be decoded.
 TEST(Damage, AnIndexIsMadeOfWhatCanBeDecodedOnly) {
   FileParts parts = take_apart(file(Order::keep));
   Chunk extra = parts.chunks.back();

@@ -1,5 +1,5 @@
-// Tests of parity. Lost parts of a file are restored within the limits of its parity, and foreign
-// data after a trailer has no effect.
+// Tests of parity. Lost parts of a file are restored if the parity suffices, and foreign data after
+// the trailer has no effect.
 #include "archive/parity.h"
 
 #include <gtest/gtest.h>
@@ -109,7 +109,7 @@ TEST_F(Parity, NothingLostIsNothingDone) {
   }
 }
 
-// A stripe with N parity blocks can be restored after the loss of any N blocks.
+// If a stripe has N parity blocks, any N of its blocks can be lost and restored.
 TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
   const Bytes file = random_bytes(300 * 4096 - 77, 1);
   const ParityShape shape = parity_shape(file.size(), .05);
@@ -135,8 +135,8 @@ TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
     EXPECT_TRUE(outcome.lost.empty());
     ASSERT_EQ(outcome.healed, file);
 
-    // If one more block is lost, its stripe cannot be healed. The other stripe is healed
-    // nevertheless.
+    // Both stripes have already lost as many blocks as they can restore. If one of them loses
+    // another block, it cannot be restored; the other stripe still can.
     std::uint64_t more = 0;
     while (std::binary_search(lost.begin(), lost.end(), more)) more += 2;
     lose(damaged, more);
@@ -146,7 +146,8 @@ TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
   }
 }
 
-// Damages a contiguous range, or single sectors, anywhere in the file or its packets.
+// Damages a contiguous range or single sectors, at any position in the file or in its parity
+// packets.
 TEST_F(Parity, APieceAnywhereAsLongAsTheShare) {
   const Bytes file = random_bytes(2'000'000, 3);
   const ParityShape shape = parity_shape(file.size(), .05);
@@ -155,7 +156,7 @@ TEST_F(Parity, APieceAnywhereAsLongAsTheShare) {
   const std::uint64_t length = shape.parity * shape.stripes() - 1;
   for (std::uint64_t first = 0; first + length < sectors; first += 7) {
     Bytes damaged = whole;
-    // At least one copy of the checksums must remain.
+    // The range is too short to damage both copies of the checksums.
     for (std::uint64_t s = first; s < first + length; ++s) lose(damaged, s);
     const Outcome outcome = heal(damaged);
     if (first * 4096 >= file.size()) {
@@ -183,8 +184,8 @@ TEST_F(Parity, OneSectorInAHundred) {
   }
 }
 
-// If both copies of some checksums are lost, the blocks without a checksum are treated as damaged.
-// They are restored if the parity suffices, and are otherwise counted as lost.
+// Some checksums are lost in both copies. Blocks without a checksum are treated as damaged: they
+// are restored if the parity suffices, and otherwise counted as lost.
 TEST_F(Parity, ChecksumsThatAreLostTwice) {
   const Bytes file = random_bytes(40 * 4096, 5);
   const ParityShape shape = parity_shape(file.size(), 1);
@@ -206,7 +207,7 @@ TEST_F(Parity, ChecksumsThatAreLostTwice) {
   EXPECT_EQ(outcome.lost.size(), 40u);
 }
 
-// A damaged byte in a packet makes only that packet unusable.
+// If a byte of a packet is damaged, only that packet becomes unusable.
 TEST_F(Parity, FlippedBytesOfPackets) {
   const Bytes file = random_bytes(10'000, 6);
   const Bytes whole = with_parity(file, .4);
@@ -222,8 +223,8 @@ TEST_F(Parity, FlippedBytesOfPackets) {
     }
 }
 
-// Packets are ignored if they claim to protect more bytes than the file has, or if they are in the
-// wrong place.
+// A packet is ignored if it claims to protect more bytes than the file has, or if it is at a wrong
+// offset.
 TEST_F(Parity, PacketsInTheWrongPlaceAreNone) {
   const Bytes file = random_bytes(10'000, 7);
   Bytes whole = with_parity(file, .4);
@@ -243,8 +244,8 @@ TEST_F(Parity, PacketsInTheWrongPlaceAreNone) {
   }
 }
 
-// Headers are ignored, and no memory is allocated for them, if they claim more parity than data or
-// more bytes than the file has.
+// A packet header is ignored if it claims more parity than data or more bytes than the file has. No
+// memory is allocated for such a packet.
 TEST_F(Parity, LyingHeadersAreNone) {
   const Bytes file = random_bytes(10'000, 8);
   const Bytes whole = with_parity(file, ParityShape{file.size(), 2, 2});
@@ -320,7 +321,7 @@ TEST_F(Parity, ReadersDoNotMind) {
   }
 }
 
-// Files of earlier versions must be healable for ever.
+// Every version of the library must be able to repair files of all earlier versions.
 TEST_F(Parity, GoldenFilesHeal) {
   for (const char* version : {"0.1", "0.9", "0.10"}) {
     SCOPED_TRACE(version);
@@ -340,7 +341,8 @@ TEST_F(Parity, GoldenFilesHeal) {
   }
 }
 
-// The specification determines the bytes of the parity exactly.
+// The specification determines every byte of the parity, so the bytes must be the same on every
+// machine.
 TEST_F(Parity, IsTheSameEverywhere) {
   Bytes file(3 * 4096 + 100);
   for (std::size_t i = 0; i < file.size(); ++i) file[i] = static_cast<std::byte>(i * i >> 5);
@@ -351,8 +353,8 @@ TEST_F(Parity, IsTheSameEverywhere) {
   EXPECT_EQ(sum, 9290023745792755765u) << "the bytes have changed";
 }
 
-// Replaces every field of packets by other values with correct checksums, in one packet or in all
-// packets.
+// Replaces each field of a packet with other values, in one packet or in all packets, and corrects
+// the checksums.
 TEST_F(Parity, FieldsThatLie) {
   const Bytes whole = parity_file().bytes;
   const auto places = parity_packets(whole);

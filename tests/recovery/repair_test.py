@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Tests shm compress --parity and shm repair: lost data is restored, and the packets agree with section 40 of the
-specification. This file contains a separate implementation of the arithmetic.
+specification. The test contains its own implementation of the parity arithmetic.
 
 Usage: repair_test.py PATH_OF_SHM
 """
@@ -23,7 +23,7 @@ BLOCK, PACKET, HEADER, TRAILER = 4096, 4136, 40, 16
 
 
 def product(a, b):
-    """Returns the product in the field of 2^8 elements."""
+    """Returns the product of two elements of the finite field with 2^8 elements."""
     out = 0
     while b:
         if b & 1:
@@ -43,7 +43,8 @@ INVERSE = {a: b for a in range(1, 256) for b in range(1, 256) if product(a, b) =
 
 
 def grid(n):
-    """Returns the text of a legacy VTK file of n*n*n hexahedra whose corners and field do not compress well."""
+    """Returns the text of a legacy VTK file of n*n*n hexahedra. Its coordinates and its field are noisy and
+    do not compress well."""
     rng = random.Random(n)
     m = n + 1
     points = "\n".join(f"{x + rng.random() / 4:.6f} {y + rng.random() / 4:.6f} {z}"
@@ -173,7 +174,8 @@ class Repair(unittest.TestCase):
         self.assertEqual(self.bytes_of(self.plain), before)
 
     def test_blocks_whose_checksums_are_lost(self):
-        """Both packets of checksums are lost: all blocks count as damaged, although each is intact."""
+        """Both packets with checksums are lost. All blocks therefore count as damaged, although every block
+        is intact."""
         plain, whole = self.bytes_of(self.plain), self.bytes_of(self.whole)
         data = bytearray(whole)
         for at in (len(plain), len(whole) - TRAILER - PACKET):
@@ -185,7 +187,7 @@ class Repair(unittest.TestCase):
         self.assertEqual(self.bytes_of(self.path("out.shm")), whole)
 
     def test_parity_of_something_else(self):
-        """A packet in its correct place claims that the first block is the whole file."""
+        """A packet at its correct offset claims that the first block is the whole file."""
         plain = self.bytes_of(self.plain)
         k = m = 127
         place = BLOCK + (1 + m) * PACKET  # the second copy of the checksums

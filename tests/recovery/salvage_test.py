@@ -89,8 +89,8 @@ data: time_whole = {numbers(np.arange(STEPS) * .5)} ; eb_status = 1 ; eb_prop1 =
 
 
 class Chunk:
-    """One chunk of an undamaged file. It is parsed as section 2 of the specification states, and its headers
-    as sections 6 and 7 state."""
+    """One chunk of an undamaged file. It is parsed according to section 2 of the specification, and its
+    headers according to sections 6 and 7."""
 
     def __init__(self, data, at):
         self.at = at
@@ -467,8 +467,8 @@ class Salvage(unittest.TestCase):
         self.assertEqual(info["cells"], len(self.mesh.cells) - SEGMENT)
 
     def test_roles_that_are_left_out_are_named(self):
-        """A node tag has a role that only Gmsh files store. If the Gmsh data is damaged, the tags remain as
-        an array, but lose their role."""
+        """The array of node tags has a role that is stored with the Gmsh data of the file. If the Gmsh data
+        is damaged, the tags remain as an array, but lose their role."""
         nodes = "\n".join(f"{90 - 3 * i} {i & 1} {i >> 1 & 1} {i >> 2}" for i in range(8))
         with open(self.path("tags.msh"), "w", encoding="ascii") as file:
             file.write(f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{nodes}\n$EndNodes\n"

@@ -1,6 +1,6 @@
-// Tests of arrays on few elements, for which only a part of the mesh data is kept in memory.
-// Columns over these elements must produce the same bytes and values as columns over all elements,
-// for all meshes, segments, groups and codecs.
+// Tests of arrays that cover few elements. For such an array, only a part of the mesh data is kept
+// in memory. Columns that use only this part must produce the same bytes and values as columns that
+// use the data of all elements, for all meshes, segments, groups and codecs.
 #include "steps/sparse_elements.h"
 
 #include <functional>
@@ -17,7 +17,8 @@ namespace {
 
 using container::ChunkKind;
 
-/// Returns a grid with scattered cells, a cluster of cells, and a layer in separate blocks.
+/// Returns a grid in which some cells are in separate blocks: scattered cells, a cluster of cells,
+/// and a layer of cells.
 TestMesh scattered(std::uint64_t n, std::uint32_t seed) {
   TestMesh mesh = grid(n, n, n, ScalarType::float64, warped, porous);
   for (int b = 1; b < 4; ++b) mesh.schema.blocks.push_back({b + 1, "", CellShape::hexahedron, 8});
@@ -44,7 +45,7 @@ Stepped with_arrays_on_few(TestMesh mesh, Order order) {
   return out;
 }
 
-/// Passes the groups of a file to the topology.
+/// Adds all groups of a file to `replay`.
 void add_groups(std::span<const std::byte> bytes, StepTopology& replay) {
   for (const Chunk& chunk : take_apart(bytes).chunks) {
     if (!chunk.is(ChunkKind::group)) continue;
@@ -56,7 +57,7 @@ void add_groups(std::span<const std::byte> bytes, StepTopology& replay) {
   }
 }
 
-/// Returns values of many kinds, so that domains and codecs change from group to group.
+/// Returns values of many kinds, so that domains and codecs change between groups.
 Bytes values_of(const ArrayInfo& info, std::uint64_t elements, std::size_t group,
                 std::size_t turn) {
   Bytes out;
@@ -80,15 +81,15 @@ Bytes values_of(const ArrayInfo& info, std::uint64_t elements, std::size_t group
   return out;
 }
 
-/// Encoder and decoder of an array at one step.
+/// Encoder and decoder of the values of one array at one step.
 struct Columns {
   Columns(const Schema& schema, std::uint32_t array) : in(schema, array), out(schema, array) {}
   StepColumnEncoder in;
   StepColumnDecoder out;
 };
 
-/// Compares the columns over few elements with the columns over all elements. Returns the number of
-/// compared groups.
+/// Encodes an array twice: with the mesh data of few elements (`thin`), and with the mesh data of
+/// all elements (`all`). Checks that the results are equal. Returns the number of compared groups.
 std::size_t expect_same_columns(const Stepped& stepped, StepTopology& replay, StepElements& thin,
                                 StepElements& all, std::uint32_t array, std::size_t turn) {
   const ArrayInfo& info = stepped.mesh.schema.arrays[array];
@@ -182,8 +183,8 @@ TEST(SparseElements, SayWhatAllElementsSay) {
   EXPECT_GT(compared, 10000 / every(10));
 }
 
-// Positions in the kept data are used again, because the ring of cells is full and because vertices
-// are introduced and finalized.
+// Positions in the kept data are reused for two reasons: the ring of cells is full, or vertices are
+// finalized and new vertices are introduced.
 TEST(SparseElements, InMeshesThatTakePlacesAgain) {
   for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::shifts})
     for (const std::uint32_t group_cells : {700u, 65536u}) {
@@ -194,8 +195,8 @@ TEST(SparseElements, InMeshesThatTakePlacesAgain) {
     }
 }
 
-// The number of domain changes of a column is limited by the number of elements and slots. Elements
-// and slots that are not kept count, too.
+// A column may change its domain a limited number of times. The limit grows with the number of
+// elements and slots, including those that are not kept.
 TEST(SparseElements, MayChangeDomainsAsOftenAsAllElements) {
   Stepped stepped = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
   stepped.options.connectivity = ConnectivityCodec::rows;
@@ -210,8 +211,8 @@ TEST(SparseElements, AtLevelBest) {
   EXPECT_GT(expect_same_columns(stepped), 50u);
 }
 
-// The element count in an index may be wrong for one step, even if it was correct for the steps
-// before.
+// In a damaged file, the number of elements in an index entry may be wrong for one step, although
+// it was correct for the previous steps.
 TEST(SparseElements, AreNotThinLater) {
   Stepped stepped = with_arrays_on_few(scattered(9, 1), Order::keep);
   stepped.options.group_cells = 60;
@@ -239,8 +240,8 @@ TEST(SparseElements, AreNotThinLater) {
   EXPECT_EQ(all, elements_of(stepped.mesh, array));
 }
 
-/// Returns the size in bytes of the mesh data that is kept for array `a` if the limit is `most`.
-/// `expected`: number of elements that the caller announces.
+/// Returns the size in bytes of the mesh data that is kept for array `a` if the limit is `most`
+/// bytes. `expected` is the number of elements that the caller announces.
 std::size_t kept_of(const Stepped& stepped, std::uint32_t a, std::uint64_t expected,
                     std::size_t most) {
   const Bytes bytes = written(stepped);
@@ -281,8 +282,8 @@ TEST(SparseElements, AreKeptWhereTheyAreFewAndWithinALimit) {
   EXPECT_GT(kept, elements * sizeof(Neighbourhood));
   EXPECT_LT(kept, elements * (sizeof(Neighbourhood) * 9 / 8 + 4 * 14) + (64u << 10));
   EXPECT_EQ(kept_of(stepped, many, elements_of(stepped.mesh, many), 0), 0u);
-  // The caller announces fewer elements than there are. The mesh data exceeds the first limit, but
-  // not the second.
+  // The caller announces fewer elements than the array has. The mesh data exceeds the limit of 0
+  // bytes, but not the limit of 64 MiB.
   EXPECT_EQ(kept_of(stepped, many, 0, 0), 0u);
   EXPECT_GT(kept_of(stepped, many, 0, std::size_t{64} << 20), std::size_t{1} << 20);
 }

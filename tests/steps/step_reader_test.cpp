@@ -88,8 +88,8 @@ void expect_step(StepReader& reader, const Expected& expected, std::uint32_t arr
   EXPECT_TRUE(by_segment.values == all->values);
 }
 
-/// Reads every array at every step, in ascending order and in another order, with one reader and
-/// with new readers.
+/// Reads every array at every step. The steps are read in ascending order and in another order,
+/// with a single reader and with a new reader for each step.
 void expect_all_steps(const Bytes& bytes) {
   const Expected expected = expected_of(bytes);
   WatchedSource source(bytes);
@@ -167,7 +167,7 @@ TEST(StepReader, WhateverTheKeySteps) {
 
 TEST(StepReader, TrendsAndLossyAndManyComponents) {
   Stepped stepped = waves(6);
-  for (auto& [key, values] : stepped.values)  // random values that all change at the same rate
+  for (auto& [key, values] : stepped.values)  // random values that change at a common rate
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -212,7 +212,7 @@ TEST(StepReader, StepTimes) {
 
 // --- bytes read
 
-/// Assigns each byte of the file to a named part.
+/// Divides the file into named parts and assigns each byte to one of them.
 struct Places {
   explicit Places(std::span<const std::byte> file) : owner(file.size()) {
     const FileParts parts = take_apart(file);
@@ -237,8 +237,8 @@ struct Places {
     return std::to_string(segment) + " array " + std::to_string(array) + " step " +
            std::to_string(step);
   }
-  /// Returns the full names of these parts in all segments that contain them. A full name begins
-  /// with the segment number.
+  /// Returns the full names of the parts with the given names, in all segments that contain them. A
+  /// full name is the segment number followed by the name.
   std::set<std::string> in_all(const std::set<std::string>& names) const {
     std::set<std::string> all;
     for (const std::string& name : names)
@@ -248,8 +248,8 @@ struct Places {
           all.insert(full);
     return all;
   }
-  /// Returns the names of the parts that were read, and checks that each part was read completely.
-  /// The name of a part of a segment begins with the segment number.
+  /// Returns the names of the parts that were read, and checks that each of these parts was read
+  /// completely. If a part belongs to a segment, its name begins with the segment number.
   std::set<std::string> touched(const WatchedSource& source) const {
     std::set<std::size_t> hit, left;
     for (std::size_t i = 0; i < owner.size(); ++i)
@@ -294,8 +294,8 @@ struct Places {
 
 using Names = std::set<std::string>;
 
-/// Returns a mesh with two segments, two arrays of waves that refer to previous steps, an array
-/// that is unrelated to the mesh, and static arrays.
+/// Returns a mesh with two segments. It has two arrays of waves whose steps refer to previous
+/// steps, a stepped array whose values are unrelated to the mesh, and static arrays.
 Stepped watched_mesh(Order order) {
   Stepped stepped;
   stepped.mesh =
@@ -316,7 +316,7 @@ Stepped watched_mesh(Order order) {
     stepped.values[{wave, step}] = waving.values.at({0, step});
     stepped.values[{other, step}] = waving.values.at({0, step});
     stepped.values[{other, step}].resize(stepped.mesh.cells.size() * 8);
-    // with sanitizers, keeps only steps 4 and 5; the test reads step 5
+    // With sanitizers, this array has values at steps 4 and 5 only; the test reads step 5.
     if (kSanitized && step / 2 != 2) continue;
     Bytes& phrases = stepped.values[{phrase, step}];  // the random values of 10 cells, repeated
     for (std::size_t i = 0; i < stepped.mesh.cells.size() * 17; ++i)
@@ -354,7 +354,7 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
       ASSERT_TRUE(reader.read({wave, 6, {}, false}));
       EXPECT_EQ(places.touched(source), mesh_and({name(4), name(5), name(6)}));
 
-      // The next step needs no other step, and no mesh data.
+      // To read step 7 after step 6, the reader needs no other step and no mesh data.
       source.forget();
       ASSERT_TRUE(reader.read({wave, 7, {}, false}));
       EXPECT_EQ(places.touched(source), places.in_all({name(7)}));
@@ -362,7 +362,7 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
       ASSERT_TRUE(reader.read({wave, 7, {}, false}));
       EXPECT_EQ(places.touched(source), Names{});
 
-      // A new reader also has to read the numbers of the mesh.
+      // In order `keep`, a new reader also reads the vertex numbers of the mesh.
       StepReader second = opened(source);
       source.forget();
       ASSERT_TRUE(second.read({wave, 4}));
@@ -400,7 +400,7 @@ TEST(StepReader, AStepIsReadWithItsKeyStepAndNoOther) {
   for (const std::uint32_t key_steps : {1u, 3u, 8u}) {
     Stepped stepped = waves(10);
     stepped.options.key_steps = key_steps;
-    stepped.options.group_cells = 100;  // values of several groups are in separate chunks
+    stepped.options.group_cells = 100;  // values of different groups are in different chunks
     const Bytes bytes = written(stepped);
     const Places places(bytes);
     for (std::uint64_t step = 0; step < 10; ++step) {
@@ -418,7 +418,8 @@ TEST(StepReader, AStepIsReadWithItsKeyStepAndNoOther) {
 
 // --- sizes
 
-/// Returns a field of points and a field of cells that move through the mesh.
+/// Returns a mesh with a field on points and a field on cells. The fields move through the mesh
+/// from step to step.
 Stepped travelling(std::uint64_t first_step, std::uint64_t steps) {
   constexpr std::uint64_t kWide = kSanitized ? 10 : 20, kHigh = kWide - 2, kDeep = kWide - 4;
   Stepped stepped;
@@ -635,7 +636,8 @@ TEST(StepReader, WrongUse) {
   EXPECT_EQ(code({wave + 3, 0}), ErrorCode::misuse);
   EXPECT_EQ(code({wave, 10}), ErrorCode::misuse);
   EXPECT_EQ(code({wave, 0, 2}), ErrorCode::misuse);
-  // next() returns nothing before begin(); a read may be abandoned.
+  // next() returns nothing if begin() was not called. A caller may stop reading a step before its
+  // end.
   EXPECT_EQ(*reader.next(), nullptr);
   ASSERT_TRUE(reader.begin({wave, 5}));
   ASSERT_NE(*reader.next(), nullptr);

@@ -1,5 +1,5 @@
-// Tests of step values: values are restored unchanged, for all meshes, segments, groups, codecs,
-// and kinds of references to other steps. Inconsistent files are refused.
+// Tests of step values: values are restored unchanged for all meshes, segments, groups, codecs, and
+// kinds of references to other steps. Inconsistent files are refused.
 #include "steps/step_values.h"
 #include "steps/step_memory.h"
 
@@ -78,8 +78,8 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
           }
 }
 
-// Neighbourhoods can be found by vertex numbers or on the active surface. Values must need as few
-// bytes in both cases.
+// Neighbourhoods are found by vertex numbers or on the active surface. The values must need about
+// the same number of bytes in both cases.
 TEST(StepValues, OverShiftsToo) {
   Stepped stepped = waves(3);
   stepped.options.connectivity = ConnectivityCodec::rows;
@@ -91,7 +91,8 @@ TEST(StepValues, OverShiftsToo) {
   EXPECT_LE(bytes.size() * 20, over_surface * 21);
 }
 
-// Decoding does not need the mesh at level fast, nor with codecs that have no neighbourhoods.
+// At level `fast`, and with codecs that do not determine neighbourhoods, step values are decoded
+// without the mesh.
 TEST(StepValues, InTerms) {
   Stepped stepped = waves(5);
   for (const auto& [codec, level] : {std::pair(ConnectivityCodec::patterns, Level::standard),
@@ -109,7 +110,8 @@ TEST(StepValues, InTerms) {
   }
 }
 
-// In a file with steps, a group of shifts without neighbourhoods is invalid.
+// If a file has steps, a group coded as shifts must store the data from which neighbourhoods are
+// found; otherwise it is invalid.
 TEST(StepValues, ShiftsWithoutNeighbourhoodsAreRefused) {
   Stepped stepped = waves(1);
   stepped.options.connectivity = ConnectivityCodec::shifts;
@@ -144,7 +146,8 @@ TEST(StepValues, NoCellsNoVerticesNoElements) {
   expect_values_back(stepped);
 }
 
-// A call for an array without elements stores nothing in the file and does not count as a step.
+// If an array has no elements, a call that passes its values stores nothing in the file and does
+// not count as a step.
 TEST(StepValues, AStepOfNothingIsNone) {
   Stepped stepped = with_steps(grid(1, 1, 1), Order::keep);
   stepped.mesh.cells.clear();
@@ -202,13 +205,14 @@ TEST(StepValues, StepsReferToTheOneBefore) {
   }
 }
 
-/// Returns the kind of references that the schema of the file allows.
+/// Returns the most general kind of reference to other steps that the schema of the file allows.
 StepReference most_of(const Bytes& file) {
   const auto back = read_mesh(file);
   EXPECT_TRUE(back);
   return back ? back->schema.step_references : StepReference::trend;
 }
-/// Returns the file with a schema that allows references of kind `most`.
+/// Returns the file with its schema changed so that references of kind `most` are the most general
+/// that the schema allows.
 Bytes under(const Bytes& file, StepReference most) {
   FileParts parts = take_apart(file);
   Schema schema = read_mesh(file)->schema;
@@ -227,19 +231,19 @@ TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
     const Bytes bytes = expect_values_back(stepped);
     EXPECT_EQ(most_of(bytes), most);
     for (const StepReference less : {nothing, before}) {
-      // A chunk that refers to more earlier steps than the schema allows is refused; a chunk that
-      // refers to fewer is accepted.
+      // A chunk is refused if it refers to more earlier steps than the schema allows. It is
+      // accepted if it refers to fewer.
       const auto back = read_mesh(under(bytes, less));
       EXPECT_EQ(static_cast<bool>(back), less >= most);
       if (!back) {
         EXPECT_EQ(back.error().code, ErrorCode::corrupt);
       }
     }
-    // The caller may allow fewer references than key_steps would.
+    // The caller may set the schema to allow fewer references than key_steps would.
     stepped.mesh.schema.step_references = std::min(most, before);
     for (const auto& header : headers_of(expect_values_back(stepped))) EXPECT_FALSE(header.trend);
   }
-  // A schema without stepped arrays does not store the allowed references.
+  // If no array is stepped, the schema does not store which references are allowed.
   WriteOptions options;
   options.key_steps = 1;
   EXPECT_EQ(most_of(expect_round_trip(two_blocks(), options)), trend);
@@ -317,7 +321,7 @@ TEST(StepValues, ATrendGoesOn) {
 
 TEST(StepValues, ATrendIsFollowed) {
   Stepped stepped = waves(4);
-  for (auto& [key, values] : stepped.values)  // random values that all change at the same rate
+  for (auto& [key, values] : stepped.values)  // random values that change at a common rate
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -370,7 +374,8 @@ ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {
   return {};
 }
 
-/// Changes the nth chunk of step values, which has one part.
+/// Changes the chunk of step values with index `nth`, counted from 0. Precondition: the chunk has
+/// one part.
 Bytes with_chunk(std::span<const std::byte> bytes, std::size_t nth,
                  const std::function<void(StepHeader&, Bytes&)>& change) {
   FileParts parts = take_apart(bytes);
@@ -424,8 +429,8 @@ TEST(StepValues, LyingHeaders) {
   refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // differs from the previous group
   refused(
       0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
-  // The header states a trend but no steps to compute it from, which only headers of version 0 can
-  // express.
+  // The header states that values are predicted by a trend, but does not state the steps from which
+  // the trend is computed. Only headers of version 0 can state this.
   for (const bool trend : {false, true}) {
     FileParts parts = take_apart(waves_file());
     Chunk& chunk = *parts.find(ChunkKind::step_values);
@@ -487,7 +492,7 @@ TEST(StepValues, DamagedBytesGiveAsManyValuesOrNone) {
 
 TEST(StepValues, AGroupMayTakeTooMuch) {
   ReadLimits limits;
-  limits.max_group_bytes = 20000;  // enough memory for the cells, but not for their neighbourhoods
+  limits.max_group_bytes = 20000;  // enough for cells, but not for neighbourhoods
   EXPECT_EQ(code_of(written(with_steps(grid(6, 6, 6), Order::stream)), limits),
             ErrorCode::over_limit);
   Stepped stepped;

@@ -41,11 +41,11 @@ constexpr std::string_view registered_name(Codec codec) {
   return {};
 }
 
-/// Set of pairs: the name of a codec, and the kind of data that it codes in a file (the number of a
-/// stream kind, or "step_values").
+/// Set of pairs: the name of a codec, and the kind of data that this codec encodes in a file. The
+/// kind is the number of a stream kind, or "step_values".
 using CodecUses = std::set<std::pair<std::string, std::string>>;
 
-/// Adds to `uses` the codecs of all groups and step values of a file.
+/// Adds the codecs of all groups and step values of a file to `uses`.
 inline void add_uses(std::span<const std::byte> file, CodecUses& uses) {
   const auto add = [&](Codec codec, std::string what) {
     uses.emplace(registered_name(codec), std::move(what));
@@ -66,14 +66,15 @@ inline bool can_be_in(const Schema& schema, ConnectivityCodec codec) {
   NullSink sink;
   return static_cast<bool>(Writer::create(sink, schema, {.connectivity = codec}));
 }
-/// Returns the codecs that a Writer accepts for this schema; the first is `automatic`.
+/// Returns the codecs that a Writer accepts for the cells of a mesh with this schema. The first
+/// entry is `automatic`.
 inline std::vector<ConnectivityCodec> codecs_for(const Schema& schema) {
   std::vector<ConnectivityCodec> codecs{ConnectivityCodec::automatic};
   for (const CellCodec& named : cell_codecs())
     if (can_be_in(schema, named.name)) codecs.push_back(named.name);
   return codecs;
 }
-/// Returns the codecs that cannot encode a mesh with a delay buffer.
+/// Returns the codecs that cannot encode a mesh that has a delay buffer.
 inline std::vector<ConnectivityCodec> codecs_without_delay() {
   Schema schema = hexahedra_schema();
   auto codecs = codecs_for(schema);
@@ -81,8 +82,8 @@ inline std::vector<ConnectivityCodec> codecs_without_delay() {
   for (const ConnectivityCodec with_delay : codecs_for(schema)) std::erase(codecs, with_delay);
   return codecs;
 }
-/// Returns `automatic`, which represents all other codecs, and the codecs that cannot encode a mesh
-/// with a delay buffer.
+/// Returns `automatic`, which stands for all codecs that support a delay buffer, and the codecs
+/// that do not support one.
 inline std::vector<ConnectivityCodec> codecs_of_both_kinds() {
   auto codecs = codecs_without_delay();
   codecs.insert(codecs.begin(), ConnectivityCodec::automatic);
@@ -119,8 +120,8 @@ inline std::vector<GeneratedMesh> generated_meshes() {
   return all;
 }
 
-/// Returns each generated mesh in each codec that can encode it. Orders, delays, steps and levels
-/// vary from file to file.
+/// Returns files of all generated meshes, each in every codec that can encode it. Orders, delays,
+/// steps and levels vary from file to file.
 inline std::vector<FeatureFile> coded_files() {
   constexpr std::array kLevels = {Level::fast, Level::standard, Level::best};
   std::vector<FeatureFile> files;

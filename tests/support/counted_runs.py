@@ -1,4 +1,5 @@
-"""Counts the instructions of a program's function counted_run() by callgrind: the same in every run, however busy the machine is."""
+"""Counts the instructions that a program's function counted_run() executes, with callgrind. The count is the
+same in every run, however busy the machine is."""
 import re
 import shutil
 import subprocess
@@ -10,8 +11,9 @@ COUNTED, PREFIX = "counted_run", "counted,"
 
 
 def counted_runs(program, *arguments):
-    """Runs the program with these arguments. Yields for each call of counted_run() the rest of the line "counted,..." that the program prints after it, and the
-    path of its callgrind profile. Without valgrind, ends the test with exit code 77: skipped."""
+    """Runs the program with these arguments. After each call to counted_run(), the program prints a line
+    "counted,...". For each call, yields the rest of this line and the path of the callgrind profile of the
+    call. If valgrind is missing, ends the test with exit code 77 (skipped)."""
     if not shutil.which("valgrind"):
         print("no valgrind")
         sys.exit(77)

@@ -26,8 +26,8 @@ class CountedSource final : public RandomSource {
   MemoryRandomSource source_;
 };
 
-/// Counts the calls of prefetch(), and the bytes that are read although no such call announced
-/// them.
+/// Counts the calls to prefetch(), and the bytes that are read although no earlier call to
+/// prefetch() announced them.
 class ToldSource final : public RandomSource {
  public:
   explicit ToldSource(std::span<const std::byte> file) : source_(file) {}

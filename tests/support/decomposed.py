@@ -1,4 +1,5 @@
-"""Creates a whole Exodus mesh that has every kind of item that parts share, and cuts it into parts.
+"""Creates a whole Exodus mesh with every kind of item that may be divided among parts, and divides it into
+parts.
 
 Needs ncgen and ncdump.
 """
@@ -10,8 +11,9 @@ from mpi_ranks import Exodus
 from sample_meshes import hexahedra, wedges
 
 def whole_text(n, steps=3, sets=True, seed=0):
-    """Returns the CDL text of a mesh of n*n*n hexahedra in two blocks. Wedges in a third block replace the last layer.
-    The mesh has every kind of item that parts share: fields, sets with factors and variables, attributes, records."""
+    """Returns the CDL text of a mesh of n*n*n hexahedra in two blocks. Wedges in a third block replace the
+    last layer. The mesh has every kind of item that may be divided among parts: fields, sets with factors and
+    variables, attributes, records."""
     m = n + 1
     cells = hexahedra(n, first_node=1)
     layer = n * n
@@ -27,8 +29,8 @@ def whole_text(n, steps=3, sets=True, seed=0):
                               for c in range(count[b])])
     fixed = list(range(1, m * m + 1))
     hexes = count[0] + count[1]
-    # The side set contains the sides of hexahedra at x = 0, and the triangular sides of the wedges,
-    # which have three nodes.
+    # The side set contains the sides of hexahedra at x = 0 and triangular sides of the wedges. A triangular
+    # side has three nodes.
     inlet = [(c + 1, 4) for c in range(hexes) if c % n == 0]
     inlet += [(hexes + w + 1, 5) for w in range(count[2])]
     factors = [round(e * .5 + k, 3) for e, side in inlet for k in range(4 if side == 4 else 3)]
@@ -88,7 +90,8 @@ data: time_whole = {text([s * .5 for s in range(steps)])} ;
 
 
 class Split:
-    """Cuts one Exodus file into parts. Each part has all variables, but only its own rows of them."""
+    """Divides an Exodus file into parts. Each part has all variables of the file, but only those of their
+    rows that belong to the part."""
 
     def __init__(self, whole, owner, count, base=1):
         self.file, self.count, self.base = Exodus(whole), count, base
@@ -114,7 +117,8 @@ class Split:
         self.nodes_of = [sorted(nodes, reverse=p % 2 == 1) for p, nodes in enumerate(self.nodes_of)]
 
     def rows(self, dimension, part):
-        """Returns the numbers of the rows of a dimension that belong to a part; None if all rows belong to it."""
+        """Returns the indices of those rows of a dimension that belong to a part. Returns None if all rows
+        belong to it."""
         nodes, cells = self.nodes_of[part], self.cells_of[part]
         get = self.file.get
         if dimension == "num_nodes":

@@ -1,6 +1,6 @@
-// Families of hexahedral meshes that are degenerate or not manifold: collapsed corners, repeated
-// cells, faces and edges shared by many cells, rows closed with and without a twist, and random
-// corners.
+// Families of hexahedral meshes that are degenerate or not manifold: cells with collapsed corners,
+// repeated cells, faces and edges that many cells share, closed rows of cells with and without a
+// twist, and cells with random corners.
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@ struct Family {
 
 using Corners = std::array<std::uint64_t, 8>;
 
-/// Returns a mesh of these cells. It has as many vertices as the cells refer to, at arbitrary
-/// points.
+/// Returns a mesh with the given cells. It has enough vertices for all corners; their coordinates
+/// are arbitrary.
 inline TestMesh mesh_of(const std::vector<Corners>& cells, std::uint64_t vertices = 0) {
   TestMesh mesh;
   mesh.schema = hexahedra_schema(ScalarType::float64);
@@ -78,8 +78,8 @@ inline TestMesh sectors(std::uint64_t around, std::uint64_t layers) {
   return mesh;
 }
 
-/// Returns a grid with each cell divided into six pyramids, stored as hexahedra whose top is
-/// collapsed to a point.
+/// Returns a grid in which each cell is divided into six pyramids. A pyramid is stored as a
+/// hexahedron whose top face is collapsed to a point.
 inline TestMesh pyramids(std::uint64_t n) {
   constexpr std::array<std::array<std::size_t, 4>, 6> kFaces = {
       {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1}, {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}}};
@@ -99,8 +99,8 @@ inline TestMesh pyramids(std::uint64_t n) {
   return mesh;
 }
 
-/// Returns a grid with each cell divided into six tetrahedra, stored as hexahedra with one edge and
-/// the top collapsed.
+/// Returns a grid in which each cell is divided into six tetrahedra. A tetrahedron is stored as a
+/// hexahedron whose top face and one edge are collapsed.
 inline TestMesh tetrahedra(std::uint64_t n) {
   constexpr std::array<std::array<std::size_t, 2>, 6> kPaths = {
       {{1, 2}, {1, 5}, {3, 2}, {3, 7}, {4, 5}, {4, 7}}};
@@ -116,7 +116,7 @@ inline TestMesh tetrahedra(std::uint64_t n) {
   return mesh;
 }
 
-/// Returns a grid in which `how(index, corners)` has changed the corners of each cell.
+/// Returns a grid after how(index, corners) has changed the corners of each cell.
 inline TestMesh changed_grid(
     std::uint64_t n, const std::function<void(std::size_t, std::vector<std::uint64_t>&)>& how) {
   TestMesh mesh = grid(n, n, n, ScalarType::float64, warped);
@@ -124,7 +124,7 @@ inline TestMesh changed_grid(
   return mesh;
 }
 
-/// Returns a grid that consists only of the cells for which `stays` returns true.
+/// Returns a grid without the cells for which `stays` returns false.
 inline TestMesh part_of_grid(
     std::uint64_t n,
     const std::function<bool(std::uint64_t, std::uint64_t, std::uint64_t)>& stays) {
@@ -136,8 +136,8 @@ inline TestMesh part_of_grid(
   return mesh;
 }
 
-/// Returns a closed row of `count` cells. Corner i of the last face is the same vertex as corner
-/// glue[i] of the first face.
+/// Returns a row of `count` cells that is closed to a ring: corner i of the last face is the same
+/// vertex as corner glue[i] of the first face.
 inline TestMesh closed_row(std::uint64_t count, const std::array<std::uint64_t, 4>& glue) {
   std::vector<Corners> cells;
   for (std::uint64_t c = 0; c < count; ++c) {
@@ -151,7 +151,7 @@ inline TestMesh closed_row(std::uint64_t count, const std::array<std::uint64_t, 
   return mesh_of(cells);
 }
 
-/// Returns a grid that is closed along all three axes.
+/// Returns a grid that is periodic along all three axes: its last layer meets its first layer.
 inline TestMesh torus(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz) {
   const auto v = [&](std::uint64_t i, std::uint64_t j, std::uint64_t k) {
     return i % nx + nx * (j % ny + ny * (k % nz));
@@ -174,8 +174,8 @@ inline TestMesh garbage(std::uint64_t cells, std::uint64_t vertices, std::uint64
   return mesh_of(list, vertices);
 }
 
-/// Returns cells with random corners from a window that moves along the vertices, so that the cells
-/// share corners by chance in many ways.
+/// Returns cells whose corners are chosen at random from a window that moves along the vertex
+/// numbers. The cells therefore share corners in many accidental ways.
 inline TestMesh moving_garbage(std::uint64_t cells, std::uint64_t window, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<Corners> list(cells);
@@ -277,7 +277,7 @@ inline void add_glued(std::vector<Family>& all) {
   all.push_back({"torus of 3 x 2 x 1", torus(3, 2, 1)});
   all.push_back({"torus of 6 x 5 x 4", torus(6, 5, 4)});
   // In the first mesh, each cell shares two faces with the previous cell. In the second mesh, each
-  // cell shares all six faces.
+  // cell shares all six faces with the previous cell.
   std::vector<Corners> two_faces, all_faces;
   for (std::uint64_t c = 0; c < 30; ++c) {
     const std::uint64_t v = 2 * c;

@@ -1,6 +1,7 @@
 // Writes an Exodus file with an example of everything that libexodusii can write, and describes the
-// contents of such a file as sentences. The sentences name nodes and elements by their ids, so that
-// two files that differ only in the order of nodes and elements have the same sentences.
+// contents of an Exodus file by sentences. The sentences refer to nodes and elements by their ids.
+// If two files differ only in the order of nodes and elements, their sentences are therefore the
+// same.
 #pragma once
 
 #include <exodusII.h>
@@ -37,8 +38,8 @@ struct ElementKind {
   const char* topology;
   int nodes, elements, edges, faces, attributes;
 };
-// The first two blocks fill the grid. NSIDED and NFACED elements vary in size; a block of 0
-// elements is a null block.
+// The blocks of the file. The first two blocks fill the grid. NSIDED and NFACED elements have
+// different numbers of nodes or faces. A block of 0 elements is a null block.
 inline constexpr std::array<ElementKind, 30> kKinds{
     {{"HEX8", 8, 40, 12, 6, 3},     {"hex", 8, 24, 0, 0, 0},     {"HEX20", 20, 3, 0, 0, 1},
      {"HEX27", 27, 3, 0, 0, 0},     {"HEX9", 9, 2, 0, 0, 0},     {"TETRA4", 4, 5, 0, 0, 0},
@@ -51,15 +52,15 @@ inline constexpr std::array<ElementKind, 30> kKinds{
      {"SPHERE", 1, 5, 0, 0, 2},     {"SUPER", 40, 2, 0, 0, 0},   {"NULL", 0, 0, 0, 0, 0},
      {"nsided", 0, 9, 0, 0, 1},     {"nfaced", 0, 7, 0, 0, 2},   {"NFACED", 0, 5, 0, 0, 0}}};
 
-// Writes the file; reports errors as GoogleTest failures.
+// Writes the file. Reports errors as failures of the test.
 class Maker {
  public:
   Maker(const std::string& path, const Options& options) : options_(options), random_(7) {
     wide_ = (options.mode & EX_ALL_INT64_DB) != 0;
     write(path);
   }
-  // Returns the id of the `i`-th block or set of one kind. In wide files, some ids need more than
-  // 32 bits.
+  // Returns the id of the i-th block or set of one kind. If the file stores 64-bit integers, every
+  // second id needs more than 32 bits.
   std::int64_t id(std::int64_t i, std::int64_t base) const {
     return base + i * 3 + (wide_ && i % 2 == 0 ? std::int64_t{1} << 40 : 0);
   }
@@ -266,7 +267,7 @@ class Maker {
       ex_entity_type type;
       std::int64_t base;
       std::size_t most;
-      bool second;  // true if each entry also has a side or an orientation
+      bool second;  // true if each entry has a second number: a side or an orientation
       const char* stem;
     };
     const std::array<Kind, 5> kinds{{{EX_NODE_SET, 1000, kNodes, false, "nodes"},
@@ -381,12 +382,12 @@ class Maker {
   bool wide_ = false;
   int exoid_ = -1;
   std::size_t elements_ = 0;
-  std::vector<std::size_t> node_at_;  // for each node of the grid, its number in the file, from 0
+  std::vector<std::size_t> node_at_;  // for each node of the grid: its index in the file
 };
 
-// Describes an Exodus file as libexodusII reads it, with one sentence per item. The sentences name
-// nodes and elements by the ids in the maps of the file. They name faces, edges and sets, whose
-// order must not change, by their position.
+// Describes the contents of an Exodus file as libexodusII reads it, with one sentence per item. The
+// sentences refer to nodes and elements by the ids in the maps of the file. They refer to faces,
+// edges and sets by position, because the order of these items must not change.
 class Teller {
  public:
   explicit Teller(const std::string& path) {

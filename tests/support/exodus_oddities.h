@@ -1,6 +1,7 @@
-// Adds items to an Exodus file through netCDF that the Exodus manual does not describe: assemblies,
+// Uses netCDF to add items to an Exodus file that the Exodus manual does not describe: assemblies,
 // blobs and reduction variables as newer libraries store them, user-defined variables and
-// attributes, Exodus names with unexpected types and shapes, and every storage option of netCDF.
+// attributes, variables that have Exodus names but unexpected types and shapes, and every storage
+// option of netCDF.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@
 
 namespace shm::exodus_files {
 
-// Opens an existing file for additions, and closes it in its destructor.
+// Opens an existing file to add items. The destructor closes the file.
 class Additions {
  public:
   explicit Additions(const std::string& path) {
@@ -40,7 +41,7 @@ class Additions {
   int id() const { return id_; }
   bool enhanced() const {
     return enhanced_;
-  }  // true if the file can use the complete netCDF-4 model
+  }  // true if the file supports the complete netCDF-4 model
   bool hdf5() const { return hdf5_; }
 
   void dimension(const std::string& name, std::size_t length) {
@@ -152,7 +153,8 @@ inline void add_unknown(Additions& to) {
   to.variable("monitor", NC_INT, {"time_step"});
   const int filled = to.variable("has_fill_value", NC_INT, {"five"});
   to.numbers<int>(filled, "_FillValue", NC_INT, {-999});
-  // Names of Exodus variables with types and shapes that Exodus does not use.
+  // These variables have the names of Exodus variables, but types and shapes that Exodus does not
+  // use.
   to.variable("node_ns77", NC_DOUBLE, {"three", "five"});
   to.variable("elem_ss88", NC_CHAR, {"five"});
   to.variable("elem_els55", NC_SHORT, {"three"});
@@ -228,8 +230,8 @@ inline void add_oddities(const std::string& path) {
   if (to.hdf5()) add_storage(to);
 }
 
-// Reads every variable that has exactly one dimension of nodes or elements, through netCDF. Returns
-// one sentence per node or element; each sentence contains the id of the node or element.
+// Reads, through netCDF, all variables that have exactly one dimension of nodes or elements.
+// Returns one sentence per node or element, which contains the id of the node or element.
 inline std::multiset<std::string> told_by_netcdf(const std::string& path) {
   std::multiset<std::string> sentences;
   int id = -1, variables = 0;

@@ -10,7 +10,8 @@
 
 namespace shm::converters {
 
-// Compares two files with netCDF's own tools; a failure lists the differences.
+// Compares two files with netCDF's own tools. If the files differ, the test failure lists the
+// differences.
 inline testing::AssertionResult equal_files(const std::string& a, const std::string& b) {
   const std::string report = b + ".report";
   const std::string command = "python3 '" SHM_SOURCE_DIR "/tests/support/exodus_oracle.py' '" + a +

@@ -1,21 +1,22 @@
 #!/usr/bin/env python3
-"""Compares two Exodus II files with netCDF's own ncdump, independently of this project's code.
+"""Compares two Exodus II files with netCDF's own ncdump. The script does not use this project's code.
 
 usage: exodus_oracle.py A B
 
 Compares the kind of netCDF file, all dimensions, variables, attributes and values, and the storage
-options (chunks, filters, byte order, filling). The order of definitions does not matter. Only the
-names in which netCDF records its own versions are ignored. Numbers are printed with enough digits
-to distinguish all values except NaNs with different payloads.
-Exit code: 0 equal, 1 different (the differences are printed), 2 a file cannot be read.
+options (chunks, filters, byte order, filling). The order of definitions does not matter. Only the attributes
+in which netCDF records its own versions are ignored. Numbers are printed with enough digits to distinguish
+all values except NaNs with different payloads. Exit code: 0 equal, 1 different (the differences are printed),
+2 a file cannot be read.
 """
 import re
 import subprocess
 import sys
 
-# Numbers of digits that distinguish all floats and all doubles.
+# Argument of ncdump: the number of significant digits that distinguishes all floats, and the number that
+# distinguishes all doubles.
 DIGITS = "9,17"
-# Attributes with the versions of netCDF and HDF5 that wrote the file.
+# Names of attributes that record the versions of netCDF and HDF5 that wrote the file. They are not compared.
 MADE_BY = (":_NCProperties", ":_SuperblockVersion")
 
 
@@ -28,13 +29,14 @@ def run(*command):
 
 
 def statements(text):
-    """Splits CDL at semicolons and section headings, respecting strings and comments."""
+    """Splits CDL text at semicolons and section headings, but not inside strings and comments."""
     token = re.compile(r'"(?:[^"\\]|\\.)*"|//[^\n]*|;|[^";/]+|/', re.DOTALL)
     current = []
     for match in token.finditer(text):
         piece = match.group()
         if piece.startswith("//"):
-            # ncdump prints the length of an unlimited dimension in a comment.
+            # Other comments are dropped. ncdump prints the current length of an unlimited dimension as a
+            # comment.
             if "currently" in piece:
                 yield "length " + piece
             continue
@@ -46,7 +48,7 @@ def statements(text):
 
 
 def contents(path):
-    """Returns everything in a file as a dictionary: {name of the item: its text}."""
+    """Returns the contents of a file as a dictionary from the name of each item to its text."""
     kind = run("ncdump", "-k", path).strip()
     storage = ["-s"] if kind.startswith("netCDF-4") else []  # ncdump -s fails on CDF-5
     text = run("ncdump", *storage, "-p", DIGITS, path)

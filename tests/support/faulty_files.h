@@ -1,7 +1,7 @@
 // Faulty files: one small file for each fault that a reader must reject ("What a reader must
 // reject" in spec/). Each file has exactly one fault. Its lengths and checksums are correct, unless
 // the fault is a wrong length or checksum. The files are stored, numbered, in tests/golden/faulty,
-// so that other readers can be tested with them. A file keeps its number for ever; new files are
+// so that other readers can be tested with them. A file keeps its number forever; new files are
 // added at the end.
 #pragma once
 
@@ -75,7 +75,8 @@ class FaultyFiles {
     return std::find_if(files_.begin(), files_.end(), [&](auto& it) { return it.name == name; })
         ->bytes;
   }
-  /// Returns the feature file `name` with its parts changed by `change` and with correct checksums.
+  /// Takes the feature file `name` apart and passes its parts to `change`. Returns the changed file
+  /// with correct checksums.
   Bytes with(const std::string& name, const std::function<void(FileParts&)>& change,
              Numbering numbering = Numbering::anew) const {
     FileParts parts = take_apart(file(name));
@@ -241,7 +242,7 @@ class FaultyFiles {
         }));
   }
 
-  /// Extra chunks whose packed blobs contradict their declared sizes and methods.
+  /// Adds files with a chunk of extras whose packed blob contradicts its declared size and method.
   void blobs() {
     const auto extra = [&](const char* sentence, Bytes payload, ErrorCode code = kCorrupt) {
       add(code, std::string("A packed blob: ") + sentence, with("keep", [&](auto& it) {
@@ -277,8 +278,8 @@ class FaultyFiles {
                  {std::byte{0x50}, std::byte{0x2a}, std::byte{0x4d}, std::byte{0x18}, std::byte{4},
                   std::byte{0}, std::byte{0}, std::byte{0}, std::byte{1}, std::byte{2},
                   std::byte{3}, std::byte{4}}));
-    // A frame that consists of the magic number, a descriptor without a content size, a window of
-    // 2^28 bytes, and an empty last block.
+    // A zstd frame of four parts: the magic number, a descriptor without a content size, a window
+    // of 2^28 bytes, and an empty last block.
     extra("a zstd frame with a window of 2^28 bytes.",
           packed(1, 0,
                  {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}, std::byte{0},
@@ -381,8 +382,8 @@ class FaultyFiles {
         }));
   }
 
-  /// Files with correct checksums and one bitstream that cannot be decoded. A fixed sequence of
-  /// changes is applied to the bitstream, one change at a time. The file contains the first change
+  /// Adds files with correct checksums in which one bitstream cannot be decoded. The changes in a
+  /// fixed sequence are tried on the bitstream, one at a time. The file contains the first change
   /// that makes the bitstream undecodable.
   void bitstreams() {
     broken_bitstreams({"keep",
@@ -623,8 +624,9 @@ class FaultyFiles {
       put_packed(out, blob, packing);
       return std::move(out.bytes);
     };
-    // Returns a packed list with a single extra, with this type, reference distance, declared
-    // number of values, and number of bytes of values.
+    // Returns the unpacked bytes of a list with a single extra. The arguments are the type of the
+    // extra, its reference distance, the declared number of values, and the number of bytes of
+    // values.
     const auto one = [&](int type, std::uint64_t distance, std::uint64_t values,
                          std::size_t bytes) {
       ByteWriter out;
@@ -677,7 +679,7 @@ class FaultyFiles {
     return std::move(out.bytes);
   }
 
-  /// Indexes that each have one wrong field in one entry.
+  /// Adds files with an index in which one field of one entry is wrong.
   void entries_of_indices() {
     using container::IndexEntry;
     using container::StepEntry;
@@ -747,8 +749,8 @@ class FaultyFiles {
     of("it is empty.", [](Bytes& blob) { blob.clear(); });
     add(kCorrupt, "Packed index: a number of nine bytes.", with("no_cells", [](FileParts& parts) {
           ByteWriter blob, out;
-          // Stores totals of zero, and one array with one component, whose smallest value has nine
-          // bytes.
+          // The index contains zero totals and the range of one array with one component. The
+          // smallest value of the range claims to have nine bytes.
           blob.put_bytes(Bytes(8));
           for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{1, 0, 1, 9})
             blob.put_u8(byte);
@@ -783,7 +785,7 @@ class FaultyFiles {
         }));
   }
 
-  /// Blobs of zeros that unpack to more than the limit for their packed size.
+  /// Adds files with a blob of zeros that unpacks to more bytes than its packed size permits.
   void large_blobs() {
     constexpr std::uint64_t kZeros = (std::uint64_t{1} << 24) + (std::uint64_t{1} << 19);
     const auto of = [&](const std::string& sentence, ChunkKind kind, std::uint8_t version) {
@@ -811,7 +813,7 @@ class FaultyFiles {
   std::vector<FaultyFile> faulty_;
 };
 
-/// Returns the faulty files in the order of their numbers, which begin with 1.
+/// Returns the faulty files in the order of their numbers, which start at 1.
 inline std::vector<FaultyFile> faulty_files() { return FaultyFiles().take(); }
 
 }  // namespace shm

@@ -1,6 +1,6 @@
-// Feature files: small .shm files that together use every feature of the format. They are computed
-// with integers and exact floating-point arithmetic only, so that they are identical on every
-// machine.
+// Feature files: small .shm files that together use every feature of the format. Their data is
+// computed with integers and exact floating-point operations only, so the files are identical on
+// every machine.
 #pragma once
 
 #include <algorithm>
@@ -24,12 +24,13 @@ struct FeatureFile {
   std::vector<std::byte> bytes;
 };
 
-/// Bends a unit cube with polynomials, which round identically on every machine.
+/// Maps a point of the unit cube to a bent cube. The polynomials round identically on every
+/// machine.
 inline std::array<double, 3> bent(double x, double y, double z) {
   return {x + .125 * y * z, y + .25 * x * (1 - z), z - .0625 * x * y};
 }
 
-/// Random numbers that are identical with every standard library.
+/// A random number generator whose results do not depend on the standard library.
 class PlainRandom {
  public:
   explicit PlainRandom(std::uint64_t seed) : engine_(seed) {}
@@ -65,7 +66,7 @@ inline void append_scalar(std::vector<std::byte>& to, ScalarType type, std::int6
   append(to, value);
 }
 
-/// Adds a static array of values that vary slowly, with occasional jumps.
+/// Adds a static array whose values vary slowly, with occasional jumps.
 inline void add_array(TestMesh& mesh, ArrayInfo info, std::uint64_t elements) {
   PlainRandom random(mesh.schema.arrays.size() + 1);
   std::vector<std::byte> values;
@@ -111,8 +112,8 @@ inline void append_point(TestMesh& mesh, const std::array<double, 3>& point) {
   ++mesh.vertices;
 }
 
-/// Returns a mesh of the cells of `from` in which each cell has separate vertices. Its array has
-/// equal values at some of the vertices that share a point.
+/// Returns a mesh of the cells of `from` in which cells do not share vertices. At some points, the
+/// vertices of different cells have equal values in the array.
 inline TestMesh broken(const TestMesh& from) {
   TestMesh mesh;
   mesh.schema = from.schema;
@@ -133,8 +134,8 @@ inline TestMesh broken(const TestMesh& from) {
   return mesh;
 }
 
-/// Returns a ring of hexahedra around an axis; its first and last layers meet. All points are
-/// computed exactly.
+/// Returns a ring of hexahedra around an axis, whose last layer meets its first layer. All
+/// coordinates are computed exactly.
 inline TestMesh exact_ring(std::uint64_t around, std::uint64_t out, std::uint64_t up) {
   TestMesh mesh = ring(around, out, up, ScalarType::float64);
   std::vector<std::array<double, 3>> points;
@@ -170,9 +171,9 @@ inline TestMesh mixed_cells() {
   return mesh;
 }
 
-/// Returns adjacent cells of every shape: hexahedra, wedges on them, pyramids and tetrahedra on the
-/// wedges, and polygons and lines on all of these. Some cells are degenerate; some have more nodes
-/// than corners.
+/// Returns connected cells of every shape: hexahedra, wedges on top of them, pyramids and
+/// tetrahedra on top of the wedges, and polygons and lines on all of these. Some cells are
+/// degenerate, and some have more nodes than corners.
 inline TestMesh every_shape() {
   TestMesh mesh = grid(3, 3, 4, ScalarType::float64, bent);
   auto& blocks = mesh.schema.blocks;
@@ -227,7 +228,8 @@ inline TestMesh every_shape() {
   return mesh;
 }
 
-/// Returns the faces of a polyhedron as its node list: each face ends by repeating its first node.
+/// Returns the node list of a polyhedron with these faces. In the list, each face ends by repeating
+/// its first node.
 inline std::vector<std::uint64_t> closed_faces(
     const std::vector<std::vector<std::uint64_t>>& faces) {
   std::vector<std::uint64_t> nodes;
@@ -238,7 +240,7 @@ inline std::vector<std::uint64_t> closed_faces(
   return nodes;
 }
 
-/// Corners of the six faces of a hexahedron.
+/// For each face of a hexahedron: its four corners.
 inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kSixFaces = {
     {{0, 3, 2, 1}, {0, 4, 7, 3}, {0, 1, 5, 4}, {1, 2, 6, 5}, {3, 7, 6, 2}, {4, 5, 6, 7}}};
 
@@ -257,8 +259,8 @@ inline std::vector<std::vector<std::uint64_t>> hexahedron_faces(const std::vecto
   return faces;
 }
 
-/// Returns hexahedra stored as polyhedra in two blocks, polyhedra made of two hexahedra, hexahedra
-/// stored as such, and node lists that do not describe faces.
+/// Returns a mesh with four kinds of cells: hexahedra stored as polyhedra in two blocks, polyhedra
+/// that join two hexahedra, ordinary hexahedra, and cells whose node list does not describe faces.
 inline TestMesh polyhedra() {
   TestMesh mesh = grid(4, 3, 4, ScalarType::float64, bent);
   auto& blocks = mesh.schema.blocks;
@@ -318,8 +320,8 @@ inline TestMesh degenerate_hexahedra() {
   return mesh;
 }
 
-/// Returns a grid with a hole, a second grid enumerated in the opposite direction, degenerate cells
-/// and other shapes: together they use every way to encode a replayed cell.
+/// Returns a mesh that uses every way to encode a replayed cell: a grid with a hole, a second grid
+/// whose cells are in the opposite order, degenerate cells and other shapes.
 inline TestMesh replayed(Order order) {
   TestMesh mesh = mixed_cells();
   std::vector<TestCell> cells;
@@ -344,8 +346,8 @@ inline TestMesh replayed(Order order) {
   return mesh;
 }
 
-/// Adds arrays of 17, 16, 16, 16, 16 and 13 components. Tables are used for the first three arrays
-/// of 16 components, and for the last array.
+/// Adds arrays of 17, 16, 16, 16, 16 and 13 components. Because of the limits for tables, only the
+/// first three arrays of 16 components and the last array use tables.
 inline TestMesh with_tables_for_some(TestMesh mesh) {
   for (const std::uint32_t components : {17, 16, 16, 16, 16, 13}) {
     std::string name = "a";
@@ -383,13 +385,13 @@ inline TestMesh quantized() {
   mesh.schema.coordinate_quantization = {10, {0, 0, -.0625}, {1.125, 1.25, 1}};
   ArrayInfo info = array_of("q", Location::point, ScalarType::float64, 2);
   info.quantization = {
-      7, {0, 0}, {20, 16}};  // the jumps are outside the box and therefore stored exactly
+      7, {0, 0}, {20, 16}};  // the jumps are outside this box and are therefore stored exactly
   add_array(mesh, info, mesh.vertices);
   return mesh;
 }
 
-/// Returns a file with error bounds on coordinates, on a point array with special values, and on a
-/// stepped cell array.
+/// Returns a file with error bounds on its coordinates, on a point array with special values, and
+/// on a stepped cell array.
 inline std::vector<std::byte> bounded_file() {
   const TestMesh from = bent_grid(3, 2, 2, ScalarType::float64);
   Mesh mesh;
@@ -435,8 +437,8 @@ inline TestMesh special_values() {
   return mesh;
 }
 
-/// Returns random values for the vertices or cells of a grid that is 5 cells wide. Values on
-/// opposite sides of a mirror plane differ only in their signs and last bits.
+/// Returns random values for the vertices or cells of a grid that is 5 cells wide. On opposite
+/// sides of a mirror plane, values differ only in sign and in their last bits.
 inline std::vector<std::byte> mirrored_noise(std::uint64_t count, bool of_cells,
                                              std::uint64_t seed) {
   const std::uint64_t row = of_cells ? 5 : 6;
@@ -455,8 +457,8 @@ inline std::vector<std::byte> mirrored_noise(std::uint64_t count, bool of_cells,
   return bytes;
 }
 
-/// Returns a file with a static array that repeats earlier values (recalled values), and stepped
-/// arrays whose elements have partners.
+/// Returns a file with a static array that repeats earlier values (recalled values), and with
+/// stepped arrays in which elements have partners with related values.
 inline std::vector<std::byte> mirrored_file(Level level) {
   TestMesh mesh = bent_grid(5, 4, 3);
   mesh.schema.arrays.push_back(array_of("s", Location::point, ScalarType::float64));
@@ -484,8 +486,8 @@ inline std::vector<std::byte> mirrored_file(Level level) {
   return std::move(sink.bytes);
 }
 
-/// Returns a file with an extra that is large enough to be split into byte planes: a list of faces
-/// with four vertices each.
+/// Returns a file with an extra that lists faces of four vertices each. The extra is large enough
+/// to be split into byte planes.
 inline std::vector<std::byte> large_extras_file() {
   TestMesh mesh = bent_grid(2, 2, 2);
   MemorySink sink;
@@ -549,7 +551,8 @@ inline std::vector<std::byte> steps_and_extras_file(Order order, std::uint32_t k
   return std::move(sink.bytes);
 }
 
-/// Returns a file with vertices that are never marked as finalized, and vertices that no cell uses.
+/// Returns a file in which some vertices are never marked as finalized, and other vertices are not
+/// used by any cell.
 inline std::vector<std::byte> unmarked_file() {
   const TestMesh mesh = grid(2, 2, 1, ScalarType::float64, bent);
   MemorySink sink;
@@ -580,8 +583,8 @@ inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_
   return std::move(sink.bytes);
 }
 
-/// Returns a file that is divided into segments of `cells` cells, with values at vertices and
-/// cells. Each segment has several groups.
+/// Returns a file with values at vertices and cells. It is divided into segments of `cells` cells,
+/// each of which has several groups.
 inline std::vector<std::byte> segments_file(Order order, bool corner_order, std::uint32_t delay,
                                             std::uint64_t cells) {
   TestMesh mesh =
@@ -598,8 +601,8 @@ inline std::vector<std::byte> segments_file(Order order, bool corner_order, std:
   return std::move(sink.bytes);
 }
 
-/// Returns a file of two segments whose cells use this codec, with stepped arrays at vertices and
-/// cells.
+/// Returns a file of two segments with stepped arrays at vertices and cells. The cells are coded
+/// with `codec`.
 inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
   TestMesh mesh = bent_grid(4, 3, 4);
   for (const Location location : {Location::point, Location::cell}) {
@@ -630,7 +633,7 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
 }
 
 /// Returns a file with random step values that all change by the same amount from one step to the
-/// next. The values are coded by terms, as differences between steps.
+/// next. The values are coded by terms: as differences between steps.
 inline std::vector<std::byte> steps_that_rise() {
   TestMesh mesh = bent_grid(6, 5, 4);
   ArrayInfo points = array_of("p", Location::point, ScalarType::float32);
@@ -654,8 +657,8 @@ inline std::vector<std::byte> steps_that_rise() {
         const std::uint64_t count = array == 0 ? mesh.vertices : 3 * mesh.cells.size();
         for (std::uint64_t e = 0; e < count; ++e) {
           noise = noise * 1664525 + 1013904223;
-          // All values are between 64 and 100, where neighbouring floating-point numbers of this
-          // size have the same spacing.
+          // All values are between 64 and 100. In this range, the spacing of floating-point numbers
+          // is constant.
           const double value = 64 + static_cast<double>(noise) * 0x1p-27 +
                                static_cast<double>(step) * 1.375 +
                                static_cast<double>(e / 7) * 0x1p-16;
@@ -672,9 +675,9 @@ inline std::vector<std::byte> steps_that_rise() {
   return std::move(sink.bytes);
 }
 
-/// Returns rows of quads, and lines along one side, with a cell array. The points are set again
-/// because `bent_grid` with 0 layers computes them as 0 / 0: the sign of that NaN depends on the
-/// machine, and the golden files have the sign of x86.
+/// Returns rows of quads with lines along one side and a cell array. The function sets the points
+/// again, because `bent_grid` with 0 layers computes them as 0 / 0. The sign of that NaN depends on
+/// the machine; the golden files contain the sign that x86 produces.
 inline TestMesh quads_in_rows() {
   TestMesh mesh = bent_grid(7, 5, 0);
   mesh.xyz.clear();
@@ -690,9 +693,9 @@ inline TestMesh quads_in_rows() {
   return mesh;
 }
 
-/// Returns a file of cells in this codec, in two segments of several groups, with values at
-/// vertices and cells. Two vertices are used by no cell: one vertex between cells, and one at the
-/// end.
+/// Returns a file with values at vertices and cells, in two segments of several groups each. The
+/// cells are coded with `codec`. Two vertices are not used by any cell: one between cells, and one
+/// at the end.
 inline std::vector<std::byte> rows_of_cells(ConnectivityCodec codec, Level level,
                                             Order order = Order::keep) {
   const int row = order == Order::keep ? 4 : 8;
@@ -710,8 +713,8 @@ inline std::vector<std::byte> rows_of_cells(ConnectivityCodec codec, Level level
   return std::move(sink.bytes);
 }
 
-/// Returns the mesh without a delay buffer, without polygons and polyhedra of varying size, and
-/// without cells with many nodes. The blocks of these cells remain as blocks of triangles.
+/// Returns the mesh without a delay buffer, and without cells whose number of nodes varies or
+/// exceeds 64. The blocks of these cells become blocks of triangles.
 inline TestMesh with_few_nodes(TestMesh mesh) {
   mesh.schema.delay = 0;
   for (BlockInfo& block : mesh.schema.blocks) {
@@ -793,7 +796,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("segments_stream", segments_file(stream, false, 0, 6));
   add("shifts", rows_of_cells(ConnectivityCodec::shifts, Level::fast));
   add("shifts_stream", rows_of_cells(ConnectivityCodec::shifts, Level::fast, stream));
-  // This mesh has more different shifts than the table can hold.
+  // This mesh has more different shifts than the table of shifts can hold.
   add("shifts_shuffled", written(shuffled(bent_grid(7, 7, 6, ScalarType::float64)), 200,
                                  ConnectivityCodec::shifts, Level::fast));
   add("shifts_arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,
@@ -801,7 +804,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("shifts_quantized", written(quantized(), 5, ConnectivityCodec::shifts, Level::fast));
   add("shifts_special_values",
       written(special_values(), 65536, ConnectivityCodec::shifts, Level::fast));
-  // The values of this file are predicted from neighbourhoods that are found by vertex number.
+  // The values in this file are predicted from neighbours that are found by vertex number.
   add("shifts_columns", rows_of_cells(ConnectivityCodec::shifts, Level::standard));
   add("shifts_columns_arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,
                                        ConnectivityCodec::shifts, Level::standard));

@@ -1,7 +1,8 @@
 // File fields: every number and every text of a .shm file. FieldWalk finds the fields from the
 // layout of each part, which this header describes independently of the reader. A test can then
-// replace a single field by another value. The bytes after the field stay the same and all
-// checksums are correct, so that the reader has to handle the wrong value itself.
+// replace a single field with another value. The bytes after the field stay the same and all
+// checksums are corrected, so that the checks of the reader, and not a checksum, must detect the
+// wrong value.
 //
 // spec: "Container", "Schema", "Group", "Step values", "Extras", "Index and trailer", "Archive",
 // "Parity"
@@ -25,21 +26,21 @@
 
 namespace shm {
 
-/// Encoding of a field. A short_f64 is the number of stored bytes, followed by these bytes. A field
-/// of type checksum is recomputed and never replaced.
+/// Encoding of a field. A short_f64 consists of a byte count and that number of bytes. A field of
+/// type checksum is recomputed and never replaced.
 enum class FieldType { u8, u16, u32, u64, varint, short_f64, text, checksum };
 
 struct Field {
   std::string_view name;
   FieldType type = FieldType::u8;
   std::size_t begin = 0, end = 0;
-  /// If the field is a count that is followed by elements: the offset of each element, and the
-  /// offset after the last element.
+  /// If the field is the count of a list: the offset of each element of the list, and the offset
+  /// after the last element.
   std::vector<std::size_t> elements{};
 };
 
-/// Reads a number as it is stored: signed integers stay in their unsigned (zigzag) form, and
-/// floating-point numbers are returned as bits. For a text, returns its length.
+/// Reads the stored form of a field as an unsigned number. Signed integers stay in their zigzag
+/// form, floating-point numbers are returned as bits, and for a text, its length is returned.
 inline std::uint64_t get_number(ByteReader& in, FieldType type) {
   switch (type) {
     case FieldType::u8: return in.get_u8();
@@ -67,8 +68,8 @@ inline int bits_of(FieldType type) {
   return type == FieldType::u8 ? 8 : type == FieldType::u16 ? 16 : type == FieldType::u32 ? 32 : 64;
 }
 
-/// Writes a number that has the form returned by get_number(). Must hold: `type` is the type of a
-/// number and not a checksum.
+/// Writes a number in the form that get_number() returns. Precondition: `type` is a numeric type
+/// and not checksum.
 inline void put_number(ByteWriter& out, FieldType type, std::uint64_t number) {
   if (type == FieldType::varint) return out.put_varint(number);
   int bytes = bits_of(type) / 8;
@@ -88,7 +89,7 @@ class FieldWalk {
 
   std::vector<Field> fields;
 
-  /// Returns true if all fields so far were complete.
+  /// Returns true if all fields that have been read so far were complete.
   bool ok() const { return in_.ok(); }
   std::size_t position() const { return in_.position(); }
 
@@ -103,7 +104,7 @@ class FieldWalk {
     for (const char* name : {"kind", "version", "flags"}) get(name, FieldType::u8);
     for (const char* name : {"sequence", "segment"}) get(name, FieldType::u32);
   }
-  /// Adds the fields that precede the bytes of a packed blob.
+  /// Reads the fields that precede the packed bytes of a blob.
   void packing() {
     const std::uint64_t method = get("method", FieldType::u8);
     if (method != 3) get("unpacked bytes", FieldType::varint);
@@ -197,7 +198,7 @@ class FieldWalk {
       get("member bytes", FieldType::varint);
     });
   }
-  /// Adds the fields of the header of a parity packet.
+  /// Finds the fields in the header of a parity packet.
   void parity_packet() {
     get("mark", FieldType::u32);
     for (const char* name : {"packet kind", "packet version", "data", "parity"})
@@ -220,7 +221,7 @@ class FieldWalk {
   static constexpr auto kGroup = static_cast<std::uint64_t>(container::ChunkKind::group);
   static constexpr auto kStepValues = static_cast<std::uint64_t>(container::ChunkKind::step_values);
 
-  /// Reads a count, then calls `visit` that number of times, once for each element.
+  /// Reads the count of a list, then calls `visit` once for each element of the list.
   template <class Visit>
   void list(std::string_view name, Visit&& visit) {
     const std::uint64_t count = get(name, FieldType::varint);
@@ -232,7 +233,7 @@ class FieldWalk {
     }
     fields[field].elements = std::move(elements);
   }
-  /// Reads a column: one field for each of `count` elements.
+  /// Reads a column, which has one field for each of `count` elements.
   void column(std::string_view name, FieldType type, std::uint64_t count) {
     for (std::uint64_t i = 0; i < count && ok(); ++i) get(name, type);
   }
@@ -308,9 +309,9 @@ class FieldWalk {
 struct Section {
   std::vector<std::byte> bytes;
   std::vector<Field> fields;
-  /// Number of bytes after the fields. The fields describe these bytes.
+  /// Number of bytes that follow the fields and whose meaning the fields describe.
   std::size_t bytes_behind = 0;
-  /// Replaces these fields in the file by other bytes.
+  /// Replaces the bytes of these fields in the file.
   std::function<void(FileParts&, const std::vector<std::byte>&)> put{};
 
   std::uint64_t number(const Field& field) const {
@@ -324,7 +325,7 @@ struct Section {
 
 // --- replacement values of fields
 
-/// Returns texts that are not valid names, or that mean something else as a path or to a shell.
+/// Returns a text that is not a valid name, or that has a special meaning as a path or in a shell.
 inline std::string odd_text(std::uint64_t n) {
   static const std::string kTexts[] = {
       "",    "../../x", "/etc/passwd", "..",  ".", "a/b",   "a\\b", std::string("a\0b", 3), "x",
@@ -333,8 +334,8 @@ inline std::string odd_text(std::uint64_t n) {
   return kTexts[n % std::size(kTexts)];
 }
 
-/// Returns the n-th replacement of a number: a number near it, a number far from it, a power of
-/// two, a small number, or the value of another field.
+/// Returns the n-th replacement for the number in `field`: a number near it, a number far from it,
+/// a power of two, a small number, or the value of another field.
 inline std::uint64_t other_number(const Section& section, const Field& field, std::uint64_t n) {
   const std::uint64_t number = section.number(field);
   switch (n % 8) {
@@ -351,8 +352,8 @@ inline std::uint64_t other_number(const Section& section, const Field& field, st
   }
 }
 
-/// Returns the bytes of the section with one field changed in the n-th of several hundred ways;
-/// unchanged if the field is a checksum.
+/// Returns the bytes of the section after one field has been changed in one of several hundred
+/// ways, which `n` selects. If the field is a checksum, returns the bytes unchanged.
 inline std::vector<std::byte> changed(const Section& section, const Field& field, std::uint64_t n) {
   if (field.type == FieldType::checksum) return section.bytes;
   const auto all = std::span(section.bytes);
@@ -361,7 +362,7 @@ inline std::vector<std::byte> changed(const Section& section, const Field& field
   ByteWriter out;
   out.put_bytes(all.first(field.begin));
   if (field.type == FieldType::text && n % 4 == 0) {
-    // Writes another length, followed by the same bytes.
+    // Writes a wrong length before the unchanged bytes of the text.
     out.put_varint(other_number(section, field, n / 4));
     behind = all.subspan(field.end - static_cast<std::size_t>(section.number(field)));
   } else if (field.type == FieldType::text) {
@@ -379,8 +380,8 @@ inline std::vector<std::byte> changed(const Section& section, const Field& field
     out.put_bytes(all.subspan(field.end, (more ? end : begin) - field.end));
     behind = all.subspan(more ? begin : end);
   } else if (field.type == FieldType::varint && n % 32 == 1) {
-    // Writes the same number with additional groups of zero bits at its end, in some cases more
-    // groups than a varint may have.
+    // Writes the same number as a varint with additional groups of zero bits. In some cases, the
+    // varint then has more groups than the format allows.
     out.put_bytes(section.bytes_of(field));
     out.bytes.back() |= std::byte{0x80};
     for (std::uint64_t zeros = n / 32 % 10; zeros > 0; --zeros) out.put_u8(0x80);
@@ -404,8 +405,9 @@ inline Bytes joined(std::span<const std::byte> first, std::span<const std::byte>
   return all;
 }
 
-/// Adds a section of the fields that `walk` finds in `bytes`, if all of them are complete.
-/// `put(file, other bytes, bytes after the fields)` stores other bytes in their place.
+/// If all fields that `walk` finds in `bytes` are complete, adds a section with these fields.
+/// `put(file, new bytes, bytes after the fields)` must replace the bytes of the fields in the file
+/// with the new bytes.
 template <class Walk, class Put>
 void add(std::vector<Section>& to, const Bytes& bytes, Walk&& walk, Put put) {
   FieldWalk fields(bytes);
@@ -419,8 +421,8 @@ void add(std::vector<Section>& to, const Bytes& bytes, Walk&& walk, Put put) {
                 }});
 }
 
-/// Adds the fields of the file start and of the trailer. A change of the file start also changes
-/// its copy in the first chunk.
+/// Adds the fields of the file start and of the trailer. If the file start is changed, its copy in
+/// the first chunk is changed, too.
 inline void add_ends(std::vector<Section>& to, const FileParts& parts) {
   ByteWriter start, trailer;
   container::put_version(start, parts.start);
@@ -456,7 +458,7 @@ inline void add_header(std::vector<Section>& to, const FileParts& parts, std::si
       });
 }
 
-/// Adds a section of the fields at the beginning of a payload.
+/// Adds a section with the fields that `walk` finds at the beginning of the payload of chunk `c`.
 template <class Walk>
 void add_plain(std::vector<Section>& to, const FileParts& parts, std::size_t c, Walk&& walk) {
   add(to, parts.chunks[c].payload, walk,
@@ -465,8 +467,9 @@ void add_plain(std::vector<Section>& to, const FileParts& parts, std::size_t c, 
       });
 }
 
-/// Adds the sections of a packed blob, which may follow a version number: the fields before its
-/// packed bytes, and the fields in its unpacked bytes.
+/// Adds two sections for the packed blob in chunk `c`: one with the fields before the packed bytes,
+/// and one with the fields in the unpacked bytes. If `has_version` is true, a version number
+/// precedes the blob.
 template <class Walk>
 void add_packed(std::vector<Section>& to, const FileParts& parts, std::size_t c, Walk&& walk,
                 bool has_version = false) {
@@ -488,8 +491,8 @@ void add_packed(std::vector<Section>& to, const FileParts& parts, std::size_t c,
       });
 }
 
-/// Returns the payload of a group with a changed header. All checksums are recomputed. The checksum
-/// of each bitstream covers the bytes that the changed header assigns to the bitstream.
+/// Returns the payload of a group after its header has been changed. Recomputes all checksums. The
+/// checksum of each bitstream covers the bytes that the changed header assigns to it.
 inline Bytes group_payload(Bytes header, std::span<const std::byte> streams, std::uint8_t version) {
   FieldWalk walk(header);
   walk.group(version);
@@ -524,8 +527,8 @@ inline void add_group(std::vector<Section>& to, const FileParts& parts, std::siz
 
 }  // namespace fields
 
-/// Returns the readable sections of the payload and header of chunk `c`. If `c` is the number of
-/// chunks, returns the sections of the file start and of the trailer.
+/// Returns those sections of the header and payload of chunk `c` whose fields can be found. If `c`
+/// is the number of chunks, returns the sections of the file start and of the trailer.
 inline std::vector<Section> sections_of(const FileParts& parts, std::size_t c) {
   using container::ChunkKind;
   std::vector<Section> all;
@@ -561,7 +564,7 @@ inline std::vector<Section> sections_of(const FileParts& parts, std::size_t c) {
 
 inline constexpr std::size_t kPacketHeader = 40, kPacketPayload = 4096;
 
-/// Returns the offsets of all complete packet headers.
+/// Returns the offsets of all complete headers of parity packets.
 inline std::vector<std::size_t> parity_packets(std::span<const std::byte> file) {
   const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
   std::vector<std::size_t> all;
@@ -569,14 +572,16 @@ inline std::vector<std::size_t> parity_packets(std::span<const std::byte> file) 
     if (file.size() - at >= kPacketHeader) all.push_back(at);
   return all;
 }
-/// Returns the header of the packet at offset `at`; put_parity_header() replaces it.
+/// Returns the header of the parity packet at offset `at`. put_parity_header() replaces this
+/// header.
 inline Section parity_header(std::span<const std::byte> file, std::size_t at) {
   const auto bytes = file.subspan(at, kPacketHeader);
   FieldWalk walk(bytes);
   walk.parity_packet();
   return {{bytes.begin(), bytes.end()}, std::move(walk.fields)};
 }
-/// Replaces the header of a packet and recomputes the checksums of the payload and of the header.
+/// Replaces the header of a parity packet and recomputes the checksums of its payload and of its
+/// header.
 inline void put_parity_header(std::span<std::byte> file, std::size_t at,
                               std::span<const std::byte> header) {
   const auto packet = file.subspan(at);

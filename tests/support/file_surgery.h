@@ -1,5 +1,6 @@
-// FileSurgery: splits a .shm file into chunks, and builds a file from changed chunks with correct
-// lengths, numbers and checksums, so that damage reaches the code behind the checksum tests.
+// FileSurgery: splits a .shm file into chunks, and builds a file from changed chunks. Lengths,
+// sequence numbers and checksums are corrected, so that a reader gets past the checksums and the
+// tests reach its other checks.
 #pragma once
 
 #include <algorithm>
@@ -33,12 +34,12 @@ struct Chunk {
 struct FileParts {
   container::FileStart start;
   std::vector<std::byte>
-      members;  ///< bytes of the members of an archive, without the list of members
+      members;  ///< bytes of all members of an archive, without the list of members
   std::vector<Chunk> chunks;
-  /// Offset of the index in the trailer; last_offset() if not set.
+  /// Offset of the index that the trailer states. If it is not set, last_offset() is used.
   std::optional<std::uint64_t> index_offset{};
 
-  /// Returns the offset of the last chunk; 0 if no chunks exist.
+  /// Returns the offset of the last chunk, or 0 if the file has no chunks.
   std::uint64_t last_offset() const {
     if (chunks.empty()) return 0;
     std::uint64_t offset = container::kFileStartBytes + members.size();
@@ -53,8 +54,8 @@ struct FileParts {
   }
 };
 
-/// Splits a file into all chunks that it finds. It does not verify checksums, so that damaged files
-/// can be split too.
+/// Splits a file into its chunks, as far as they can be found. Does not verify checksums, so that
+/// damaged files can be split, too.
 inline FileParts take_apart(std::span<const std::byte> bytes) {
   FileParts parts;
   ByteReader in(bytes);
@@ -81,8 +82,8 @@ inline FileParts take_apart(std::span<const std::byte> bytes) {
 
 enum class Numbering { anew, as_they_are };
 
-/// Builds a file from its parts. Recomputes lengths, checksums, the trailer and, with
-/// Numbering::anew, the sequence numbers.
+/// Builds a file from its parts. Recomputes the lengths, the checksums and the trailer. With
+/// Numbering::anew, also recomputes the sequence numbers.
 inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering = Numbering::anew) {
   ByteWriter out;
   container::put(out, parts.start);
@@ -100,7 +101,8 @@ inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering 
   return std::move(out.bytes);
 }
 
-/// Converts an index to version 0. Must hold: `index` is the index of the file `bytes`.
+/// Returns the index in version 0, converted from `index`. Precondition: `index` is the index of
+/// the file `bytes`.
 inline container::Index as_version_0(container::Index index, std::span<const std::byte> bytes) {
   if (index.version == 0) return index;
   index.version = 0;
@@ -112,8 +114,8 @@ inline container::Index as_version_0(container::Index index, std::span<const std
   return index;
 }
 
-/// Replaces the index by a changed index with a correct checksum; `change` may also change the
-/// version of the index. Must hold: the file has an index.
+/// Returns the file after `change` has changed its index. The checksum of the new index is correct.
+/// `change` may also change the version of the index. Precondition: the file has an index.
 inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
                                          const std::function<void(container::Index&)>& change) {
   FileParts parts = take_apart(bytes);
@@ -128,8 +130,8 @@ inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
   chunk->payload = std::move(out.bytes);
   return put_together(parts);
 }
-/// Returns the n-th index entry, from 0, of this kind of chunk. Must hold: the index has more than
-/// n such entries.
+/// Returns the n-th index entry, from 0, of a chunk of this kind. Precondition: the index has more
+/// than n entries of this kind.
 inline container::IndexEntry& entry_of(container::Index& index, container::ChunkKind kind,
                                        std::size_t n) {
   const auto of_kind = [&](const container::IndexEntry& entry) {
@@ -138,7 +140,7 @@ inline container::IndexEntry& entry_of(container::Index& index, container::Chunk
   return *std::find_if(index.entries.begin(), index.entries.end(), of_kind);
 }
 
-/// The payload of a group: its header and its bitstreams.
+/// The payload of a group, split into its header and its bitstreams.
 struct GroupParts {
   container::GroupHeader header;
   std::vector<std::vector<std::byte>> streams;
@@ -157,7 +159,8 @@ inline std::optional<GroupParts> take_group_apart(
   return parts;
 }
 
-/// Returns the payload of a group, with the lengths and checksums of the bitstreams recomputed.
+/// Builds the payload of a group. Recomputes the lengths and checksums of the bitstreams in the
+/// header.
 inline std::vector<std::byte> put_group_together(GroupParts parts) {
   for (std::size_t s = 0; s < parts.streams.size(); ++s) {
     parts.header.streams[s].bytes = parts.streams[s].size();
@@ -169,7 +172,7 @@ inline std::vector<std::byte> put_group_together(GroupParts parts) {
   return std::move(out.bytes);
 }
 
-/// The payload of a chunk of step values: the headers of the parts, and the bytes of each part.
+/// The payload of a chunk of step values, split into the headers and the bytes of its parts.
 struct StepPayload {
   std::vector<container::StepPart> heads;
   std::vector<std::vector<std::byte>> values;
@@ -187,7 +190,7 @@ inline std::optional<StepPayload> take_steps_apart(const Chunk& chunk) {
   return parts;
 }
 
-/// Returns the payload of a chunk of step values, with the lengths of the parts recomputed.
+/// Builds the payload of a chunk of step values. Recomputes the lengths of the parts.
 inline std::vector<std::byte> put_steps_together(StepPayload parts, std::uint8_t version) {
   for (std::size_t p = 0; p < parts.heads.size(); ++p)
     parts.heads[p].bytes = parts.values[p].size();
@@ -197,7 +200,7 @@ inline std::vector<std::byte> put_steps_together(StepPayload parts, std::uint8_t
   return std::move(out.bytes);
 }
 
-/// Changes the header of the first part of a chunk. Must hold: the chunk contains step values.
+/// Changes the header of the first part of a chunk. Precondition: the chunk contains step values.
 inline void change_step_header(Chunk& chunk,
                                const std::function<void(container::StepHeader&)>& change) {
   auto parts = take_steps_apart(chunk);
@@ -205,15 +208,15 @@ inline void change_step_header(Chunk& chunk,
   chunk.payload = put_steps_together(std::move(*parts), chunk.header.version);
 }
 
-/// Returns a packed blob of method 1 that contains `head` followed by `zeros` zeros. The zeros are
-/// stored as runs of 128 KB, each of which needs four bytes.
+/// Returns a packed blob of method 1 (zstd) that contains `head` followed by `zeros` zero bytes.
+/// The zeros are stored as runs of 128 KB, each of which needs four bytes.
 inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std::uint64_t zeros) {
   constexpr std::uint64_t kRun = std::uint64_t{1} << 17;
   ByteWriter out;
   out.put_u8(1);
   out.put_varint(head.size() + zeros);
   out.put_u32(0xfd2fb528u);
-  out.put_u8(0xc0);  // the content size has eight bytes, and a window follows
+  out.put_u8(0xc0);  // frame descriptor: an 8-byte content size, and a window byte
   out.put_u8(7 << 3);
   out.put_u64(head.size() + zeros);
   const auto put_block = [&](std::uint32_t type, std::uint64_t size, bool last) {
@@ -231,8 +234,8 @@ inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std:
   return std::move(out.bytes);
 }
 
-/// Rebuilds the list of chunks in the index from the readable fields of each chunk before the
-/// index. The totals are not changed. Does nothing if the file has no readable index.
+/// Rebuilds the list of chunks in the index from the chunks before the index, as far as their
+/// fields are readable. Does not change the totals. Does nothing if the file has no readable index.
 inline void list_anew(FileParts& parts) {
   const auto is_index = [](const Chunk& it) { return it.is(container::ChunkKind::index); };
   const auto last = std::find_if(parts.chunks.rbegin(), parts.chunks.rend(), is_index);
@@ -282,7 +285,8 @@ inline void list_anew(FileParts& parts) {
   last->payload = std::move(out.bytes);
 }
 
-/// Moves each part of step values into a separate chunk, as an index of version 0 requires.
+/// Moves each part of step values into a separate chunk, because an index of version 0 requires one
+/// part per chunk.
 inline std::vector<std::byte> with_parts_apart(std::span<const std::byte> bytes) {
   FileParts parts = take_apart(bytes);
   std::vector<Chunk> chunks;

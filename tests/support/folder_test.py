@@ -8,9 +8,11 @@ import tempfile
 import unittest
 import zlib
 
-SANITIZED = "SHM_SANITIZED" in os.environ  # builds with sanitizers are about ten times slower; only the release build runs all cases
+# Builds with sanitizers are about ten times slower, so only the release build runs all cases.
+SANITIZED = "SHM_SANITIZED" in os.environ
 
-# Tests over the corpus use every SHARE-th file on average. A hash of the file name and SEED selects the files.
+# On average, tests of the corpus process one in SHARE files. The hash of the file name and SEED determines
+# which files.
 SHARE = int(os.environ.get("SHM_SHARE") or 1)
 SEED = os.environ.get("SHM_SEED", "")
 
@@ -19,7 +21,8 @@ WRITERS = {"append", "compress", "convert", "decompress", "extract", "join", "la
 
 
 def sample_of(paths):
-    """Returns the paths that belong to this run's sample. Every path is in the sample for some values of SEED."""
+    """Returns those paths that belong to the sample of this run. Whether a path belongs to it depends on
+    SEED."""
     return [path for path in paths if is_sampled(path)]
 
 
@@ -29,19 +32,22 @@ def is_sampled(path):
 
 
 def lacks(tool, command):
-    """Returns the name of a library that the command needs and that the tool was built without; None if nothing is missing."""
+    """Returns the name of a library that the command needs but that the tool was built without. Returns None
+    if no library is missing."""
     text = subprocess.run([tool, command, "-", "-o", "-"], capture_output=True, text=True, input="").stderr
     found = re.search(r"this shm was built without (\w+)", text)
     return found and found[1]
 
 
 def forced(words):
-    """Returns the words of a command. Adds -f to commands that write, to overwrite files of earlier commands."""
+    """Returns the words of a command. Adds -f if the command writes files, so that it can overwrite the files
+    of earlier commands."""
     return [*words, "-f"] if words and words[0] in WRITERS else list(words)
 
 
 def tell(what, **numbers):
-    """Records counts of a test for scripts/trust: a line of JSON in the file named by SHM_EVIDENCE, if that is set."""
+    """Records the counts of a test for scripts/trust. If the environment variable SHM_EVIDENCE is set,
+    appends a line of JSON to the file that it names."""
     path = os.environ.get("SHM_EVIDENCE")
     if path:
         with open(path, "a", encoding="utf-8") as out:
@@ -49,15 +55,17 @@ def tell(what, **numbers):
 
 
 class FolderTest(unittest.TestCase):
-    """Tests that write into a folder which is removed at the end of each test."""
+    """Base class of tests that write into a temporary folder. The folder is removed at the end of each
+    test."""
 
-    # Programs that the tests need. If a program is missing, the tests are skipped.
+    # Programs that the tests need. If one of them is missing, the tests are skipped.
     NEEDS = ()
-    # The timeout, in seconds, is that of one run of the tool.
+    # Path of the tool, and maximum duration of one run of the tool in seconds.
     tool, timeout = "shm", 120
 
     def shm(self, *words, code=0, **how):
-        """Runs the tool and checks its exit code. Returns its output as bytes, with standard error if `code` is not 0."""
+        """Runs the tool and checks its exit code. Returns its standard output as bytes. If `code` is not 0,
+        standard error is appended to the standard output."""
         done = subprocess.run([self.tool, *words], cwd=self.directory.name, capture_output=True,
                               timeout=self.timeout, **how)
         self.assertEqual(done.returncode, code, f"shm {words}\n{done.stdout[:500]}{done.stderr}")

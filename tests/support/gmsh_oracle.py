@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Compares two MSH files with Gmsh. Exit code 0: equal, 1: different, 2: one of them cannot be read.
+"""Compares two MSH files with Gmsh. Exit code: 0 if they are equal, 1 if they differ, 2 if one of them cannot
+be read.
 
     gmsh_oracle.py [--renumbered] A.msh B.msh
 
 Needs Debian's python3-gmsh. The script does not use this project's reader: Gmsh loads both files. The script
-compares exactly everything that the API of Gmsh returns:
+compares all data that the API of Gmsh returns:
 - nodes by tag, with their entities, coordinates and parameters,
 - elements by tag, with their types, entities and nodes,
 - entities, partitions, physical groups and names, periodic links,
@@ -24,7 +25,8 @@ import gmsh
 
 
 def key(value):
-    """Converts floats to their bits, so that -0.0 and NaN are distinguished; returns other values unchanged."""
+    """Converts a float to its bits, so that -0.0 and NaN are distinguished. Returns other values
+    unchanged."""
     if isinstance(value, float):
         return struct.pack("<d", value)
     if isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
@@ -99,7 +101,8 @@ def views(found):
 
 
 def other_sections(path):
-    """Returns (name, text) of each section that Gmsh ignores, and of each section of names."""
+    """Returns the name and text of each section that Gmsh ignores, and of each section that contains
+    names."""
     known = ("MeshFormat", "Entities", "PartitionedEntities", "Nodes", "ParametricNodes",
              "Elements", "Periodic", "GhostElements", "NodeData", "ElementData",
              "ElementNodeData", "NOD", "ELM")
@@ -113,7 +116,7 @@ def other_sections(path):
 
 
 def saved(folder):
-    """Saves the loaded mesh with Gmsh as MSH 4.1 in ASCII. Returns the bytes of the saved file."""
+    """Saves the loaded mesh with Gmsh as an MSH 4.1 file in ASCII. Returns the contents of the file."""
     path = os.path.join(folder, "saved.msh")
     gmsh.option.setNumber("Mesh.SaveAll", 1)
     gmsh.option.setNumber("Mesh.Binary", 0)
@@ -122,8 +125,8 @@ def saved(folder):
     gmsh.write(path)
     with open(path, "rb") as file:
         text = file.read()
-    # Gmsh sorts periodic links by address, so that their order changes between runs. They are
-    # compared through the API.
+    # Gmsh sorts periodic links by memory address, so their order in saved files changes from run to run. They
+    # are compared through the API instead.
     text = re.sub(rb"\$Periodic\n.*?\$EndPeriodic\n", b"", text, flags=re.S)
     return re.sub(rb"(?<=\$GhostElements\n).*?(?=\$EndGhostElements)",
                   lambda m: b"\n".join(sorted(b" ".join(ghost_line(l)) for l in
@@ -136,7 +139,8 @@ def ghost_line(line):
 
 
 def renumbered(found):
-    """Returns the contents with nodes identified by coordinates and elements by nodes, instead of by tags."""
+    """Returns the contents of a file in a form without tags: nodes are identified by their coordinates,
+    elements by their nodes."""
     place = {k[1]: v[:3] for k, v in found.items() if k[0] == "node"}
     cell, all_cells = {}, []
     for k, (kind, _, corners) in ((k, v) for k, v in found.items() if k[0] == "element"):
@@ -159,10 +163,10 @@ def renumbered(found):
 
 
 def load(path, convert_partitions=True):
-    """Returns the contents of a file as Gmsh reads it. With `convert_partitions`, Gmsh creates entities from the
-    partitions of MSH 2; the tags of these entities depend on the order of elements."""
-    # The file is loaded twice, because some queries (parameters) change the file that Gmsh saves
-    # afterwards.
+    """Returns the contents of a file as Gmsh reads it. If `convert_partitions` is true, Gmsh creates entities
+    from the partitions of MSH 2. The tags of these entities depend on the order of elements."""
+    # The file is loaded twice, because some queries of the API (for parameters) change the mesh that Gmsh
+    # saves afterwards.
     found = {}
     for run in ("api", "saved"):
         gmsh.initialize(["gmsh"], False)
@@ -171,7 +175,7 @@ def load(path, convert_partitions=True):
         gmsh.logger.start()
         try:
             gmsh.open(path)
-        except Exception as error:  # Gmsh reports the problem but keeps the part that it could read
+        except Exception as error:  # Gmsh raises an error, but keeps the data that it has already read
             found["open", run] = str(error)
         errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
         if errors:
@@ -188,7 +192,8 @@ def load(path, convert_partitions=True):
 
 
 def compare(first, second):
-    """Returns the keys for which two results of load or renumbered differ."""
+    """Returns the keys whose values differ between the contents of two files. Each argument is a result of
+    load() or renumbered()."""
     return [k for k in sorted(set(first) | set(second), key=str) if first.get(k) != second.get(k)]
 
 

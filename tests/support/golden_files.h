@@ -24,7 +24,7 @@ inline std::string content(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Returns the golden files of all versions, which must be readable.
+/// Returns the paths of the golden files of all versions. All of these files must be readable.
 inline std::vector<std::filesystem::path> golden_files() {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(golden_folder()))

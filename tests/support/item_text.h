@@ -1,5 +1,5 @@
-// Converts the contents of a .shm file to readable text. The text is stored next to each golden
-// file. Two decoded files are equal bit for bit if their texts are equal.
+// Converts the contents of a .shm file to readable text. Such a text is stored next to each golden
+// file. The contents of two files are equal bit for bit if their texts are equal.
 #pragma once
 
 #include <bit>
@@ -23,7 +23,8 @@ struct Decoded {
   std::vector<Item> items;
 };
 
-/// Decodes `bytes` in pieces of `piece` bytes; if `piece` is 0, decodes all bytes in one call.
+/// Decodes `bytes`. Passes them to the decoder in pieces of `piece` bytes, or all at once if
+/// `piece` is 0.
 inline Result<Decoded> decode_in_pieces(std::span<const std::byte> bytes, std::size_t piece = 0,
                                         const ReadLimits& limits = {}) {
   Decoder decoder(limits);
@@ -213,7 +214,8 @@ class ItemText {
     scalars(extra.type, extra.data);
     out_ += '\n';
   }
-  /// Adds the totals except byte counts, which do not describe the content.
+  /// Adds the totals to the text, but not the byte counts, because they are not part of the
+  /// contents.
   void add(const Totals& totals) {
     field("totals: vertices", totals.vertices);
     field(", cells", totals.cells);
@@ -229,7 +231,8 @@ class ItemText {
   std::string out_;
 };
 
-/// Returns the text of a whole file; for an archive, the text of each member under its name.
+/// Returns the contents of a whole file as text. For an archive, returns the text of each member
+/// under its name.
 inline Result<std::string> text_of_file(std::span<const std::byte> bytes) {
   if (!looks_like_archive(bytes)) {
     const auto decoded = decode_in_pieces(bytes);

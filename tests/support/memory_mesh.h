@@ -1,4 +1,4 @@
-// MemoryMesh: a MeshSource in memory, and a few meshes for tests.
+// MemoryMesh: a MeshSource that stores its mesh in memory, and functions that return such meshes.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class MemoryMesh final : public MeshSource {
   std::vector<std::byte> points;
   std::vector<std::uint32_t> cell_blocks;
   std::vector<std::vector<std::uint64_t>> cells;
-  // Values of each array, by step; a static array has only step 0.
+  // Values of all arrays, by array and step. A static array has only step 0.
   std::vector<std::vector<std::vector<std::byte>>> arrays;
 
   const MeshInfo& info() const override { return mesh; }
@@ -51,7 +51,7 @@ class MemoryMesh final : public MeshSource {
     if (count > 0) std::memcpy(out, arrays[array][step].data() + first * stride, count * stride);
   }
 
-  // Largest number of cells in a batch, even if callers request more.
+  // Largest number of cells in a batch, even if the caller requests more cells.
   std::size_t most_at_once = 1000;
 
   std::uint32_t add_block(CellShape shape, std::uint32_t nodes, std::int64_t id = 1) {
@@ -109,7 +109,7 @@ inline MemoryMesh copy_of(MeshSource& from) {
   return copy;
 }
 
-// Returns nx x ny x nz hexahedra; the cells are in scanline order.
+// Returns a grid of nx x ny x nz hexahedra in scanline order.
 inline MemoryMesh grid_mesh(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz) {
   MemoryMesh mesh;
   mesh.mesh.schema.source_format = "test";
@@ -132,7 +132,7 @@ inline MemoryMesh grid_mesh(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz
   return mesh;
 }
 
-// Returns a mesh of slabs, stacked along z, that belong alternately to two blocks.
+// Returns a grid whose slabs along z belong alternately to two blocks.
 inline MemoryMesh slabs_mesh() {
   MemoryMesh mesh = grid_mesh(6, 5, 8);
   mesh.add_block(CellShape::hexahedron, 8, 2);
@@ -144,7 +144,7 @@ inline MemoryMesh slabs_mesh() {
   return mesh;
 }
 
-// Renumbers the vertices at random and, on request, shuffles the cells.
+// Renumbers the vertices at random. On request, also puts the cells into random order.
 inline void shuffle_mesh(MemoryMesh& mesh, unsigned seed, bool cells_too = false) {
   std::mt19937 random(seed);
   std::vector<std::uint64_t> fresh(mesh.mesh.vertices);
@@ -168,9 +168,9 @@ inline void shuffle_mesh(MemoryMesh& mesh, unsigned seed, bool cells_too = false
   }
 }
 
-// Returns a grid with every feature: a second block between cells of the first, unused vertices,
-// repeated corners, static and stepped arrays on points, on cells and on one block, special
-// floating-point values, sets.
+// Returns a grid that uses every feature: cells of a second block between those of the first block,
+// unused vertices, repeated corners, static and stepped arrays on points, on cells and on one
+// block, special floating-point values, and sets.
 inline MemoryMesh rich_mesh() {
   MemoryMesh mesh = grid_mesh(7, 6, 5);
   const std::uint32_t wedges = mesh.add_block(CellShape::wedge, 6, 7);
@@ -192,7 +192,7 @@ inline MemoryMesh rich_mesh() {
       for (std::uint64_t k = 0; k < 3 + i; ++k) corners.push_back(k % 90);
       mesh.add_cell(polygons, corners);
     }
-    if (i % 40 == 20) {  // some of the repeated corners are not used by any other cell
+    if (i % 40 == 20) {  // adds cells with repeated corners, some of which no other cell uses
       const auto& c = cells[i];
       const std::uint64_t p = mesh.mesh.vertices, q = p + 1;
       mesh.add_point(1.5, 2.5, static_cast<double>(i));

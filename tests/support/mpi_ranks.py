@@ -12,15 +12,15 @@ from folder_test import FolderTest, forced
 SHM, SHM_MPI, MAKE_MESH = "shm", "shm_mpi", "shm_make_mesh"
 CORPUS = os.environ.get("SHM_CORPUS", "")
 
-# The first settings allow Open MPI to run as root in a container, and on fewer cores than ranks. The next settings skip
-# the search for networks, which takes a third of the time of a small run. The last setting makes waiting ranks yield
-# the processor.
+# Settings of Open MPI. The first settings allow it to run as root in a container, and on fewer cores than
+# ranks. The next settings disable the search for networks, which needs a third of the time of a small run.
+# With the last setting, waiting ranks yield the processor.
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                    OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_hwloc_base_binding_policy="none",
                    OMPI_MCA_pml="ob1", OMPI_MCA_btl="self,vader",
                    OMPI_MCA_mpi_yield_when_idle="1")
-# Number of tests that run in parallel. Each test leaves most of a processor idle while its ranks start, end and wait for
-# each other.
+# Number of tests that run in parallel. A single test uses only a small part of a processor while its ranks
+# start, end and wait for each other.
 AT_ONCE = 3
 
 
@@ -30,14 +30,14 @@ def shm(*arguments):
 
 
 def ranks(n, *arguments):
-    """Runs the command on n ranks. A deadlock ends with TimeoutExpired and so fails the test."""
+    """Runs the command on n ranks. If the ranks deadlock, raises TimeoutExpired, so that the test fails."""
     words = forced([str(word) for word in arguments])
     return subprocess.run(["mpirun", "-n", str(n), SHM_MPI, *words],
                           capture_output=True, text=True, timeout=300, env=ENVIRONMENT)
 
 
 class AtOnce(unittest.TestSuite):
-    """Runs tests, each with its own folder, several at a time."""
+    """Runs several tests at a time. Each test has a separate folder."""
 
     def run(self, result, debug=False):
         with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
@@ -48,7 +48,7 @@ class AtOnce(unittest.TestSuite):
 
 def run_all():
     """Runs the tests of the calling program, whose arguments are the paths of shm, shm_mpi and shm_make_mesh.
-    Exits with 77 if all tests were skipped."""
+    Exits with code 77 if all tests were skipped."""
     global SHM, SHM_MPI, MAKE_MESH
     SHM, SHM_MPI, MAKE_MESH = sys.argv[1:4]
     del sys.argv[1:4]
@@ -60,7 +60,8 @@ def run_all():
 
 
 class Exodus:
-    """Contents of an Exodus file as printed by ncdump. Numbers are text with enough digits to distinguish them."""
+    """The contents of an Exodus file as printed by ncdump. Numbers are stored as text, with enough digits to
+    distinguish all values."""
 
     def __init__(self, path):
         text = subprocess.run(["ncdump", "-p", "9,17", path], capture_output=True, text=True,
@@ -95,22 +96,23 @@ class Exodus:
                 [self.get("coord" + axis) for axis in "xyz"])
 
     def elements(self):
-        """Returns, for each element, the position of its block and the number of the element."""
+        """Returns a pair for each element: the position of its block, and the number of the element."""
         elements = [b for b in range(self.size("num_el_blk"))
                     for _ in range(self.size(f"num_el_in_blk{b + 1}"))]
         numbers = self.get("elem_num_map") or range(1, len(elements) + 1)
         return [(block, number) for block, number in zip(elements, numbers)]
 
     def steps(self, variable):
-        """Returns the values of a variable at each step."""
+        """Returns the values of a variable as a list with one entry per step."""
         values, count = self.get(variable), self.size("time_step")
         width = len(values) // count if count else 0
         return [values[width * i:width * (i + 1)] for i in range(count)]
 
 
 class Joined:
-    """Nodes, elements, values and sets of a single file, or of all parts of a mesh. Nodes are identified by their
-    numbers, elements by their block and their position in the order of element numbers."""
+    """The nodes, elements, values and sets of a single file, or of all parts of a mesh. A node is identified
+    by its number. An element is identified by its block and its position among the element numbers of the
+    block."""
 
     def __init__(self, files, whole=None):
         self.nodes, self.cells, self.nodal, self.element = {}, {}, {}, {}
@@ -124,8 +126,8 @@ class Joined:
             raise AssertionError(f"parts differ at {key}: {value} and {into[key]}")
 
     def add(self, file, whole):
-        # If the file is the whole mesh, positions serve as numbers. Parts contain the numbers of the whole mesh in
-        # their maps, as original numbers.
+        # If the file contains the whole mesh, nodes and elements are numbered by position. If the file is a
+        # part, its maps contain the numbers that its nodes and elements have in the whole mesh.
         alone = whole is None
         nodes = range(1, file.size("num_nodes") + 1) if alone else file.get("node_num_map")
         elements = file.elements()
@@ -164,7 +166,8 @@ class Joined:
                 for e, side in zip(file.get(f"elem_ss{s + 1}"), file.get(f"side_ss{s + 1}")))
 
     def in_order(self):
-        """Returns all contents, with elements identified by their block and their position in the order of numbers."""
+        """Returns all contents. An element is identified by its block and its position among the element
+        numbers of the block."""
         place, counts = {}, {}
         for cell in sorted(self.cells):
             counts[cell[0]] = counts.get(cell[0], -1) + 1
@@ -179,7 +182,7 @@ class Joined:
 
 
 class RanksTest(FolderTest):
-    """Compares the files that several ranks write with the file that shm writes."""
+    """Base class of tests that compare the files that several ranks write with the file that shm writes."""
 
     NEEDS = ("mpirun",)
 
@@ -199,5 +202,5 @@ class RanksTest(FolderTest):
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(done.stdout, "")
             self.assertTrue(self.bytes(shared) == self.bytes(alone),
-                            f"{n} ranks write other bytes: {parts or mesh} {options}")
+                            f"{n} ranks write different bytes from shm: {parts or mesh} {options}")
             os.remove(shared)

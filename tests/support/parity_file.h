@@ -1,4 +1,4 @@
-// Creates a file with parity after its trailer, for the golden files.
+// Creates a file with parity after its trailer. It is one of the golden files.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace shm {
 
-/// Returns the feature file "segments" with parity. Needs has_parity_codes().
+/// Returns the feature file "segments" with parity. Precondition: has_parity_codes() is true.
 inline FeatureFile parity_file() {
   const std::vector<FeatureFile> files = feature_files();
   FeatureFile out =

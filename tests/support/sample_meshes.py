@@ -1,9 +1,11 @@
-"""Creates sample meshes for Python tests: grids of hexahedra in legacy VTK, and in Exodus as text for ncgen."""
+"""Creates sample meshes for Python tests: legacy VTK files of grids of hexahedra, and Exodus files as CDL
+text for ncgen."""
 import random
 
 
 def hexahedra(n, first_node=0):
-    """Returns the corners of n*n*n hexahedra of a grid. Cells and nodes are numbered with x fastest."""
+    """Returns the corners of the n*n*n hexahedra of a grid. In the numbering of cells and nodes, x varies
+    fastest."""
     m = n + 1
     at = lambda x, y, z: (z * m + y) * m + x + first_node
     return [[at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z),
@@ -12,13 +14,14 @@ def hexahedra(n, first_node=0):
 
 
 def wedges(c):
-    """Returns the two wedges into which a hexahedron with these corners is divided."""
+    """Divides the hexahedron with these corners into two wedges. Returns the corners of the wedges."""
     return [[c[0], c[1], c[2], c[4], c[5], c[6]], [c[0], c[2], c[3], c[4], c[6], c[7]]]
 
 
 def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
-    """Writes an ASCII VTK grid of n*n*n hexahedra with one point array and one cell array. Cells are shuffled
-    among all cells, or within runs of `window` consecutive cells."""
+    """Writes a legacy VTK file in ASCII: a grid of n*n*n hexahedra with one point array and one cell array.
+    The order of the cells is random. If `window` is given, cells are shuffled only within runs of `window`
+    consecutive cells."""
     m = n + 1
     points, cells = [], []
     for z in range(m):
@@ -49,8 +52,8 @@ def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
 
 
 def mixed_vtk(n):
-    """Returns layers of hexahedra, each below a layer of wedges (two for each hexahedron), with fields on points
-    and cells, and some points that no cell uses."""
+    """Returns the text of a VTK file in which layers of hexahedra and layers of wedges alternate, with two
+    wedges above each hexahedron. The mesh has fields on points and cells, and points that no cell uses."""
     m = n + 1
     cells, types = [], []
     for i, cell in enumerate(hexahedra(n)):
@@ -76,8 +79,9 @@ def mixed_vtk(n):
 
 
 def exodus_text(steps, n, title="steps", first_node_moved=False):
-    """Returns the CDL text of an Exodus file of n*n*n hexahedra in two blocks, with a node set, and with global,
-    nodal and element variables at these steps. The values at a step depend only on the step."""
+    """Returns the CDL text of an Exodus file of n*n*n hexahedra in two blocks. It has a node set, and global,
+    nodal and element variables at the given steps. The values at a step depend only on the number of the
+    step."""
     m = n + 1
     half = n * n * (n // 2)
     cells = hexahedra(n, first_node=1)
@@ -119,7 +123,7 @@ data: time_whole = {text([step * .5 for step in steps])} ; eb_status = 1, 1 ; eb
 """
 
 
-# A mesh of two hexahedra in two blocks, with three steps, a node set and a side set.
+# CDL text of a mesh of two hexahedra in two blocks, with three steps, a node set and a side set.
 TWO_BLOCKS = """netcdf two {
 dimensions: len_string = 33 ; len_line = 81 ; four = 4 ; len_name = 33 ; time_step = UNLIMITED ;
   num_dim = 3 ; num_nodes = 12 ; num_elem = 2 ; num_el_blk = 2 ; num_el_in_blk1 = 1 ;

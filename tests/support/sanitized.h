@@ -30,8 +30,8 @@ inline constexpr bool kWatchesThreads = true;
 inline constexpr bool kWatchesThreads = false;
 #endif
 
-/// True if tests run only a few of many similar cases. This is so in builds with sanitizers and in
-/// the preset `quick`, which is equally slow because it does not optimize.
+/// True if tests run only a few of many similar cases, i.e. in builds with sanitizers and in the
+/// preset `quick`. That preset does not optimize, so its tests are equally slow.
 #if defined(SHM_FEW_CASES)
 inline constexpr bool kFewCases = true;
 #else

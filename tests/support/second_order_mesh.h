@@ -1,4 +1,5 @@
-// Second-order cells of all shapes that share mid nodes, on a lattice with exact coordinates.
+// Meshes of second-order cells of all shapes that share mid nodes. The nodes are on a lattice with
+// exact coordinates.
 #pragma once
 
 #include <array>
@@ -12,7 +13,8 @@
 
 namespace shm {
 
-/// Builds cells from the points of their corners; nodes are numbered in order of first use.
+/// Builds a mesh of second-order cells from the positions of their corners. Nodes are numbered in
+/// the order of their first use.
 class SecondOrderMesh {
  public:
   using Point = std::array<std::int64_t, 3>;
@@ -22,7 +24,7 @@ class SecondOrderMesh {
     mesh_.schema.corner_order = true;
   }
 
-  /// Adds a block of cells; returns its number.
+  /// Adds a block of cells with `nodes` nodes each. Returns the index of the block.
   std::uint32_t add_block(CellShape shape, std::uint32_t nodes) {
     const auto block = static_cast<std::uint32_t>(mesh_.schema.blocks.size());
     mesh_.schema.blocks.push_back({block + 1, "", shape, nodes});
@@ -81,7 +83,7 @@ class SecondOrderMesh {
   std::int64_t unshared_ = 1000;
 };
 
-/// Returns the corners of a cube of a lattice, in VTK's order.
+/// Returns the corners of the cube at (x, y, z) of a lattice, in VTK's order.
 inline std::vector<SecondOrderMesh::Point> cube_at(std::int64_t x, std::int64_t y, std::int64_t z) {
   std::vector<SecondOrderMesh::Point> corners;
   for (std::int64_t k = 0; k < 2; ++k)
@@ -90,7 +92,7 @@ inline std::vector<SecondOrderMesh::Point> cube_at(std::int64_t x, std::int64_t 
   return corners;
 }
 
-/// Returns a grid of hexahedra with this number of nodes per cell.
+/// Returns a grid of hexahedra with the given number of nodes per cell.
 inline TestMesh second_order_grid(std::int64_t nx, std::int64_t ny, std::int64_t nz,
                                   std::uint32_t nodes) {
   SecondOrderMesh mesh;
@@ -101,8 +103,8 @@ inline TestMesh second_order_grid(std::int64_t nx, std::int64_t ny, std::int64_t
   return mesh.finish();
 }
 
-/// Returns cells of all node layouts, adjacent to each other and overlapping; some are collapsed,
-/// and some have a number of nodes for which no layout is known.
+/// Returns cells with all node layouts. The cells touch each other or overlap. Some are collapsed,
+/// and some have a number of nodes for which no layout is defined.
 inline TestMesh second_order_cells() {
   SecondOrderMesh mesh;
   std::map<std::pair<CellShape, std::uint32_t>, std::uint32_t> blocks;

@@ -12,7 +12,8 @@ namespace shm {
 
 using Bytes = std::vector<std::byte>;
 
-/// Values of stepped arrays by array and step: the values of all elements in coding order.
+/// Values of stepped arrays. The key is a pair of array and step, the value contains all elements
+/// in coding order.
 using Values = std::map<std::pair<std::uint32_t, std::uint64_t>, Bytes>;
 
 struct Stepped {
@@ -35,7 +36,8 @@ inline std::uint32_t add_stepped(TestMesh& mesh, ArrayInfo info) {
   return static_cast<std::uint32_t>(mesh.schema.arrays.size() - 1);
 }
 
-/// Returns values that change with the step, including NaNs, infinities and zeros of both signs.
+/// Returns values that change from step to step. Some of them are NaNs, infinities and zeros of
+/// both signs.
 inline Bytes moving_values(const ArrayInfo& info, std::uint64_t elements, std::uint64_t step) {
   Bytes out;
   for (std::uint64_t i = 0; i < elements * info.components; ++i) {
@@ -97,8 +99,8 @@ inline TestMesh two_blocks() {
   return mesh;
 }
 
-/// Returns a warped grid with a field of waves that move from step to step; values are in coding
-/// order.
+/// Returns a warped grid with a field of waves that move from step to step. The values are in
+/// coding order.
 inline Stepped waves(std::uint64_t steps) {
   Stepped stepped;
   stepped.mesh = grid(12, 11, 10, ScalarType::float64, warped);

@@ -1,4 +1,4 @@
-// A temporary folder for a test, which is removed with the object.
+// A temporary folder for a test. The destructor removes it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ inline std::string file_content(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Base class of tests that each write into a separate folder.
+/// Base class of tests that write files. Each test has a separate temporary folder.
 class FolderTest : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_ / name; }

@@ -1,5 +1,5 @@
-// TestMesh: a mesh in memory, written through the Writer and read back through the Reader, and the
-// families of meshes that the tests of the library use.
+// TestMesh: a mesh in memory. Functions write it with a Writer, read it back with a Reader, and
+// create the families of meshes that the tests of the library use.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ struct TestMesh {
   std::vector<std::byte> xyz;  // coordinates of all vertices, packed
   std::uint64_t vertices = 0;
   std::vector<TestCell> cells;
-  // Packed values of each static array; elements are in input order.
+  // Packed values of each static array. Elements are in the order of the source.
   std::vector<std::vector<std::byte>> arrays;
 
   void set_points(const std::vector<std::array<double, 3>>& points) {
@@ -59,7 +59,7 @@ struct TestMesh {
   }
 };
 
-/// The mesh as read back, in coding order.
+/// The mesh as it is read back, in coding order.
 struct ReadBack {
   Schema schema;
   MeshBlock mesh;  // all blocks joined
@@ -89,13 +89,14 @@ inline void join(MeshBlock& all, const MeshBlock& more) {
   for (std::size_t a = 0; a < more.arrays.size(); ++a) add(all.arrays[a], more.arrays[a]);
 }
 
-/// Number of threads of the Writers in write_mesh(), unless the options set another number. The
-/// written bytes do not depend on the number of threads; determinism_tests sets this variable to
-/// check that.
+/// Number of threads of a Writer in write_mesh(), unless the options set another number. The number
+/// of threads must not affect the bytes of the file; determinism_tests sets this variable to check
+/// that.
 inline unsigned writer_threads = 1;
 
 /// Writes `mesh` as a converter does: each vertex immediately before the first cell that uses it,
-/// with last uses marked. `after_mesh` may write step values.
+/// and with the last use of each vertex marked. After the mesh, calls `after_mesh`, which may write
+/// step values.
 inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
                                      WriteOptions options = {},
                                      const std::function<Result<void>(Writer&)>& after_mesh = {}) {
@@ -121,7 +122,7 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
     return last[v] == ~std::uint64_t{0} && v % 2 == 0 ? writer->add_unused_vertex(v, xyz, data)
                                                       : writer->add_vertex(v, xyz, data);
   };
-  // Writes some unused vertices early, between cells, and the rest at the end.
+  // Writes some of the unused vertices between cells, and the other unused vertices at the end.
   std::uint64_t next_unused = 0;
   std::vector<std::uint64_t> next(mesh.schema.arrays.size());
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
@@ -176,8 +177,8 @@ inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes) {
   }
 }
 
-/// Returns true if the corners of two hexahedra are equal up to a rotation; a reflection is not
-/// allowed.
+/// Returns true if the corners of two hexahedra differ only by a rotation. A reflection counts as a
+/// difference.
 inline bool same_up_to_rotation(std::span<const std::uint64_t> a,
                                 std::span<const std::uint64_t> b) {
   constexpr std::array<int, 8> bits = {0, 1, 3, 2, 4, 5, 7, 6};
@@ -200,9 +201,8 @@ inline bool same_up_to_rotation(std::span<const std::uint64_t> a,
   return false;
 }
 
-/// Writes and reads the mesh, and compares everything except rounded values. In Order::stream, the
-/// result is compared as a mesh whose elements may be in another order. Returns the bytes of the
-/// file.
+/// Writes the mesh, reads it back, and compares all data except rounded values. In Order::stream,
+/// vertices and cells may be in another order. Returns the bytes of the file.
 inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptions options = {},
                                                 SizeReport* report_out = nullptr) {
   MemorySink sink;
@@ -231,7 +231,7 @@ inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptio
   const auto is_exact = [&](std::size_t array) {
     return !mesh.schema.arrays[array].per_step && !mesh.schema.arrays[array].quantization.lossy();
   };
-  // Maps a position in coding order to the number of the vertex or cell in the source.
+  // order.vertices and order.cells contain the source number for each position in coding order.
   const bool keep = mesh.schema.order == Order::keep;
   const std::size_t xyz_bytes = 3 * scalar_bytes(mesh.schema.coordinate_type);
   std::vector<std::uint64_t> first_element(mesh.cells.size() + 1);
@@ -273,7 +273,8 @@ inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptio
       if (back->mesh.last_use[i] >> c & 1) finalized[corners[c]] = 1;
   }
   EXPECT_EQ(bad, 0) << "cells differ";
-  // Cell data: element e of an array belongs to the e-th covered cell, in both orders.
+  // Whatever the order is, element e of a cell array belongs to the e-th of the cells that the
+  // array covers.
   for (std::size_t a = 0; a < mesh.schema.arrays.size(); ++a) {
     if (mesh.schema.arrays[a].location != Location::cell || !is_exact(a)) continue;
     std::vector<std::uint64_t> element(mesh.cells.size());
@@ -308,8 +309,9 @@ inline std::array<double, 3> warped(double x, double y, double z) {
           z + .04 * std::cos(3 * x + 5 * y)};
 }
 
-/// Returns nx * ny * nz hexahedra of the unit cube in scanline order. Cells for which `skip(i, j,
-/// k)` returns true are left out. Their vertices stay in the mesh, and may be unused.
+/// Returns a grid of nx * ny * nz hexahedra that fills the unit cube, in scanline order. Cells for
+/// which `skip(i, j, k)` returns true are left out. Their vertices stay in the mesh, even if no
+/// other cell uses them.
 inline TestMesh grid(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,
                      ScalarType type = ScalarType::float32, Warp warp = straight,
                      bool (*skip)(std::uint64_t, std::uint64_t, std::uint64_t) = nullptr) {
@@ -342,10 +344,10 @@ inline bool porous(std::uint64_t i, std::uint64_t j, std::uint64_t k) {
   return (i * 7 + j * 13 + k * 29) % 11 < 3;
 }
 
-/// Returns a cube of n * n * n hexahedra. The cells that `porous` selects, and some of the
-/// resulting cells, are divided into eight. A divided cell is removed, and its eight parts are
-/// appended at the end. Each divided cell has separate new vertices in the middle of its edges, of
-/// its faces and of the cell.
+/// Returns a cube of n * n * n hexahedra, some of which are divided into eight: those that `porous`
+/// selects, and then some of the resulting cells. A divided cell is removed, and its eight parts
+/// are appended at the end. The new vertices in the middle of its edges, of its faces and of the
+/// cell are not shared with other divided cells.
 inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::float32) {
   constexpr std::array<std::array<std::size_t, 3>, 8> kCorners = {
       {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
@@ -402,7 +404,8 @@ inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::fl
   return mesh;
 }
 
-/// Returns a grid wrapped around an axis: a ring whose first and last layers meet.
+/// Returns a grid that is wrapped around an axis to form a ring. Its last layer meets its first
+/// layer.
 inline TestMesh ring(std::uint64_t around, std::uint64_t out, std::uint64_t up, ScalarType type) {
   TestMesh mesh;
   mesh.schema = hexahedra_schema(type);
@@ -444,7 +447,7 @@ inline void shuffle_vertices(TestMesh& mesh, std::mt19937_64& random) {
   for (TestCell& cell : mesh.cells)
     for (auto& v : cell.corners) v = to[v];
 }
-/// Rotates every hexahedron at random and, if `mirror`, also reflects some of them.
+/// Rotates every hexahedron at random. If `mirror` is true, also reflects some of them.
 inline void rotate_corners(TestMesh& mesh, std::mt19937_64& random, bool mirror) {
   constexpr std::array<std::array<std::size_t, 8>, 3> turns = {
       {{1, 2, 3, 0, 5, 6, 7, 4}, {4, 5, 1, 0, 7, 6, 2, 3}, {1, 5, 6, 2, 0, 4, 7, 3}}};

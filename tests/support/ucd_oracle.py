@@ -1,13 +1,12 @@
 #!/usr/bin/python3
-"""Compares two AVS UCD files as VTK's own reader reads them.
+"""Compares two AVS UCD files with VTK's own reader.
 
 usage: ucd_oracle.py A.inp B.inp
 
-Compares points, cells, cell types, and all point and cell data: order, names, components, values
-(in single precision, as VTK reads them). The lines before the counts are compared as text, and so is
-the text after the data, which VTK does not read.
-Exit code 0: equal; 1: different (each difference is printed); 2: VTK could not read a file.
-Needs Debian's python3-vtk9 and python3-numpy.
+Compares points, cells, cell types, and all point and cell data: the order of arrays, their names, components
+and values (in single precision, as VTK reads them). The lines before the counts are compared as text, and so
+is the text after the data, which VTK does not read. Exit code 0: equal; 1: different (each difference is
+printed); 2: VTK could not read a file. Needs Debian's python3-vtk9 and python3-numpy.
 """
 import sys
 

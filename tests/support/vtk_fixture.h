@@ -1,5 +1,5 @@
-// Shared code of the tests of VTK legacy files: files in a temporary folder, the complete contents
-// of a mesh, and VTK's own readers and writers.
+// Code that the tests of legacy VTK files share: files in a temporary folder, functions that read
+// the complete contents of a mesh, and functions that run VTK's own readers and writers.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -97,7 +97,8 @@ inline std::vector<T> as(const std::vector<std::byte>& bytes) {
   return values;
 }
 
-// Runs VTK's own reader and writer in Python; returns false if they are not installed.
+// Runs vtk_oracle.py, which uses VTK's own readers and writers. Returns false if Python does not
+// have VTK.
 inline bool run_oracle(const std::string& arguments, int* status) {
   static const bool available =
       std::system("/usr/bin/python3 -c 'import vtk, numpy' >/dev/null 2>&1") == 0;
@@ -131,7 +132,7 @@ inline std::string big_endian(const std::vector<T>& values) {
   return bytes;
 }
 
-// Reads a file to its end. The result must be a Failure or a complete mesh.
+// Reads a file to its end. Reading must return a complete mesh or throw Failure.
 inline void try_to_read(const std::string& file, Spool& spool) {
   try {
     take(*open_vtk(file, spool));
@@ -139,7 +140,7 @@ inline void try_to_read(const std::string& file, Spool& spool) {
   }
 }
 
-// Compresses a mesh to .shm and returns the mesh that is read from the compressed file.
+// Compresses a mesh to a .shm file, and returns the mesh that is read from this file.
 inline std::unique_ptr<MeshSource> through_shm(MeshSource& mesh, Order order, Spool& spool) {
   MemorySink sink;
   CompressOptions options;
@@ -149,7 +150,7 @@ inline std::unique_ptr<MeshSource> through_shm(MeshSource& mesh, Order order, Sp
   return std::make_unique<StagedMesh>(file, "test.shm", spool);
 }
 
-// A mesh in which one extra has another text as its value.
+// A MeshSource that replaces the value of one extra of another mesh with `text`.
 class BentExtra : public MeshSource {
  public:
   BentExtra(MeshSource& mesh, const std::string& key, const std::string& text)

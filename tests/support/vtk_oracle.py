@@ -1,19 +1,18 @@
 #!/usr/bin/python3
-"""Compares two VTK legacy files as VTK's own readers read them.
+"""Compares two legacy VTK files with VTK's own readers.
 
 usage: vtk_oracle.py A.vtk B.vtk
        vtk_oracle.py --rewrite 42|51 ASCII|BINARY IN.vtk OUT.vtk   VTK reads IN and writes OUT
-       vtk_oracle.py --sample 42|51 ASCII|BINARY OUT.vtk           a small grid with every feature
-       vtk_oracle.py --samples FOLDER          such grids of every data set, version and encoding
+       vtk_oracle.py --sample 42|51 ASCII|BINARY OUT.vtk           writes a small grid with every feature
+       vtk_oracle.py --samples FOLDER          writes small grids of every data set, version and encoding
        vtk_oracle.py --folders FOLDER FOLDER   compares files of the same name in two folders
-       vtk_oracle.py --cells FOLDER FOLDER     as --folders, but only points and nodes of cells,
-                                               whatever the kinds of data set
+       vtk_oracle.py --cells FOLDER FOLDER     does the same, but compares only points and nodes of cells;
+                                               the kinds of data set may differ
 
 Compares the kind of data set, points, cells, cell types, polyhedron faces, extents, spacing,
-origin, axes, and all point, cell and field data: order, names, types, components, component names,
-values (bit for bit), attribute kinds, lookup tables.
-Exit code 0: equal; 1: different (each difference is printed); 2: VTK could not read a file.
-Needs Debian's python3-vtk9 and python3-numpy.
+origin, axes, and all point, cell and field data: the order of arrays, their names, types, components,
+component names, values (bit for bit), attribute kinds and lookup tables. Exit code 0: equal; 1: different
+(each difference is printed); 2: VTK could not read a file. Needs Debian's python3-vtk9 and python3-numpy.
 """
 import os
 import sys
@@ -54,7 +53,7 @@ def read(path):
 
 
 def bits(array):
-    """Returns values as bytes, so that NaN equals itself and -0 differs from 0."""
+    """Returns values as bytes, so that a comparison finds NaNs equal, and distinguishes -0 from 0."""
     if array is None:
         return b""
     if isinstance(array, vtk.vtkBitArray):
@@ -177,8 +176,8 @@ def numbers(kind, name, components, tuples):
     return array
 
 
-# Number of nodes of each VTK cell type that is not linear. For types with any number of nodes, the
-# number is an example.
+# For each VTK cell type that is not linear: its number of nodes. If cells of a type can have any number of
+# nodes, the number is an example.
 HIGHER_CELLS = {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27, 30: 6, 31: 12,
                 32: 18, 33: 24, 34: 7, 35: 4, 36: 7, 37: 19, 41: 6, 4: 3, 1: 1, 3: 2, 5: 3, 10: 4,
                 13: 6, 15: 10, 16: 12, 68: 4, 69: 10, 70: 16, 71: 20, 72: 64, 73: 40, 74: 30,
@@ -208,7 +207,8 @@ def sample_cells(grid):
 def sample_attributes(data, count):
     for kind in ("Char", "UnsignedChar", "Short", "UnsignedShort", "Int", "UnsignedInt", "Long",
                  "UnsignedLong", "Float", "Double", "IdType", "Bit"):
-        # VTK's writer loses bits of arrays with more than one component.
+        # Bit arrays have a single component, because VTK's writer loses bits of arrays with several
+        # components.
         data.AddArray(numbers(kind, f"of type {kind}", 1 if kind == "Bit" else 2, count))
     names = numbers("Double", "named", 3, count)
     for c, name in enumerate(("first one", "", "third%")):
@@ -257,7 +257,8 @@ def with_data(grid):
     return grid
 
 
-# Number of points along each axis. "extent" also writes EXTENT instead of DIMENSIONS.
+# For each kind of structured sample: number of points along each axis. The sample "extent" also has a line
+# EXTENT instead of DIMENSIONS.
 SHAPES = {"": (4, 3, 5), "extent": (4, 3, 5), "flat": (4, 1, 5), "line": (1, 6, 1),
           "point": (1, 1, 1), "empty": (0, 0, 0)}
 
@@ -307,8 +308,7 @@ def sample_polydata():
     return mesh
 
 
-# Returns the nodes of a cell. The nodes of voxels and pixels are in the order of hexahedra and
-# quads.
+# Returns the nodes of a cell. For voxels and pixels, returns them in the order of hexahedra and quads.
 def nodes_of(grid, cell):
     ids = grid.GetCell(cell).GetPointIds()
     nodes = [ids.GetId(i) for i in range(ids.GetNumberOfIds())]
@@ -320,8 +320,8 @@ def nodes_of(grid, cell):
     return nodes
 
 
-# Returns the kind and the nodes of each cell, with voxels and pixels converted to hexahedra and
-# quads. The entries of the cells at `places` are None.
+# Returns the kind and the nodes of each cell. Voxels and pixels are converted to hexahedra and quads. For the
+# cells in `places`, returns None.
 def cells_of(grid, places=()):
     kinds = {vtk.VTK_VOXEL: vtk.VTK_HEXAHEDRON, vtk.VTK_PIXEL: vtk.VTK_QUAD}
     return [None if c in places else
@@ -329,7 +329,7 @@ def cells_of(grid, places=()):
             for c in range(grid.GetNumberOfCells())]
 
 
-# Returns the blanked cells of structured data, whose nodes VTK does not return.
+# Returns the indices of the blanked cells of structured data. VTK does not return the nodes of these cells.
 def blanked_cells(grid):
     if isinstance(grid, (vtk.vtkUnstructuredGrid, vtk.vtkPolyData)):
         return set()

@@ -1,21 +1,21 @@
 #!/usr/bin/python3
-"""Compares two VTU files as VTK's own XML reader reads them.
+"""Compares two VTU files with VTK's own XML reader.
 
 usage: vtu_oracle.py A.vtu B.vtu
-       vtu_oracle.py --data A B                         only the grids; .vtu or .vtk
-       vtu_oracle.py --legacy A B                       the grids of a .vtk (any data set) and a .vtu at
-           the last step, arrays by name, without data that one of the two formats cannot store
-       vtu_oracle.py --all DIRECTORY_A DIRECTORY_B      all files of A with those of B
-       vtu_oracle.py --samples DIRECTORY                a small grid with every feature, written
-           by VTK in every encoding: MODE_COMPRESSOR_HEADER_ORDER.vtu; steps.vtu: three time steps
+       vtu_oracle.py --data A B                         compares only the grids of two .vtu or .vtk files
+       vtu_oracle.py --legacy A B                       compares the grids of a .vtk (any data set) and a
+           .vtu at the last step, arrays by name, without data that one of the two formats cannot store
+       vtu_oracle.py --all DIRECTORY_A DIRECTORY_B      compares files of the same name
+       vtu_oracle.py --samples DIRECTORY                lets VTK write a small grid with every feature in
+           every encoding (MODE_COMPRESSOR_HEADER_ORDER.vtu), and a file of three time steps (steps.vtu)
        vtu_oracle.py --read A.vtu                       only reads the file with VTK
 
-Compares points, cells, cell types, polyhedron faces, and all point, cell and field data: order,
-names, types, components, component names, information keys, values (bit for bit), attribute kinds;
-at every time step, and each piece by itself. Then it compares the XML: every element with every
-attribute, texts and comments, in order, except offsets of appended data and white space.
-Exit code 0: equal; 1: different (each difference is printed); 2: VTK could not read a file.
-Needs Debian's python3-vtk9 and python3-numpy.
+Compares points, cells, cell types, polyhedron faces, and all point, cell and field data: the order of arrays,
+their names, types, components, component names, information keys, values (bit for bit) and attribute kinds.
+This is done for the whole grid at every time step, and for each piece. Then the script compares the XML
+elements in order, with all attributes, texts and comments. Offsets of appended data and white space are
+ignored. Exit code 0: equal; 1: different (each difference is printed); 2: VTK could not read a file. Needs
+Debian's python3-vtk9 and python3-numpy.
 """
 import itertools
 import os
@@ -52,7 +52,7 @@ def checked(path, reader, errors):
 
 
 def read(path):
-    """Returns the whole grid at every time step, then each piece."""
+    """Yields the whole grid at every time step, then each piece."""
     if path.endswith(".vtk"):
         return [vtk_oracle.read(path)[0]]
     reader, errors = open_reader(path)
@@ -69,10 +69,10 @@ def read(path):
 
 
 def tree(path):
-    """Returns the XML as a list of lines, without offsets and white space, up to the appended data."""
+    """Returns the XML before the appended data as a list of lines, without offsets and white space."""
     lines = []
     parser = xml.parsers.expat.ParserCreate()
-    # The values of inline arrays are left out here: they are compared as VTK reads them.
+    # The values of inline arrays are not compared as text, because they are compared as VTK reads them.
     inside = []
 
     class Stop(Exception):
@@ -141,7 +141,7 @@ def compare(path_a, path_b, with_xml):
 
 
 def in_common(grid):
-    """Returns the arrays by name, reduced to the data that both formats can store."""
+    """Returns the arrays of a grid by name, without data that one of the two formats cannot store."""
     found = {}
     for what in ("PointData", "CellData", "FieldData"):
         data = getattr(grid, f"Get{what}")()
@@ -156,7 +156,7 @@ def in_common(grid):
             elif isinstance(array, vtk.vtkDataArray):  # vtkIdType is narrow in legacy files
                 values = tuple(map(repr, vtk_to_numpy(array).ravel()))
             components = array.GetNumberOfComponents()
-            # The XML format treats empty names as missing.
+            # VTU files cannot distinguish an empty name from a missing name.
             names = tuple(array.GetComponentName(c) or None for c in range(components))
             key = vtk.vtkDataArray.UNITS_LABEL()
             units = array.GetInformation().Get(key) if array.HasInformation() else None
@@ -171,7 +171,8 @@ def in_common(grid):
 
 
 def seen(path, step=-1):
-    """Returns the grid of a file at a step with its arrays, its time as TimeValue, and its title as Title."""
+    """Returns the grid of a file at a step. Its arrays include the time of the step as "TimeValue" and the
+    title of the file as "Title"."""
     if path.endswith(".vtk"):
         grid, reader = vtk_oracle.read(path)
         found = in_common(grid)
@@ -196,7 +197,8 @@ def seen(path, step=-1):
 
 
 def compare_legacy(path_a, path_b, unlike=(), step=-1):
-    """Compares the grids of a .vtk and a .vtu file, except the arrays named in `unlike`. `step`: the step of A."""
+    """Compares the grids of a .vtk and a .vtu file, except the arrays named in `unlike`. `step` is the step
+    of file A."""
     check = Comparison()
     (a, left), (b, right) = seen(path_a, step), seen(path_b)
     if hasattr(a, "GetFaces") and hasattr(b, "GetFaces"):

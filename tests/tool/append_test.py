@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests shm append: the result equals a single file with all steps, or nothing changes.
+"""Tests shm append. The result must equal a single file with all steps, or the file must be unchanged.
 
 Usage: append_test.py PATH_OF_SHM
 """
@@ -45,7 +45,7 @@ class AppendTest(FolderTest):
         return name
 
     def assert_steps(self, file, source, same_numbers=True):
-        """Checks that the file contains the whole source and converts to the same Exodus file."""
+        """Checks that `file` contains all data of the source and decompresses to the same Exodus file."""
         self.shm("verify", file)
         self.shm("verify", file, "--against", source)
         self.shm("decompress", file, "-o", self.path("back.e"))
@@ -54,8 +54,7 @@ class AppendTest(FolderTest):
         os.remove(self.path("back.e"))
 
     def test_restarts_of_as_many_steps(self):
-        # The parts differ only in the values of their steps. The second part even has the same number of steps as the
-        # first.
+        # The parts differ only in their step values. The first two parts even have the same number of steps.
         for first, second, third in (((0, 1, 2), (3, 4, 5), (6,)), ((0,), (1,), (2,))):
             parts = [self.exodus(f"part{i}.e", steps, with_globals=False)
                      for i, steps in enumerate((first, second, third))]
@@ -67,7 +66,7 @@ class AppendTest(FolderTest):
 
     def test_outputs(self):
         file = self.packed(self.exodus("a.e", (0, 1)))
-        # Nothing is new: the output is the same file.
+        # If the source contains no new steps, the output equals the input file.
         self.shm("append", file, self.path("a.e"), "-o", self.path("same.shm"))
         self.assertEqual(self.bytes(self.path("same.shm")), self.bytes(file))
         self.shm("append", file, self.path("a.e"), "-o", "-", "--json", code=2, stderr="both")
@@ -93,7 +92,7 @@ class AppendTest(FolderTest):
                          ["all.e", "first.e", "first.e.shm"])
 
     def test_a_file_with_parity(self):
-        """Appended data has the same share of parity as the rest of the file."""
+        """After an append, parity protects the same share of the file as before."""
         whole = self.exodus("whole.e", range(6))
         file = self.packed(self.exodus("a.e", range(3)), "--parity", "30%")
         self.assertIn("parity", self.shm("verify", file))
@@ -104,13 +103,15 @@ class AppendTest(FolderTest):
         before = self.bytes(file)
         with open(file, "r+b") as damaged:
             damaged.write(bytes(4096))
-        # The damaged file is refused, because new parity would make the damage permanent.
+        # append refuses the damaged file. Otherwise it would compute new parity from damaged data, and the
+        # damage would become permanent.
         self.shm("append", file, self.exodus("more.e", range(7)), code=3, stderr=".")
         self.shm("repair", file)
         self.assertEqual(self.bytes(file), before)
         bare = self.packed(self.exodus("bare.e", range(3)))
         self.shm("append", bare, whole)
-        # Parity begins at `end`. Some of the damaged bytes are in parts of the file that append only copies.
+        # The parity begins at offset `end`. The test damages single bytes, some of which are in parts of the
+        # file that append only copies.
         end = len(self.bytes(bare)) - 16
         for at in range(100, end, 211 if SANITIZED else 41):
             with open(file, "wb") as damaged:
@@ -121,7 +122,8 @@ class AppendTest(FolderTest):
         self.assert_steps(file, self.path("more.e"))
 
     def test_a_file_of_a_single_step(self):
-        """The step of such a file refers to no other step. The same holds for appended steps, unless --key-steps was used."""
+        """In a file with a single step, the step refers to no other step. Appended steps do not refer to
+        other steps either, unless the file was written with --key-steps."""
         first, all_steps = self.exodus("first.e", (0,)), self.exodus("all.e", range(7))
         grown = {}
         for how in ((), ("--key-steps", "1"), ("--key-steps", "8")):
@@ -203,7 +205,7 @@ class AppendTest(FolderTest):
         self.shm("verify", file, "--against", all_steps)
 
     def test_other_formats(self):
-        """Appends single steps from files of formats that store one step each and no global variables."""
+        """Appends single steps from files of formats that store one step per file and no global variables."""
         source = self.exodus("all.e", range(6))
         self.shm("convert", source, self.path("all.msh"), stderr="(?s)not in.*")
         self.shm("convert", self.path("all.msh"), self.path("plain.e"), stderr="(?s)(not in.*)?")

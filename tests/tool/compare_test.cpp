@@ -1,5 +1,5 @@
-// Tests the comparison of meshes, and the round trip through a .shm file. Data is restored
-// unchanged in both orders, and every kind of change is detected.
+// Tests the comparison of meshes, and round trips through a .shm file. Data must be restored
+// unchanged in orders `keep` and `stream`, and every kind of change must be detected.
 #include "compare/compare.h"
 #include "mesh/cell_rotations.h"
 
@@ -52,7 +52,7 @@ CompressOptions options_of(Order order, std::uint32_t delay = 0, std::uint32_t b
   return options;
 }
 
-// Compresses and restores a mesh, and compares the result.
+// Compresses a mesh, restores it, and compares it with the source.
 CompareReport round_trip(MeshSource& mesh, const CompressOptions& options) {
   const Compressed compressed = compress(mesh, options);
   Spool spool(::testing::TempDir());
@@ -70,7 +70,7 @@ TEST(Compare, HexahedronHas24Rotations) {
   constexpr int kCorner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                  {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   for (const auto& rotation : rotations) {
-    // The edges 0-1, 0-3, 0-4 stay a right-handed frame.
+    // After the rotation, the edges 0-1, 0-3 and 0-4 still form a right-handed coordinate system.
     int edge[3][3];
     constexpr int kEnds[3] = {1, 3, 4};
     for (int e = 0; e < 3; ++e)
@@ -290,7 +290,8 @@ TEST(RoundTrip, CellsOfEachBlockTogether) {
   MemorySource source(compressed.bytes);
   StagedMesh restored(source, "test.shm", spool);
 
-  // Regroups the restored mesh as a format does that stores the cells of each block consecutively.
+  // Sorts the cells of the restored mesh by block, as formats do that store the cells of each block
+  // consecutively.
   MemoryMesh grouped;
   grouped.mesh = restored.info();
   grouped.mesh.schema.order = Order::keep;

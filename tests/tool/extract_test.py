@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests shm extract. Pieces must equal the parts of the whole mesh that this script selects itself, as read by VTK and ncdump.
+"""Tests shm extract. A piece must equal the part of the whole mesh that this script selects itself. VTK and
+ncdump read the files.
 
 Usage: extract_test.py PATH_OF_SHM     (exit code 77, skipped, if VTK, NumPy or netCDF is missing)
 """
@@ -31,7 +32,8 @@ N = 8  # cells per side
 
 
 class Grid:
-    """A mesh of hexahedra in two blocks and, in the last layer, wedges, with number maps, three steps and sets."""
+    """A mesh of hexahedra in two blocks, with wedges in the last layer. It has number maps, three steps, and
+    sets."""
 
     def __init__(self):
         m = N + 1
@@ -51,7 +53,8 @@ class Grid:
         steps = np.arange(3)[:, None]
         self.heat = np.sin(self.points[:, 0] * 5 + self.points[:, 2])[None, :] * (1 + steps)
         self.flux = np.arange(len(self.air))[None, :] * .5 + steps
-        # Sides x = 0 of the hexahedra: side 4 of Exodus.
+        # The side set contains those sides of the hexahedra that are at x = 0. They have side number 4 in
+        # Exodus.
         self.inlet = [c for c in range(len(self.steel) + len(self.air)) if c % N == 0]
         self.fixed = [v for v in range(len(self.points)) if self.points[v, 2] == 0]
 
@@ -101,7 +104,7 @@ data: time_whole = 0, 0.5, 2 ; eb_status = 1, 1, 1 ; eb_prop1 = 10, 20, 30 ;
 
 
 class Read:
-    """Contents of a VTK or VTU file as VTK reads them."""
+    """The contents of a VTK or VTU file as VTK reads them."""
 
     def __init__(self, path):
         reader = (vtk.vtkXMLUnstructuredGridReader if path.endswith(".vtu")
@@ -124,7 +127,7 @@ class Read:
 
 
 def ncdump(path, variable):
-    """Returns the numbers or strings of a variable."""
+    """Returns the values of a variable as a list of numbers or strings."""
     text = subprocess.run(["ncdump", "-p", "9,17", "-v", variable, path], capture_output=True,
                           text=True, check=True).stdout
     values = re.search(rf"\n {variable} =\s*(.*?) ;\n", text, re.S).group(1)
@@ -150,12 +153,13 @@ class ExtractTest(FolderTest):
         return self.path("grid.shm")
 
     def extract(self, name, *words):
-        """Returns the standard output of the tool and the path of the piece."""
+        """Extracts a piece of grid.shm. Returns the standard output of the tool and the path of the piece."""
         output, _ = self.shm("extract", self.path("grid.shm"), self.path(name), *words)
         return output, self.path(name)
 
     def expect_piece(self, whole, piece, chosen):
-        """Compares a piece with the whole mesh. `chosen`: the numbers that the cells of the piece have in the whole mesh."""
+        """Compares a piece with the whole mesh. `chosen` contains the numbers that the cells of the piece
+        have in the whole mesh."""
         cells, vertices = piece.cell["shm_cell_number"], piece.point["shm_vertex_number"]
         np.testing.assert_array_equal(cells, np.sort(np.asarray(chosen, dtype=np.int64)))
         used = sorted({v for c in chosen for v in whole.cells[c]})
@@ -199,7 +203,7 @@ class ExtractTest(FolderTest):
                     self.assertIn("heat", piece.point)
                     _, path = self.extract("piece.vtk", *words)
                     self.expect_piece(whole, Read(path), list(chosen))
-            # In order keep, also compares with the original mesh.
+            # In order `keep`, the points of the .shm file must also equal those of the original mesh.
             if not how:
                 np.testing.assert_array_equal(whole.points, self.grid.points)
 
@@ -240,7 +244,7 @@ class ExtractTest(FolderTest):
         if fixed:
             np.testing.assert_array_equal(ncdump(path, "node_ns1"),
                                           [vertices.index(v) + 1 for v in fixed])
-        # Extracts a piece of a piece in .shm, and converts the first piece to Exodus.
+        # Extracts a piece of an extracted piece. Then decompresses the first piece to Exodus.
         self.extract("piece.shm", "--cells", "100:300")
         self.shm("extract", self.path("piece.shm"), self.path("again.vtu"), "--cells", "50:60")
         again = Read(self.path("again.vtu"))
@@ -251,7 +255,8 @@ class ExtractTest(FolderTest):
         self.assertEqual(ncdump(self.path("back.e"), "ss_names"), ["inlet"])
         np.testing.assert_array_equal(ncdump(self.path("back.e"), "elem_num_map"),
                                       grid.elem_map[100:300])
-        # The source has no number maps, so that cell numbers are positions in the file, counted from 1.
+        # The source has no number maps. The cell numbers in the piece are therefore positions in the source,
+        # counted from 1.
         self.shm("extract", self.path("piece.shm"), self.path("none.vtk"), "--cells", "50:60")
         self.shm("compress", self.path("none.vtk"), "-o", self.path("none.shm"))
         self.shm("extract", self.path("none.shm"), self.path("none.e"), "--cells", "3:6")
@@ -266,8 +271,8 @@ class ExtractTest(FolderTest):
                 self.assertTrue((sides.types == vtk.VTK_QUAD).all())
                 self.assertEqual(len(sides.cells), len(self.grid.inlet))
                 self.assertTrue((sides.cell["shm_side"] == 4).all())
-                # The set covers the whole side x = 0 below the wedges; the mesh is sheared along y. Each point occurs
-                # once.
+                # The set covers the part of the face x = 0 that is below the wedges. The mesh is sheared
+                # along y. Each point must occur once.
                 self.assertEqual(len(sides.points), (N + 1) * N)
                 np.testing.assert_allclose(sides.points[:, 0], sides.points[:, 1] * .08)
                 middles = {tuple(np.round(sides.points[c].mean(axis=0), 9)) for c in sides.cells}
@@ -307,7 +312,8 @@ class ExtractTest(FolderTest):
             {"kind": "side set", "id": "3", "name": "inlet",
              "members": sum(c < 100 for c in grid.inlet)}])
         self.assertIn("side set 3 'inlet'", self.shm("info", piece)[0])
-        # Groups keep their names as physical groups; the blocks become physical groups, too.
+        # In the Gmsh file, groups keep their names as physical groups. The blocks become physical groups,
+        # too.
         self.extract("piece.msh", "--cells", "150:210")
         self.assertEqual([each["name"] for each in sets_of(self.path("piece.msh"))],
                          ["inlet", "steel", "air"])
@@ -320,7 +326,7 @@ class ExtractTest(FolderTest):
         self.assertEqual(len(Read(path).cells), 210 - len(self.grid.steel))
 
     def test_a_group_of_two_volumes(self):
-        """Volume 1 is in groups "one" and "both", volume 2 only in "both"."""
+        """The group "one" contains volume 1. The group "both" contains volumes 1 and 2."""
         points = [(x, y, z) for z in range(2) for y in range(2) for x in range(3)]
         with open(self.path("two.msh"), "w") as out:
             out.write("""$MeshFormat

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Tests that desktops and file(1) recognize .shm files.
+"""Tests that desktop environments and the command file(1) recognize .shm files.
 
   file_type_test.py SHM
 
-Checks packaging/shm.magic, packaging/shm.xml and packaging/shm.thumbnailer. They must recognize .shm files of all
-versions and archives, and no other files.
+Checks packaging/shm.magic, packaging/shm.xml and packaging/shm.thumbnailer. These files must describe .shm
+files of all versions and archives, but no other files.
 """
 import configparser
 import os

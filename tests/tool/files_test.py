@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests commands with many files: folders, skipped files, packed files, --rm, and conventions of gzip, xz, zstd and cp.
+"""Tests commands that process many files: folders, skipped files, packed files, --rm, and the conventions of
+gzip, xz, zstd and cp.
 
 Usage: files_test.py PATH_OF_SHM
 """
@@ -69,7 +70,8 @@ class FilesTest(FolderTest):
         (self.folder / "sub" / "link.shm").symlink_to("c.vtk.shm")
         out, _ = self.shm("verify", "-r", "sub")
         self.assertIn("2 files: 2 done", out)
-        # In an output folder, files keep their relative paths.
+        # If an output folder is given, each output file has the same relative path in it as its source in the
+        # source folder.
         (self.folder / "out").mkdir()
         self.shm("decompress", "-r", "sub", "-o", "out")
         self.assertEqual(self.names("out/**/*"), ["out/c.vtk", "out/deep/a.vtk"])
@@ -177,8 +179,8 @@ class FilesTest(FolderTest):
                     self.assertIn(done.returncode, (0, 3), done.stderr)
                     if done.returncode == 0:
                         self.assertEqual(done.stdout, self.bytes("expected.shm"))
-        # The two files are a .shm file that was packed by gzip, and an Exodus file, which the netCDF library opens by
-        # its name.
+        # Sources compressed with gzip are accepted. This includes .shm files, and Exodus files, which the
+        # netCDF library must open by name.
         (self.folder / "again.shm.gz").write_bytes(gzip.compress(self.bytes("expected.shm")))
         self.shm("verify", "again.shm.gz", "--against", "a.vtk")
         self.shm("decompress", "again.shm.gz", "-o", "again.vtk")
@@ -216,14 +218,15 @@ class FilesTest(FolderTest):
         _, text = self.shm("compress", "--rm", "link.vtk", code=4)
         self.assertIn("is a link", text)
         self.assertEqual(self.names("*.vtk"), ["a.vtk", "b.vtk", "link.vtk"])
-        # Data that another format cannot store is listed, and the .shm file stays.
+        # If the output format cannot store some data, the tool lists the data, and --rm does not remove the
+        # .shm file.
         self.shm("convert", "a.vtk", "a.e")
         self.shm("compress", "a.e")
         before = self.bytes("a.e.shm")
         subprocess.run([SHM, "decompress", "--rm", "a.e.shm", "--format", "ucd"], cwd=self.folder,
                        capture_output=True, timeout=60)
         self.assertEqual(self.bytes("a.e.shm"), before)
-        # Nothing can be removed from a read-only folder.
+        # In a read-only folder, --rm cannot remove the source.
         if os.getuid() != 0:
             os.chmod(self.folder / "sub", 0o500)
             self.addCleanup(os.chmod, self.folder / "sub", 0o700)
@@ -254,7 +257,8 @@ class FilesTest(FolderTest):
         self.assertIn("did you mean shm compress a.vtk?", text)
 
     def shares_on_terminal(self, *words):
-        """Returns the percentages that a terminal shows while the tool runs, in the order of their appearance."""
+        """Runs the tool in a terminal. Returns the percentages that it shows, in the order in which they
+        appear."""
         pid, terminal = pty.fork()
         if pid == 0:
             os.chdir(self.folder)
@@ -274,7 +278,7 @@ class FilesTest(FolderTest):
         return [int(share) for share in re.findall(rb"(\d+) %", shown)]
 
     def test_progress_only_grows(self):
-        # Increases the size until any machine is slow enough to show progress.
+        # Increases the size of the mesh until the run takes long enough to show progress.
         for side in (24, 48, 72, 96, 128):
             write_vtk(self.path("large.vtk"), side)
             if self.shares_on_terminal("compress", "-f", "large.vtk"):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests the conventions that shm has in common with other tools. Each row of the table of habits in docs/tool.md has a
-test, and each test has a row. Also tests the output on a terminal after short commands.
+"""Tests the conventions that shm shares with other tools. Each row of the table of habits in docs/tool.md has
+a test, and each test has a row. Also tests the output of short commands in a terminal.
 
 Usage: habits_test.py PATH_OF_SHM
 """
@@ -212,8 +212,8 @@ class HabitsTest(FolderTest):
         self.shm("compress", "run.vtk")
         whole = bytearray(self.bytes("run.vtk.shm"))
         expected = self.shm("info", "--json", "run.vtk.shm")[0]
-        # Searches for a byte of the values that `info` does not read when --json is given, because --json alone
-        # requests no ranges.
+        # Searches the file for a byte that belongs to the values. `info --json` must not read it, because it
+        # reads values only if ranges are requested.
         for at in range(len(whole)):
             whole[at] ^= 0xff
             (self.folder / "hurt.shm").write_bytes(whole)
@@ -246,7 +246,7 @@ class HabitsTest(FolderTest):
         self.assertIn(done.stdout, (b"0\n", b"4\n"))
 
     def on_terminal(self, words, answer=b""):
-        """Runs the tool on a separate terminal; returns its output and exit code."""
+        """Runs the tool in a pseudo-terminal. Returns its output and its exit code."""
         pid, terminal = pty.fork()
         if pid == 0:
             os.chdir(self.folder)
@@ -266,7 +266,8 @@ class HabitsTest(FolderTest):
         return shown.decode(), os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 
     def transcript(self, command):
-        """Runs a command in a terminal with the program `script`; returns its output and exit code."""
+        """Runs a command in a pseudo-terminal that the program `script` creates. Returns its output and its
+        exit code."""
         self.need("script")
         done = subprocess.run(["script", "-qec", command, os.devnull], cwd=self.folder, timeout=120,
                               stdin=subprocess.DEVNULL, capture_output=True,

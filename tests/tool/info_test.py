@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests that shm info shows title, size, box, times, blocks, arrays with ranges, and sets, and that every key in the
-JSON of info, compress, verify and join is documented.
+"""Tests that shm info shows the title, size, box, times, blocks, sets, and arrays with their ranges. Also
+tests that every key in the JSON output of info, compress, verify and join is documented.
 
 Usage: info_test.py PATH_OF_SHM
 """
@@ -104,8 +104,8 @@ class InfoTest(FolderTest):
         self.assertNotIn("\033", text)
 
     def keys_of(self, value, prefix=""):
-        """Returns the names of all members, including those of objects in lists. A map of streams or arrays by name counts
-        as one member."""
+        """Returns the names of all keys in a JSON value, including the keys of objects in lists. For a map
+        from names of streams or arrays to their data, the names themselves are not returned."""
         found = set()
         if isinstance(value, list):
             for item in value:
@@ -118,7 +118,7 @@ class InfoTest(FolderTest):
                 return found
             for key, item in value.items():
                 found.add(prefix + key)
-                # Members of an archive have the keys of a file.
+                # The members of an archive are described with the same keys as a single file.
                 inner = prefix if key == "members" else prefix + key + "."
                 found |= self.keys_of(item, inner)
         return found

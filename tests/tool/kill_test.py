@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests that if shm is killed at any instant, the old file or a complete new file exists. Temporary files do not accumulate.
+"""Tests that if shm is killed at any instant, either the old file or a complete new file exists, and that
+temporary files do not accumulate.
 
 Usage: kill_test.py PATH_OF_SHM
 """
@@ -17,7 +18,7 @@ from sample_meshes import exodus_text
 
 SHM = "shm"
 KILLS = 200
-SECONDS = 40  # duration of all kills together; on a busy machine there are fewer kills
+SECONDS = 40  # total duration of all kills; on a busy machine, fewer runs are killed
 
 
 class KillTest(FolderTest):
@@ -31,7 +32,7 @@ class KillTest(FolderTest):
         self.ncgen(name, exodus_text(steps, 10), "netCDF-4")
 
     def others(self):
-        """Returns the other files in the folder. They have temporary names."""
+        """Returns the names of the temporary files in the folder, which begin with a dot."""
         return [name for name in os.listdir(self.directory.name) if name.startswith(".")]
 
     def test_kills(self):
@@ -43,8 +44,8 @@ class KillTest(FolderTest):
         self.shm("convert", "all.e", "all.vtk")
         self.shm("decompress", "all.shm", "-o", "whole.e")
         self.shm("decompress", "all.shm", "-o", "whole.msh")
-        # Each case contains a command, its output, the file that exists before the command, and the file that a
-        # complete run writes.
+        # For each case: a command, its output, the file that exists under that name before the command (or
+        # None), and the file that a complete run writes.
         cases = [
             (["append", "out.shm", "all.e"], "out.shm", "first.shm", "appended.shm"),
             (["append", "first.shm", "all.e", "-o", "out.shm"], "out.shm", None, "appended.shm"),
@@ -76,8 +77,8 @@ class KillTest(FolderTest):
             left = max(left, len(self.others()))
         print(f"{killed} runs killed, {finished} finished before; at most {left} temporary files left")
         self.assertGreater(killed, (killed + finished) // 4)
-        # HDF5 may leave the temporary file of the last killed run if the output is an Exodus file. The temporary files
-        # of other outputs exist only for an instant.
+        # If the output is an Exodus file, the temporary file of HDF5 may remain after the last killed run.
+        # The temporary files of other outputs exist only for an instant.
         self.assertLessEqual(left, 2)
         for words, output, before, _ in cases:
             self.prepare(output, before)

@@ -1,4 +1,5 @@
-// Tests of layout diagrams. The computed width is exact, and the picture is small and well-formed.
+// Tests of layout diagrams. The computed width of the mesh must be exact, and the picture must be
+// small and well-formed.
 #include "tool/layout.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests that the tool reports data that an output cannot store. If the name of the output belongs to a format that could
-store more than the format in --format, the tool reports an error before it does any work.
+"""Tests that the tool reports data that an output cannot store. If --format names a format that can store
+less than the format to which the output's name belongs, the tool reports an error before it does any work.
 
 Usage: losses_test.py PATH_OF_SHM
 """
@@ -52,7 +52,8 @@ class LossesTest(FolderTest):
                                 lost="3 of 4 time steps")
 
     def test_numbers_that_are_too_large_for_exodus(self):
-        """Gmsh's physical tags become 32-bit set numbers. A tag that is too large gets another number, which is reported."""
+        """Gmsh's physical tags become set numbers in Exodus, which have 32 bits. If a tag is too large, the
+        set gets another number, and the tool reports this."""
         corners = [(n & 1, n >> 1 & 1, n >> 2) for n in range(8)]
         for tag, fits in ((2**31 - 1, True), (2**31, False), (2**32, False)):
             self.write("far.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n"
@@ -66,7 +67,8 @@ class LossesTest(FolderTest):
                 self.run_tool("convert", "far.msh", "strict.e", "--strict", code=6)
 
     def test_names_that_netcdf_does_not_take_are_bad_input(self):
-        """The reader of classic netCDF headers does not check the names in the source, but netCDF refuses to write them."""
+        """The reader of classic netCDF headers accepts any names in the source, but netCDF refuses to write
+        some of them."""
         plain = Path(self.path("run.e")).read_bytes()
         self.assertIn(b"num_nodes", plain)
         Path(self.path("odd.e")).write_bytes(plain.replace(b"time_step", b"time/step").replace(b"len_line", b"len/line"))
@@ -92,7 +94,7 @@ class LossesTest(FolderTest):
         self.expect_refusal("convert", "run.e", "out.shm", "--format", "gmsh", lost="global variables")
 
     def test_names_that_promise_nothing_more(self):
-        """Lost data is listed, and the file is written."""
+        """The tool lists the lost data and writes the file."""
         for out, words in (("out.vtk", []), ("out.vtk.4.0", []), ("out", ["--format", "vtk"]),
                            ("out.vtu", ["--format", "vtk"]), ("out.dat", ["--format", "ucd"])):
             text = self.run_tool("convert", "run.e", out, *words)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests the memory use of shm for meshes of different widths and lengths. The memory must never exceed the figures that
-the documents state, and must be about the same for a mesh that is four times as long.
+"""Tests the memory use of shm for meshes of different widths and lengths. The memory use must never exceed
+the figures in the documents, and must be about the same for a mesh that is four times as long.
 
 Usage: memory_use_test.py PATH_OF_SHM
 """
@@ -18,13 +18,14 @@ from folder_test import FolderTest, forced
 SHM = "shm"
 MB = 1 << 20
 
-# Figures of docs/tool.md, section "Memory": memory in bytes of a run with one float32 field on cells.
+# Figures from docs/tool.md, section "Memory": the memory in bytes that a run with one float32 field on cells
+# needs.
 BASE = {"compress": 42 * MB, "verify": 27 * MB, "decompress": 27 * MB}
 FOR_ACTIVE_VERTEX = {"compress": 1100, "verify": 500, "decompress": 500}
 FOR_MEMORY_OPTION = 16 * MB
 INFO = 20 * MB
-# Allowed increase in bytes for a mesh that is four times as long. Such a mesh has larger tables, because the shorter
-# mesh does not fill the half of --memory that is reserved for tables. The rest is a margin.
+# Allowed increase in bytes for a mesh that is four times as long. Tables may use half of --memory. The short
+# mesh does not fill that half, so the tables of the long mesh are larger. The rest is a margin.
 SAME = 10 * MB
 
 
@@ -59,15 +60,16 @@ def write_block(path, side, layers):
 
 
 def is_sanitized():
-    """Returns true if the tool was built with sanitizers, whose shadow memory would be counted, too."""
+    """Returns true if the tool was built with sanitizers. Their shadow memory would count as memory of the
+    tool."""
     with open(SHM, "rb") as program:
         return b"__asan_init" in program.read()
 
 
 class MemoryUseTest(FolderTest):
     def peak(self, *words):
-        """Runs the tool, and returns its largest resident size in bytes. The result is at least the size of this script,
-        because a child process begins with the memory of its parent."""
+        """Runs the tool and returns its largest resident size in bytes. The result cannot be smaller than the
+        size of this script, because a child process begins with the memory of its parent."""
         process = subprocess.Popen([SHM, *forced(words), "--threads", "1", "--memory", "16M", "-q"])
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
@@ -85,8 +87,8 @@ class MemoryUseTest(FolderTest):
         return peaks
 
     def info(self):
-        """Returns the number of active vertices, and the largest resident size of shm info in bytes. An intermediate
-        program starts shm, so that the memory of this script does not count."""
+        """Runs shm info. Returns the number of active vertices, and the largest resident size of the tool in
+        bytes. An intermediate program starts the tool, so that the memory of this script does not count."""
         run = subprocess.run(["/usr/bin/time", "-f", "%M", SHM, "info", "-v", self.path("mesh.shm")],
                              capture_output=True, text=True, check=True)
         width = next(line for line in run.stdout.splitlines() if line.startswith("width"))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests shm join --merge. The parts of a decomposed Exodus mesh must result in the same file as the whole mesh, or in an
-error that names a part, without an output file.
+"""Tests shm join --merge with the parts of a decomposed Exodus mesh. The command must either write the same
+file as for the whole mesh, or fail with an error that names a part and write no output file.
 
 Usage: merge_test.py PATH_OF_SHM
 """
@@ -29,7 +29,7 @@ class MergeTest(FolderTest):
         return done.stdout if code == 0 else done.stderr
 
     def split(self, count, n=4, **how):
-        """Creates whole.e, and its parts mesh.e.COUNT.0 and so on."""
+        """Creates whole.e and its parts, mesh.e.COUNT.0, mesh.e.COUNT.1 and so on."""
         split = Split(self.ncgen("whole.e", whole_text(n, **how)), interleaved, count)
         for part in range(count):
             self.ncgen(f"mesh.e.{count}.{part:0{len(str(count))}}", split.text(part))
@@ -45,7 +45,7 @@ class MergeTest(FolderTest):
                                  self.bytes(self.path("whole.e.shm")))
 
     def test_parts_by_name(self):
-        """Parts may be given in any order, because their order is determined by the numbers in their names."""
+        """Parts may be given in any order, because the numbers in their names determine their order."""
         self.split(11, n=3)
         parts = [f"mesh.e.11.{part:02}" for part in range(11)]
         self.shm("join", "--merge", "-o", "named.shm", *parts)

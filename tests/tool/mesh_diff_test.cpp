@@ -1,5 +1,6 @@
-// Tests of the differences between two meshes. Each kind of change is found at the right place, and
-// no other differences are reported, even if vertices and cells are in another order.
+// Tests of the differences between two meshes. Each kind of change must be found at the correct
+// position, and no other differences may be reported, even if vertices and cells are in another
+// order.
 #include "compare/mesh_diff.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +47,8 @@ void set_value(std::vector<std::byte>& bytes, std::size_t index, T value) {
   std::memcpy(bytes.data() + index * sizeof(T), &value, sizeof(T));
 }
 
-// Returns the same mesh with its vertices and cells in another order, and with rotated cells.
+// Returns the same mesh with vertices and cells in another order, and with the corners of cells
+// rotated.
 MemoryMesh in_another_order(const MemoryMesh& mesh, unsigned seed, bool turned = true) {
   std::mt19937 random(seed);
   MemoryMesh other = mesh;
@@ -85,7 +87,8 @@ MemoryMesh in_another_order(const MemoryMesh& mesh, unsigned seed, bool turned =
   for (std::size_t a = 0; a < mesh.arrays.size(); ++a) {
     std::vector<std::size_t> place = vertex;
     if (mesh.mesh.schema.arrays[a].location == Location::cell) {
-      std::vector<std::size_t> covered;  // new numbers of the covered cells, in the old order
+      std::vector<std::size_t>
+          covered;  // new numbers of the cells that the array covers, in the old cell order
       for (std::size_t c = 0; c < cell.size(); ++c)
         if (mesh.mesh.schema.array_covers(a, mesh.cell_blocks[c])) covered.push_back(cell[c]);
       std::vector<std::size_t> ranks = covered;
@@ -178,7 +181,7 @@ const std::vector<Change>& changes() {
       {"values", "array 'point/heat'", [](MemoryMesh& m) { m.arrays[2][2][7] ^= std::byte{1}; }, 0},
       {"values", "array 'cell/mark'", [](MemoryMesh& m) { m.arrays[3][0][77] ^= std::byte{1}; },
        77},
-      // Element 3 of the array on blocks 0 and 2 is cell 3; cell 4 is the first wedge.
+      // Element 3 of the array on blocks 0 and 2 belongs to cell 3. Cell 4 is the first wedge.
       {"values", "array 'cell/level'", [](MemoryMesh& m) { m.arrays[4][0][14] ^= std::byte{1}; },
        3},
       {"values", "array 'cell/stress'", [](MemoryMesh& m) { m.arrays[5][1][0] ^= std::byte{1}; },
@@ -337,8 +340,8 @@ TEST(MeshDiff, StepsOfEqualTimesBelongTogether) {
   EXPECT_EQ(found.differences[1].places[0].a, 1u);
 }
 
-// The meshes are a single step, as in different formats: one mesh has a vector, the other has its
-// components.
+// Both meshes have a single step. As in files of different formats, one mesh has a vector array,
+// and the other mesh has its components as separate arrays.
 TEST(MeshDiff, BetweenFormats) {
   MemoryMesh a = grid_mesh(3, 2, 2), b = grid_mesh(3, 2, 2);
   a.mesh.schema.source_format = "vtk";
@@ -374,7 +377,8 @@ TEST(MeshDiff, BetweenFormats) {
   EXPECT_EQ(found.differences[0].places[0].component, 1u);
 }
 
-// One format stores an array on some blocks only; another format fills the array for all cells.
+// One format stores an array on some of the blocks only. Another format fills the array for the
+// cells of all other blocks.
 TEST(MeshDiff, ValuesOfSomeBlocksAgainstAll) {
   MemoryMesh a = grid_mesh(2, 1, 1), b = grid_mesh(2, 1, 1);
   for (MemoryMesh* mesh : {&a, &b}) {
@@ -422,8 +426,8 @@ TEST(MeshMatch, AnyOrder) {
   }
 }
 
-// Returns the hexahedra of a mesh with separate vertices, or with vertices that are shared only
-// within layers. Up to eight vertices are then at the same point.
+// Returns the hexahedra of a mesh without shared vertices, or with vertices that are shared only
+// within groups of `cells_together` cells. Up to eight vertices are therefore at the same point.
 MemoryMesh torn(const MemoryMesh& mesh, std::uint64_t cells_together, double gap = 0) {
   MemoryMesh apart;
   apart.mesh.schema.source_format = "test";
@@ -458,8 +462,8 @@ TEST(MeshMatch, CoincidentVerticesGoWithTheirCells) {
   }
 }
 
-// Two complete copies of a mesh are at the same place. Only their values distinguish them, but
-// cells of different copies must not be mixed.
+// The mesh contains two complete copies of a grid at the same place, which differ only in their
+// values. Cells of one copy must not be matched with cells of both copies.
 TEST(MeshMatch, CopiesStayWhole) {
   const MemoryMesh grid = grid_mesh(5, 4, 3);
   MemoryMesh a = grid;
@@ -519,7 +523,7 @@ TEST(MeshMatch, WithinATolerance) {
     set_value(b.points, i,
               load<double>(b.points.data() + i * 8) +
                   1e-7 * (static_cast<double>(random() % 2001) / 1000 - 1));
-  for (const double bound : {1.5e-7, 1e-3, 0.2}) {  // the last bound is larger than the cells
+  for (const double bound : {1.5e-7, 1e-3, 0.2}) {  // the largest bound exceeds the size of a cell
     const MeshDiff found = diff(a, b, matching(within(Accuracy::absolute(bound))));
     EXPECT_TRUE(found.equal()) << bound << "\n" << words(found);
   }
@@ -583,7 +587,7 @@ TEST(CellTurns, AsManyAsThereAreAndNoneInsideOut) {
     EXPECT_EQ(turns.size(), kind.turns);
     for (std::size_t i = 0; i < turns.size(); ++i)
       for (std::size_t k = 0; k < i; ++k) EXPECT_NE(turns[i], turns[k]);
-    // The corners must not all be in one plane: four of them determine the orientation.
+    // Picks four corners that are not in one plane. They determine the orientation of a cell.
     const std::size_t pick[4] = {0, 1, kind.nodes == 4 ? 2u : 3u, kind.nodes - 1};
     const auto volume = [&](const Rotation& turn) {
       int edge[3][3];

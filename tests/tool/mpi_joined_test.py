@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests shm_mpi compress with a decomposed Exodus mesh. The program writes the same bytes as for the whole mesh, or
-reports a single error that names a part.
+"""Tests shm_mpi compress with a decomposed Exodus mesh. The program must write the same bytes as for the
+whole mesh, or report a single error that names a part.
 
 Usage: mpi_joined_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
@@ -19,7 +19,8 @@ class JoinedTest(RanksTest):
     NEEDS = ("mpirun", "ncgen", "ncdump")
 
     def split(self, count, owner=interleaved, n=5, kind="64-bit-offset", base=1, **how):
-        """Creates a mesh and its parts. Returns the path of the whole mesh and the common name of the parts."""
+        """Creates a mesh and its parts. Returns the path of the whole mesh, and the common beginning of the
+        paths of its parts."""
         whole = self.ncgen("whole.e", whole_text(n, **how), kind)
         split = Split(whole, owner, count, base)
         for part in range(count):
@@ -44,7 +45,7 @@ class JoinedTest(RanksTest):
         for kind in ("classic", "64-bit-data"):
             whole, parts = self.split(2, n=4, kind=kind)
             self.expect_joined(whole, parts, (3,), "--segment-cells", 30)
-        # The result has the netCDF chunk sizes of the first part.
+        # The result uses the netCDF chunk sizes of the first part, so it may differ from the whole file.
         whole, parts = self.split(2, n=4, kind="netCDF-4 classic model")
         self.expect_own_file(whole, parts, (3,))
 
@@ -64,7 +65,8 @@ class JoinedTest(RanksTest):
         self.expect_joined(whole, parts, (2,), "--segment-cells", 9000, "--order", "stream")
 
     def test_parts_without_elements_of_some_blocks(self):
-        # The first part has only the first block. The order of names therefore differs from that in the whole file.
+        # The first part contains only cells of the first block. The order of names therefore differs from the
+        # order in the whole file.
         whole, parts = self.split(5, lambda cell: cell // 45)
         self.expect_own_file(whole, parts, (1, 3))
 
@@ -75,8 +77,9 @@ class JoinedTest(RanksTest):
         self.expect_own_file(whole, parts, (2,))
 
     def expect_own_file(self, whole, parts, counts, *options):
-        """Tests parts whose names are in another order than in the whole file. Checks that the result is the whole mesh,
-        and that restoring and compressing it again results in the same bytes."""
+        """Tests parts whose result differs from the file of the whole mesh, e.g. in the order of names.
+        Checks that the result contains the whole mesh, and that decompressing and compressing it again
+        results in the same bytes."""
         done = ranks(2, "compress", parts, "-o", self.path("first.shm"), "-q", "--segment-cells", 40)
         self.assertEqual(done.returncode, 0, done.stderr)
         back = self.path("back.e")
@@ -118,7 +121,8 @@ class JoinedTest(RanksTest):
         self.expect_back(whole, 3, "--order", "stream", "--delay", "20")
         mixed = self.path("mixed.vtk")
         with open(mixed, "w", encoding="ascii") as file:
-            # Blocks alternate; ncdump cannot distinguish NaNs of Exodus.
+            # The blocks alternate. NaNs are replaced, because ncdump does not distinguish the NaNs of Exodus
+            # files.
             file.write(mixed_vtk(5).replace(" nan", " 1.5"))
         self.expect_back(mixed, 3, "--segment-cells", 30)
 
@@ -167,7 +171,7 @@ class JoinedTest(RanksTest):
                 file.write(good[part])
 
         def put(name, place, value):
-            """Returns a change of the variable `name` that replaces one value."""
+            """Returns a function that replaces one value of the variable `name`."""
             def change(variable, values):
                 if variable == name:
                     values = list(values)
@@ -203,7 +207,7 @@ class JoinedTest(RanksTest):
         with_part(1, name + ["'eb_prop1'", "differ from"], put("eb_prop1", 1, 21))
         with_part(1, name + ["'vals_nod_var1'", "missing"], without("vals_nod_var1"))
         with_part(1, name + ["'vals_elem_var1eb1'", "missing"], without("vals_elem_var1eb1"))
-        # Changes a number that no other part has: the node is in one part only.
+        # Changes the number of a node that only this part contains, so no part contains the original number.
         lonely = next(v for v in split.nodes_of[2] if v not in split.nodes_of[0] + split.nodes_of[1])
         text = split.text(2, put("node_num_map", split.nodes_of[2].index(lonely),
                                  split.file.size("num_nodes") + 1), nemesis=False)

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Tests shm_mpi. The ranks of an MPI program write the same bytes as shm, or all of them fail. If the parts of a
-decomposed mesh that the ranks write are joined by their number maps, the result equals the mesh that shm writes.
+"""Tests shm_mpi. The ranks of an MPI program must write the same bytes as shm, or all of them must fail. If
+the parts that the ranks write are joined by their number maps, the result must equal the mesh that shm
+writes.
 
 Usage: mpi_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
@@ -44,7 +45,7 @@ class MpiTest(RanksTest):
         mesh = self.made("grid", 3000)
         self.expect_same(mesh, (2, 3), "--segment-cells", 500, "--order", "stream", "--delay", 40)
         self.expect_same(mesh, (3,), "--segment-cells", 501, "--order", "keep", "--delay", 20)
-        # The size of the delay buffer is found by a trial.
+        # No --delay is given, so a trial determines the size of the delay buffer.
         self.expect_same(self.made("shuffled", 9000), (2,), "--segment-cells", 3000, "--order",
                          "stream")
 
@@ -98,8 +99,8 @@ class MpiTest(RanksTest):
     # --- parts of a decomposed mesh
 
     def decompressed(self, mesh, n, *options, loss=""):
-        """Compresses a mesh with some options. Returns the paths of the parts that n ranks write, and the path of the mesh
-        that shm writes."""
+        """Compresses a mesh with some options. Decompresses the result to parts with n ranks, and to a single
+        file with shm. Returns the paths of the parts and the path of the single file."""
         packed, whole, out = self.path("packed"), self.path("whole.e"), self.path("out.e")
         done = shm("compress", mesh, "-o", packed, "-q", *options)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -124,12 +125,12 @@ class MpiTest(RanksTest):
                          "time_whole"):
                 if any(whole.get(name)) and 0 not in whole.get(name):  # 0 is not a valid number of a set
                     self.assertEqual(part.get(name), whole.get(name), name)
-            # Attributes of a mesh that came from Exodus have become variables too.
+            # If the mesh came from Exodus, its attributes have become variables, too.
             names = [] if part.size("num_nodes") == 0 else whole.get("name_nod_var")
             self.assertEqual(part.get("name_nod_var")[:len(names)], names)
             names = whole.get("name_elem_var")
             self.assertEqual(part.get("name_elem_var")[:len(names)], names)
-            # Values that are float in the whole mesh are stored as double in the parts, with equal values.
+            # Values that are float in the whole mesh are stored as double in the parts. They must be equal.
             part.types.update({k: v for k, v in whole.types.items() if v == "float"})
             for name, kind in part.types.items():
                 if kind == "float" and name in part.values:
@@ -175,7 +176,7 @@ class MpiTest(RanksTest):
         for n, options in ((1, []), (2, ["--order", "stream"]), (3, ["--segment-cells", "100"]),
                            (4, ["--segment-cells", "64", "--delay", "20"])):
             parts = self.expect_parts(self.path("grid.e"), n, *options)
-        # A part that has cells of only one block also lists the other blocks and the sets, without members.
+        # A part lists all blocks and sets of the mesh, even those of which it contains no members.
         self.assertEqual(parts[0].get("eb_prop1"), [10, 20, 30])
         self.assertEqual(parts[0].get("eb_status")[2], 0)
         self.assertEqual(parts[3].get("ns_status"), [0])
@@ -258,7 +259,7 @@ class MpiTest(RanksTest):
     def test_unreadable_input(self):
         out = ["-o", self.path("out.shm"), "--segment-cells", 20]
         self.expect_failure(3, "absent.vtk", "compress", self.path("absent.vtk"), *out)
-        # The corner with an invalid vertex is in the part of one rank.
+        # Only one rank reads the cell with an invalid vertex number.
         text = mixed_vtk(4).splitlines()
         first = next(i for i, line in enumerate(text) if line.startswith("CELLS"))
         count = int(text[first].split()[1])
@@ -300,7 +301,7 @@ class MpiTest(RanksTest):
         return packed
 
     def left(self):
-        """Returns the names of parts and of unfinished parts."""
+        """Returns the names of all files that belong to parts of the output, finished or not."""
         return sorted(name for name in os.listdir(self.directory.name) if "out." in name)
 
     def test_wrong_use_of_decompress(self):
@@ -369,7 +370,8 @@ class MpiTest(RanksTest):
         packed = self.packed(self.steps(2, 6), "--segment-cells", 50)
         self.expect_failure(4, "no/such/folder", "decompress", packed, "-o",
                             self.path("no/such/folder/out.e"))
-        # One rank cannot write its part. Then the other ranks write no parts either, and existing files remain.
+        # If one rank cannot write its part, the other ranks do not write their parts either, and existing
+        # files remain.
         os.mkdir(self.path("out.e.3.1"))
         self.write("out.e.3.0", "old")
         self.expect_failure(4, "is a folder", "decompress", packed, "-o", self.path("out.e"))

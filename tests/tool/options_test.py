@@ -37,7 +37,7 @@ def listed_options(command):
 
 class CompletionTest(unittest.TestCase):
     def completed(self, *words):
-        """Returns bash's completions of the last of the words after shm."""
+        """Returns the completions that bash offers for the last word of a shm command line."""
         done = subprocess.run(["bash", "-c", SCRIPT, SHM, "shm", *words], check=True,
                               capture_output=True, text=True, timeout=60)
         self.assertEqual(done.stderr, "")
@@ -83,7 +83,7 @@ class CompletionTest(unittest.TestCase):
 
 class ManualTest(unittest.TestCase):
     def shown(self, roff):
-        """Returns the text that man shows, with single spaces."""
+        """Returns the text of a manual page as man shows it, with single spaces between words."""
         if shutil.which("groff") is None:
             self.skipTest("no groff")
         done = subprocess.run(["groff", "-man", "-Tascii", "-ww", "-P-c", "-P-bou", "-rLL=200n"],

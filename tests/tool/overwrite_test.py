@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Tests that the tool does not destroy data by mistake. Runs each command with every name of an input as its output,
-with and without --force. Also tests existing files, devices, pipes, quotas, full disks and terminals.
+"""Tests that the tool does not destroy data by mistake. Runs each command with every name of an input as its
+output, with and without --force. Also tests existing output files, devices, pipes, quotas, full disks and
+terminals.
 
 Usage: overwrite_test.py PATH_OF_SHM
 """
@@ -22,7 +23,8 @@ SHM = "shm"
 
 
 def snapshot(folder):
-    """Returns the contents of a folder: bytes by name, or the target of a symbolic link."""
+    """Returns the contents of a folder as a dictionary. For each name, it contains the bytes of the file or
+    the target of the symbolic link."""
     found = {}
     for path in sorted(Path(folder).rglob("*")):
         name = str(path.relative_to(folder))
@@ -33,8 +35,8 @@ def snapshot(folder):
     return found
 
 
-# Each entry has a title, the words of a command, and the input that each attempt uses as the output, too. In the words,
-# {} is the output, and the other names are files of setUp().
+# For each command: a title, the words of the command, and the input that each attempt also uses as the
+# output. In the words, {} stands for the output; the other names are files that setUp() creates.
 COMMANDS = [
     ("compress", ["compress", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
     ("convert", ["convert", "mesh.vtk", "{}", "--format", "vtu"], "mesh.vtk"),
@@ -54,7 +56,7 @@ COMMANDS = [
 
 class OverwriteTest(FolderTest):
     def has(self, words):
-        """Returns true if this tool was built with the libraries that the command needs."""
+        """Returns true if the tool was built with all libraries that the command needs."""
         return words[0] not in ("preview", "surface") or not lacks(SHM, words[0])
 
     def setUp(self):
@@ -84,7 +86,7 @@ class OverwriteTest(FolderTest):
         self.assertEqual(snapshot(self.folder), before)
 
     def aliases(self, name):
-        """Yields other names of a file of the folder, each with the file itself."""
+        """Returns names of the file `name`: its own name, other paths, and symbolic and hard links."""
         self.symbolic, self.hard = (kind + Path(name).suffix for kind in ("symbolic", "hard"))
         (self.folder / "beside").mkdir(exist_ok=True)
         (self.folder / "linked").symlink_to(".")
@@ -134,11 +136,11 @@ class OverwriteTest(FolderTest):
     def test_split_replaces_nothing(self):
         self.run_tool("join", "-o", "all.shm", "mesh.vtk", "more.vtk")
         self.expect_refusal("split", "all.shm", reason="exists already")
-        # If the second of two files exists, the first is not written either.
+        # If one of the output files exists, no output file is written.
         (self.folder / "out").mkdir()
         (self.folder / "out" / "more.vtk").write_text("mine")
         self.expect_refusal("split", "all.shm", "-d", "out", reason="more.vtk: exists already")
-        # The archive has the name of its member.
+        # The archive has the same name as one of its members, so the output would replace the input.
         (self.folder / "all.shm").rename(self.folder / "out" / "mesh.vtk")
         self.expect_refusal("split", "out/mesh.vtk", "-d", "out", "-f", reason="an input")
 
@@ -157,7 +159,8 @@ class OverwriteTest(FolderTest):
                 self.expect_refusal("compress", "mesh.vtk", "-o", place, reason=reason)
         (self.folder / "folder").mkdir()
         self.expect_refusal("convert", "mesh.vtk", "folder", "--format", "vtk", reason="is a folder")
-        # This is detected before a mesh is read, even an invalid one.
+        # The tool checks the output folder before it reads the mesh. The error is therefore the same if the
+        # mesh does not exist.
         self.expect_refusal("compress", "no.vtk", "-o", "nowhere/out.shm", reason="no folder")
 
     def test_devices_and_pipes(self):
@@ -218,7 +221,9 @@ class OverwriteTest(FolderTest):
                     self.assertGreater(len(text), 100)
                 if words[0] in ("info", "layout"):  # these show the name
                     got, expected = len(got), len(expected) + len("pipe") - len("-")
-                if words[0] == "view":  # the output of view contains the file name, too, in the element with the file
+                # The page that `shm view` writes contains the file name in the same element as the file
+                # itself.
+                if words[0] == "view":
                     got, expected = ((text.partition(b">")[2]) for text in (got, expected))
                 self.assertEqual(got, expected)
 
@@ -227,7 +232,7 @@ class OverwriteTest(FolderTest):
         self.assertIn("No space left", text)
 
     def on_terminal(self, words, answer):
-        """Runs the tool on a separate terminal; returns its output and exit code."""
+        """Runs the tool in a pseudo-terminal. Returns its output and its exit code."""
         pid, terminal = pty.fork()
         if pid == 0:
             os.chdir(self.folder)

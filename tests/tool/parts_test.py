@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests commands that read a mesh from an archive: a single file of the archive with --part, or all of its files.
+"""Tests commands that read a mesh from an archive: one member of the archive, which --part selects, or all
+members.
 
 Usage: parts_test.py PATH_OF_SHM
 """
@@ -31,7 +32,8 @@ class PartsTest(FolderTest):
         return done.stdout + done.stderr
 
     def drawing(self):
-        """Returns the drawing commands that this tool supports, with the extensions of their files."""
+        """Returns the drawing commands that this build of the tool supports, with the extensions of the files
+        that they write."""
         return [(command, extension) for command, extension in (("preview", ".png"), ("surface", ".ply"))
                 if not lacks(SHM, command)]
 

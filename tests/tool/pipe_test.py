@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests that shm reads and writes the same data in pipes as in files.
+"""Tests that shm reads the same data from pipes as from files, and writes the same data to pipes as to files.
 
 Usage: pipe_test.py PATH_OF_SHM
 """
@@ -27,7 +27,8 @@ class PipeTest(FolderTest):
         write_vtk(self.mesh, 6)
 
     def shm(self, *words, given=b"", code=0, pieces=0, cwd=None):
-        """Runs the tool with bytes on standard input, in pieces of `pieces` bytes; returns its output."""
+        """Runs the tool and passes it bytes on standard input, in pieces of `pieces` bytes. Returns its
+        output."""
         environment = dict(os.environ, TMPDIR=self.temp)
         process = subprocess.Popen([SHM, *forced(words)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, env=environment, cwd=cwd)
@@ -47,7 +48,7 @@ class PipeTest(FolderTest):
         return out
 
     def formats(self):
-        """Returns a file of each format, by name of the format."""
+        """Returns a dictionary from the name of each format to the contents of a file in this format."""
         found = {"vtk": self.mesh}
         for name in ("vtu", "gmsh", "ucd", "exodus"):
             found[name] = self.path("mesh." + name)
@@ -144,7 +145,7 @@ class PipeTest(FolderTest):
                                             "--temp", self.temp], stdin=subprocess.PIPE)
                 process.stdin.write(given[:len(given) // 2])
                 process.stdin.flush()
-                # HDF5 must find the file by its name; the files of the other formats need no name.
+                # HDF5 must open a file by its name. For the other formats, the file need not have a name.
                 end = time.monotonic() + 20
                 while name == "netCDF-4" and not os.listdir(self.temp):
                     self.assertLess(time.monotonic(), end)

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Tests the pictures of shm preview, and its errors. A separate decoder reads the pictures to check contents and colours.
+"""Tests the pictures that shm preview draws, and its error messages. The test contains a separate PNG
+decoder, with which it checks contents and colours.
 
 Usage: preview_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool was built without libpng)
 
-With SHM_CORPUS, a folder of meshes, also draws small meshes of the corpus.
+If SHM_CORPUS names a folder of meshes, the test also draws the small meshes in it.
 """
 import collections
 import json
@@ -28,7 +29,8 @@ MANY = 40  # number of colours; a palette has fewer
 
 
 def decoded(png):
-    """Returns the rows of pixels of a PNG with 8 bits for each of red, green and blue, or with a palette."""
+    """Decodes a PNG file that has 8 bits for each of red, green and blue, or a palette. Returns its rows of
+    pixels."""
     if png[:8] != b"\x89PNG\r\n\x1a\n":
         raise ValueError("not a PNG")
     at, packed, palette = 8, b"", []
@@ -72,12 +74,12 @@ class Picture:
         self.colours = collections.Counter(pixel for row in self.rows for pixel in row)
 
     def pixel(self, x, y):
-        """Returns the pixel at a fraction of the width and the height."""
+        """Returns the pixel at the given fractions of the width and of the height of the picture."""
         return self.rows[int(y * self.size[1])][int(x * self.size[0])]
 
 
 def is_like(pixel, colour):
-    """Returns true for the same hue, at any brightness."""
+    """Returns true if two colours have the same hue, whatever their brightness."""
     light = sum(pixel) / sum(colour)
     return all(abs(a - light * b) < 3 for a, b in zip(pixel, colour))
 
@@ -88,7 +90,7 @@ class PreviewTest(FolderTest):
         write_vtk(self.path("mesh.vtk"), 4)
 
     def drawn(self, name, *words, code=0):
-        """Draws a small picture; returns the picture and the report."""
+        """Draws a small picture. Returns the picture and the JSON report of the tool."""
         if "--size" not in words:
             words += ("--size", "200x160")
         report = self.shm("preview", name, "-f", "-o", "out.png", "--json", *words, code=code)
@@ -117,7 +119,8 @@ class PreviewTest(FolderTest):
         covered = 200 * 160 - picture.colours[WHITE]
         self.assertEqual(report["covered_pixels"], covered)
         self.assertTrue(.4 < covered / (200 * 160) < .6, covered)
-        # The picture shows three lit sides of one colour, and their edges.
+        # Three sides of the box are visible. They have the same hue in different brightness, and their edges
+        # are drawn.
         three = [picture.pixel(x, y) for x, y in [(.47, .2), (.43, .6), (.63, .6)]]
         self.assertEqual(len(set(three)), 3)
         for pixel in three:
@@ -263,7 +266,7 @@ class PreviewTest(FolderTest):
             self.assertEqual(report["faces"], len(cells))
             self.assertGreaterEqual(report["covered_pixels"], 4)
             self.assertEqual(100 * 100 - picture.colours[WHITE], report["covered_pixels"])
-        # A square is viewed from above: it fills the picture up to its margin.
+        # A square that is viewed from above fills the picture except for the margin.
         self.grid("flat.vtk", [[0, 1, 2, 3]], points, kind=9)
         self.assertEqual(self.drawn("flat.vtk", "--size", "100x100")[1]["covered_pixels"], 92 * 92)
         # Only vertices.
@@ -290,7 +293,7 @@ class PreviewTest(FolderTest):
         self.refused("mesh.vtk", code=4, reason="exists already; --force replaces it")
         self.shm("preview", "mesh.vtk", "--force", "--size", "64x64")
         self.assertNotEqual(self.bytes("mesh.vtk.png"), before)
-        # A program that creates thumbnails may pass an existing file without an extension.
+        # A thumbnailer may pass the name of an existing file without a usual extension.
         self.write("thumbnail.X3k2f", "")
         self.shm("preview", "mesh.vtk", "-o", "thumbnail.X3k2f", "--size", "128x128", "--force")
         self.assertEqual(Picture(self.bytes("thumbnail.X3k2f")).size, (128, 128))
@@ -354,7 +357,7 @@ class PreviewTest(FolderTest):
 
     def test_faulty_files(self):
         os.remove(self.path("mesh.vtk"))
-        # The following faults are in data that is not needed for a picture of blocks, and is therefore not read.
+        # These faults are in data that a picture of blocks does not need, so the data is not read.
         unseen = re.compile("Index: |Step values: |Parts of step values: |A group after step values"
                             "|The sequence of the second chunk|Last group of .*: stream array"
                             "|Extras: a blob|Step times: of 2.24 |Old index: another first element of step values"
@@ -365,14 +368,16 @@ class PreviewTest(FolderTest):
         for number, _, sentence in lines[::3 if SANITIZED else 1]:
             path = GOLDEN / "faulty" / (number + ".shm")
             with self.subTest(file=number, sentence=sentence):
-                code = self.attempt(path, out="-")  # writing to a file would be slower, because it is flushed to the disk
+                # Writing to standard output is faster than writing to a file, which is flushed to
+                # the disk.
+                code = self.attempt(path, out="-")
                 codes[code] += 1
                 if code != 0:
                     self.assertEqual(self.attempt(path), code)
                 self.assertIn(code, (0, 3) if unseen.match(sentence) else (3, 5))
                 if code != 0 or ": stream array" not in sentence or int(number) % 8 != 0:
                     continue
-                # A fault in an array is found when this array is drawn.
+                # A fault in the values of an array is found when the array is drawn.
                 tried += 1
                 arrays = json.loads(self.shm("info", str(path), "--json"))["arrays"]
                 names = [f"{array['location']}/{array['name']}" for array in arrays]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests time series: commands that select some steps of a mesh, and series with one file for each step.
+"""Tests time series: commands that select some steps of a mesh, and series of files with one step each.
 
 Usage: series_test.py PATH_OF_SHM     (exit code 77, skipped, if VTK or NumPy is missing)
 """
@@ -27,7 +27,7 @@ SHM = "shm"
 
 class SeriesTest(FolderTest):
     def shm(self, *words, code=0, stderr=None):
-        """Runs the tool in the folder of the test; returns its output."""
+        """Runs the tool in the folder of the test. Returns its output."""
         done = subprocess.run([SHM, *words], cwd=self.directory.name, capture_output=True, text=True,
                               timeout=120)
         self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{done.stdout}{done.stderr}")
@@ -52,7 +52,8 @@ class Steps(SeriesTest):
                (["--time", "1.5"], (3,)), (["--time", "1.5000001"], (3,)))
 
     def test_of_one_format(self):
-        """The result must be the same as for a file that never had the other steps, including global variables."""
+        """If only some steps are selected, the result must be the same as for a source with only these steps.
+        This includes global variables."""
         self.exodus("run.e", range(6))
         self.shm("compress", "run.e", "-q")
         for words, steps in self.CHOICES:
@@ -67,14 +68,16 @@ class Steps(SeriesTest):
             self.assertEqual(self.times("piece.shm"), [step / 2 for step in steps])
 
     def test_of_gmsh(self):
-        """The sections of a Gmsh file list every step."""
+        """The sections of a Gmsh file list every step, so a selection of steps must change the sections,
+        too."""
         self.exodus("run.e", range(6))
         self.shm("convert", "run.e", "run.msh", "-q", stderr="not in")
         self.shm("convert", "run.msh", "some.msh", "-q", "--step", "2:5")
         self.assertEqual(self.times("some.msh"), [1, 1.5, 2])
         self.exodus("some.e", range(2, 5))
         self.shm("convert", "some.e", "expected.msh", "-q", stderr="not in")
-        # The headers of views contain the original number of the step.
+        # The headers of Gmsh views in the file contain the step numbers of the source, so the sections may
+        # differ.
         self.shm("diff", "expected.msh", "some.msh", "--ignore", "gmsh/section")
 
     def test_appended(self):
@@ -121,7 +124,7 @@ class Files(SeriesTest):
         return sorted(os.listdir(self.path(folder)))
 
     def assert_step(self, name, step):
-        """Checks a step with VTK, which is independent of this program."""
+        """Checks the data of one step with VTK, which is independent of this project."""
         legacy = name.endswith(".vtk")
         reader = vtk.vtkUnstructuredGridReader() if legacy else vtk.vtkXMLUnstructuredGridReader()
         reader.SetFileName(self.path(name))
@@ -156,7 +159,7 @@ class Files(SeriesTest):
                     os.remove(self.path(file))
 
     def test_some_steps(self):
-        """Files are numbered by their steps; other files stay as they are."""
+        """The numbers in file names are step numbers. Other files in the folder are unchanged."""
         self.exodus("run.e", range(6))
         self.write("a_0000.vtu.bak", "old")
         self.write("a_000.vtu", "old")
@@ -210,7 +213,8 @@ class Files(SeriesTest):
         self.shm("convert", "run.e", "y.pvd", code=4, stderr="y: is not a folder, but y.pvd needs one")
 
     def test_nothing_is_lost(self):
-        """Existing files, inputs, and data that the files cannot store are detected before any file is written."""
+        """Before it writes any file, the tool detects existing files, outputs that are inputs, and data that
+        the output files cannot store."""
         self.exodus("run.e", range(6))
         self.shm("convert", "run.e", "a_%d.vtu", "--strict", code=6, stderr="global variables")
         self.shm("convert", "run.e", "a_%d_%d.vtu", code=2, stderr="one %d")
@@ -226,22 +230,22 @@ class Files(SeriesTest):
         os.mkdir(self.path("c_4.e"))
         self.shm("convert", "run.e", "c_%d.e", "-f", code=4, stderr="c_4.e: is a folder")
         self.assertEqual(self.listed(), ["a_3.vtu", "a_7.vtu", "b_2.e", "c_4.e", "run.e"])
-        # A single percent sign is part of a file name.
+        # In a name, a percent sign that does not begin a pattern is an ordinary character.
         self.shm("convert", "run.e", "50%.e", "-q")
         self.shm("convert", "run.e", "50%%.e", "-q")
         self.assertEqual(self.listed()[:2], ["50%%.e", "50%.e"])
 
 
 def grid_at(step, **how):
-    """Returns a mesh of two hexahedra with fields at a step, as a VTK grid. `how`: in which respects the mesh differs from
-    the other meshes of the series."""
+    """Returns a mesh of two hexahedra with the fields of a step, as a VTK grid. `how` selects the properties
+    in which the mesh differs from the other meshes of the series."""
     grid = vtk.vtkUnstructuredGrid()
     points = vtk.vtkPoints()
     points.SetDataTypeToDouble()
     for i in range(12):
         points.InsertNextPoint(i // 4 + (how.get("moved", 0) if i == 5 else 0), i % 4 in (1, 2), i % 4 > 1)
     if step > 0:
-        points.GetData().GetRange(-1)  # makes VTK write the range, which other programs do not write
+        points.GetData().GetRange(-1)  # causes VTK to write the range, which other programs do not write
     grid.SetPoints(points)
     for cell in range(how.get("cells", 2)):
         corners = [4 * cell + i for i in (0, 1, 2, 3, 4, 5, 6, 7)]
@@ -274,7 +278,7 @@ def grid_at(step, **how):
 
 
 class Meshes(SeriesTest):
-    """Files with one step each, which the tool reads as one mesh with steps."""
+    """Tests of series of files with one step each, which the tool reads as one mesh with several steps."""
 
     def vtk_file(self, file, step, mode="appended", **how):
         if file.endswith(".vtk"):
@@ -306,7 +310,7 @@ class Meshes(SeriesTest):
         return reader.GetOutput()
 
     def values(self, name):
-        """Returns all data that VTK finds in a file."""
+        """Returns all data that VTK reads from a file."""
         grid = self.read(name)
         found = {"points": vtk_to_numpy(grid.GetPoints().GetData()).tolist(),
                  "cells": vtk_to_numpy(grid.GetCells().GetConnectivityArray()).tolist()}
@@ -342,7 +346,7 @@ class Meshes(SeriesTest):
                         self.shm("diff", name % step, "b_" + name % step, "--no-extras")
 
     def test_through_other_formats(self):
-        """Values and times are the same through all formats."""
+        """Conversions through all formats do not change values and times."""
         self.series("a_%d.vtu")
         self.shm("convert", "a_%d.vtu", "a.e", "-q", stderr="strings of array 'label'")
         self.shm("convert", "a.e", "b.pvd", "-q", stderr="")
@@ -362,7 +366,8 @@ class Meshes(SeriesTest):
                     self.assertEqual(before["cell", "label"], after["cell", "label"])
 
     def test_one_file_of_many_steps(self):
-        """A format that stores one step receives the last step. The loss is reported, even if the format does not change."""
+        """If a format stores only one step, the last step is written. The tool reports the lost steps, even
+        if the format of the source is the same."""
         self.series("a_%d.vtu")
         self.shm("compress", "a_%d.vtu", "-o", "a.shm", "-q")
         self.shm("decompress", "a.shm", "-o", "last.vtu", "-q", stderr="time steps 0 to 3 of 5")
@@ -375,7 +380,7 @@ class Meshes(SeriesTest):
         self.assertEqual(self.times("some.shm"), [.25, .5])
 
     def test_appended(self):
-        """Appends single files or a series of files, whichever way FILE was created."""
+        """Appends single files and series of files, no matter how the .shm file was created."""
         self.series("a_%d.vtu", range(6))
         self.series("all_%d.vtu", range(9))
         for order in ("keep", "stream"):
@@ -408,7 +413,7 @@ class Meshes(SeriesTest):
         self.shm("diff", "a.pvd", "a_%d.vtu")
 
     def test_removed(self):
-        """Sources are removed only if it is known that all of their steps are stored."""
+        """--rm removes sources only if the tool knows that all of their steps are stored."""
         self.series("a_%d.vtu", range(3))
         for words in (["a_%d.vtu", "-o", "a.shm"], ["c.pvd"]):
             self.write("c.pvd", self.collection_of([(step, f"a_{step}.vtu") for step in range(3)]))
@@ -422,7 +427,8 @@ class Meshes(SeriesTest):
         self.shm("diff", "a_%d.vtu", "b_%d.vtu")
 
     def test_times(self):
-        """The times of steps come from the collection or from field data; otherwise they are 0, 1, 2, ..."""
+        """The time of a step is taken from the collection or from field data. If neither states a time, the
+        times are 0, 1, 2, and so on."""
         self.series("a_%d.vtu", (0, 2, 10))
         self.assertEqual(self.times("a_%d.vtu"), [0, .5, 2.5])
         self.series("b_%d.vtu", (3, 4), time="none")
@@ -436,7 +442,7 @@ class Meshes(SeriesTest):
         self.shm("decompress", "c.pvd.shm", "-o", "d.pvd", "-q")
         self.shm("diff", "c.pvd", "d.pvd")
         self.assertEqual(self.values("d/d_0001.vtu")["field", "TimeValue"][1], [7.5])
-        # A file without a time remains without a time, unless the collection has one.
+        # A file without a time is written without a time, unless the collection states one.
         self.shm("convert", "b_%d.vtu", "e_%d.vtu", "-q")
         self.assertNotIn(("field", "TimeValue"), self.values("e_1.vtu"))
         for name, field in (("b_%d.vtu", "TimeValue"), ("l_%d.vtk", "TIME")):
@@ -460,7 +466,8 @@ class Meshes(SeriesTest):
             + "</Collection></VTKFile>")
 
     def test_what_is_no_series(self):
-        """The error states the file and its first difference from the other files, and nothing is written."""
+        """If a file does not fit the series, the error names the file and its first difference from the other
+        files. No output is written."""
         self.series("a_%d.vtu", (0, 1))
         for how, said in (({"moved": .5}, "coordinates: 1 of 36 differ; points that move"),
                           ({"cells": 1}, "cells: 2, 1"), ({"turned": True}, "cells: 2 of 2 differ"),
@@ -484,7 +491,8 @@ class Meshes(SeriesTest):
                          ["a_0.vtu", "a_1.vtu", "a_2.vtu", "c_0.vtk", "e_0.e"])
 
     def test_what_is_not_kept(self):
-        """Field data is taken from the first file. If it differs in other files, that is reported once."""
+        """Field data is taken from the first file. If other files have different field data, the tool reports
+        this once."""
         for step in range(4):
             self.vtk_file(f"a_{step}.vtk", step, cycle=100 * step)
         done = subprocess.run([SHM, "compress", "a_%d.vtk", "-o", "a.shm", "-q"], text=True,

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests that sets are stored under keys that do not belong to a format, whichever format the source has. Only files of
+"""Tests that the extras that store sets have the same keys, whatever the format of the source. Only files of
 version 0.9 store sets under keys of Exodus.
 
 sets_test.py SHM
@@ -20,18 +20,19 @@ from sample_meshes import TWO_BLOCKS
 SHM = "shm"
 GOLDEN = Path(__file__).resolve().parents[1] / "golden" / "0.9"
 
-# The same mesh with values that can be computed from the members of the sets: all factors are 1, and the id of a set is
-# its position.
+# The mesh TWO_BLOCKS with values that can be computed from the members of the sets: all factors are 1, and
+# the id of each set is its position.
 OF_ONES = (TWO_BLOCKS.replace("dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 2", "dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 1")
            .replace("ss_prop1 = 3", "ss_prop1 = 1"))
-# The same mesh with two unusual sets: one without members, whose status is 0, and one whose number of factors is not
-# its number of nodes.
+# The mesh TWO_BLOCKS with two unusual side sets. One has no members and the status 0. In the other, the
+# number of factors differs from the number of nodes.
 ODD = (TWO_BLOCKS.replace("num_side_sets = 1", "num_side_sets = 2").replace("ss_status = 1 ;", "ss_status = 1, 0 ;")
        .replace("ss_prop1 = 3", "ss_prop1 = 3, 9").replace('ss_names = "inlet"', 'ss_names = "inlet", ""')
        .replace("num_df_ss1 = 8", "num_df_ss1 = 1").replace("dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 2", "dist_fact_ss1 = 4")
        .replace("ns_status = 1", "ns_status = 7"))
 
-# A Gmsh mesh with groups of surfaces and of volumes. One group has no name, and one group has two blocks.
+# A Gmsh mesh with groups of surfaces and of volumes. One group has no name, and one group consists of two
+# blocks.
 GROUPS = """$MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -69,7 +70,7 @@ class SetsTest(FolderTest):
         return json.loads(self.shm("info", path, "--json"))["sets"]
 
     def dump(self, path):
-        """Returns the contents of a netCDF file except its name."""
+        """Returns the text that ncdump prints for a netCDF file, without the name of the file."""
         self.need("ncdump")
         done = subprocess.run(["ncdump", "-p", "9,17", path], capture_output=True, text=True, check=True)
         return done.stdout.split("\n", 1)[1]
@@ -138,7 +139,7 @@ class SetsTest(FolderTest):
         self.shm("verify", grown)
         self.shm("decompress", grown, "-o", self.path("grown.e"))
         self.assertEqual(len(json.loads(self.shm("info", self.path("grown.e"), "--json"))["step_times"]), 6)
-        # Except for the steps, the file equals the old file.
+        # The file equals the old file, except that it has more steps.
         self.shm("convert", self.path("grown.e"), self.path("first.e"), "--step", "0:3")
         self.assertEqual(self.sets(self.path("first.e")), self.sets(exodus))
         self.shm("diff", self.path("first.e"), exodus)

@@ -12,8 +12,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from folder_test import FolderTest, lacks
 from sample_meshes import write_vtk
 
-# For each command: its calls in order, and the files that they write. Earlier commands write the inputs of later
-# commands.
+# For each command: the command lines to run, in order. Each command is listed after the commands that write
+# its input files.
 CALLS = {
     "compress": [["mesh.vtk", "-o", "mesh.shm", "--parity", "5"], ["mesh.vtk", "-o", "free.shm", "--order", "free", "--rel", "1e-3"],
                  ["moved.vtk", "-o", "moved.shm", "--level", "fast", "--segment-cells", "20"],
@@ -50,7 +50,8 @@ class SmokeTest(FolderTest):
         write_vtk(self.path("moved.vtk"), 5, bend=0.1)
         with open(self.path("mesh.vtk"), encoding="ascii") as file:
             text = file.read()
-        for step in range(2):  # two steps of one mesh: the first value of the point array differs
+        # Two steps of the same mesh, which differ only in the first value of the point array.
+        for step in range(2):
             self.write(f"step_{step}.vtk", text.replace("\n0.0625\n", f"\n0.{step}25\n"))
         os.mkdir(self.path("members"))
         self.write("page.html", '<script type="application/octet-stream" id="file" data-name=""></script>')

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Tests which libraries the tool loads: only a few when it starts, and the libraries of a format only for a file of that
-format. Also tests the message if a library cannot be loaded.
+"""Tests which libraries the tool loads. At its start, the tool must load only a few libraries. It must load
+the libraries of a format only when it processes a file of that format. Also tests the error message if a
+library cannot be loaded.
 
 Usage: start_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool is linked to all libraries)
 """
@@ -21,7 +22,7 @@ NETCDF, EXODUS, ARCHIVE = "netcdf", "exo", "archive"
 
 
 def needed():
-    """Returns the names of the libraries that the system loads before main()."""
+    """Returns the names of the libraries that the dynamic linker loads before main()."""
     text = subprocess.run(["ldd", SHM], capture_output=True, text=True, check=True).stdout
     return [os.path.basename(line.split()[0]) for line in text.splitlines() if ".so" in line and "vdso" not in line]
 
@@ -42,7 +43,8 @@ class StartTest(FolderTest):
         return done.stderr
 
     def loaded(self, *words):
-        """Returns the names of all libraries that a command loads; libraries loaded at run time have no folder."""
+        """Returns the names of all libraries that a command loads. For libraries loaded at run time, the name
+        contains no folder."""
         self.shm(*words, LD_DEBUG="files", LD_DEBUG_OUTPUT=self.path("log"))
         logs = [name for name in os.listdir(self.directory.name) if name.startswith("log.")]
         text = "".join(self.bytes(name).decode("utf-8", "replace") for name in logs)
@@ -81,7 +83,8 @@ class StartTest(FolderTest):
         self.none_of(names, NETCDF, EXODUS)
 
     def broken(self, name, target=None):
-        """Returns a folder for LD_LIBRARY_PATH in which a library is an empty file or a link to another library."""
+        """Creates a folder for LD_LIBRARY_PATH. In this folder, the library `name` is an empty file or a link
+        to the library `target`."""
         folder = self.path("libraries")
         os.makedirs(folder, exist_ok=True)
         for other in os.listdir(folder):

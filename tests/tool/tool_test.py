@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests the command line of shm: exit codes, JSON, and that no temporary files are left.
+"""Tests the command line of shm: exit codes, JSON output, and that no temporary files remain.
 
 Usage: tool_test.py PATH_OF_SHM
 """
@@ -30,7 +30,7 @@ class ToolTest(FolderTest):
         write_vtk(self.mesh, 5)
 
     def shm(self, *words, code=0):
-        """Runs the tool, checks the exit code; returns (stdout, stderr)."""
+        """Runs the tool and checks its exit code. Returns (stdout, stderr)."""
         done = subprocess.run([SHM, *forced(words)], capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{done.stdout}{done.stderr}")
         if code in (0, 1):
@@ -38,7 +38,7 @@ class ToolTest(FolderTest):
         else:
             self.assertEqual(done.stdout, "")
             self.assertTrue(done.stderr.startswith("shm: "), done.stderr)
-            # One line; verify lists all damage before it.
+            # An error is a single line. Before this line, verify lists all damage.
             *listed, error = done.stderr.splitlines()
             self.assertTrue(error.startswith("shm: ") and done.stderr.endswith("\n"), done.stderr)
             if listed:
@@ -206,8 +206,7 @@ class ToolTest(FolderTest):
         self.assertIn("shm repair -o OUT.shm", self.shm("verify", cut, code=3)[1])
         self.assertIn("shm repair -o OUT.shm",
                       self.shm("decompress", cut, "-o", self.path("x.vtk"), code=3)[1])
-        # Damages values at the end of a group, which is the second chunk of the file. `info` does not read these
-        # values.
+        # Damages values at the end of the second chunk, which is a group. `info` does not read these values.
         third = [mark.start() for mark in re.finditer(b"SHMc", good)][2]
         damaged = bytearray(good)
         damaged[third - 1] ^= 0x10
@@ -223,7 +222,7 @@ class ToolTest(FolderTest):
         self.assert_only("mesh.vtk", "mesh.vtk.shm", "cut.shm")
 
     def test_an_index_that_lies_is_damage(self):
-        """These faulty files of tests/golden have correct checksums, but a wrong field in the index, or a wrong box."""
+        """These golden faulty files have correct checksums, but a wrong field in the index or a wrong box."""
         folder = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "golden", "faulty")
         with open(os.path.join(folder, "list.txt"), encoding="utf-8") as lines:
             lies = [line.split(" ", 2) for line in lines if re.search(" [Ii]ndex: another | a box that is not ", line)]
@@ -233,7 +232,7 @@ class ToolTest(FolderTest):
                 lying, healed = os.path.join(folder, number + ".shm"), self.path(number + ".shm")
                 error = self.shm("verify", lying, code=3)[1]
                 if "box" in sentence and "Group" in sentence:
-                    self.assertIn("the box of the group does not match its vertices", error)
+                    self.assertIn("the bounding box of the group does not match its vertices", error)
                     continue
                 self.assertRegex(error, "index, at byte [0-9]+: entry [0-9]+, of the .* at byte [0-9]+, has another ")
                 self.shm("repair", lying, "-o", healed)
@@ -338,7 +337,8 @@ class ToolTest(FolderTest):
         self.assertLess(os.path.getsize(packed), 0.99 * without)
         if SANITIZED:
             return
-        # The source is staged, because its file can be read only once.
+        # This source is copied to temporary storage before it is coded, because the .shm file can be read
+        # only once.
         again = self.path("again.shm")
         self.shm("compress", local, "-o", again)
         self.assertIn(delay_of(again, "--order", "stream"), (256, 1024))
@@ -357,7 +357,8 @@ class ToolTest(FolderTest):
         self.assertEqual(files[0], files[2])
 
     def test_key_steps(self):
-        """The values are constant, so that they need few bytes, except in steps that do not refer to other steps."""
+        """The values are constant, so a step needs few bytes unless it is coded without reference to other
+        steps."""
         mesh, packed = self.path("steps.msh"), self.path("steps.shm")
         corners = ("0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1")
         with open(mesh, "w") as out:
@@ -435,7 +436,7 @@ class ToolTest(FolderTest):
         self.assertLessEqual(error["largest_error"], error["promised_error"])
 
     def listed_bounds(self, packed):
-        """Returns the bounds listed by info: of coordinates, and of the array heat."""
+        """Returns two error bounds that `info` reports: of the coordinates, and of the array heat."""
         report = json.loads(self.shm("info", packed, "--json")[0])
         bounds = {a["name"]: a["max_error"] for a in report["arrays"]}
         self.assertIsNone(bounds["zone"])  # integers
@@ -445,7 +446,7 @@ class ToolTest(FolderTest):
         packed, back = self.path("mesh.shm"), self.path("back.vtk")
         abs3, rel2 = ["--abs", "1e-3"], ["--rel", "0.01"]
         heat, points = "array 'heat'", "coordinates"
-        # The grid is .5 wide; heat goes from 0 to 1.
+        # The grid is .5 wide. The values of the array heat range from 0 to 1.
         for options, bounds in (
                 ([], (None, None)), (abs3, (1e-3, 1e-3)), (rel2, (.005, .01)),
                 (["--array", "heat:abs=.25"], (None, .25)),
@@ -469,7 +470,7 @@ class ToolTest(FolderTest):
                 self.assertLessEqual(error["largest_error"], error["promised_error"])
                 self.assertGreater(error["promised_error"], 0)
             self.assertEqual("error at most" in self.shm("info", packed)[0], bool(names))
-        # For coordinates, --bits takes precedence over --abs, and --array over both.
+        # For coordinates, --bits takes precedence over --abs, and --array takes precedence over both.
         self.shm("compress", self.mesh, "-o", packed, "--bits", "4", *abs3)
         report = json.loads(self.shm("info", packed, "--json")[0])
         self.assertEqual((report["coordinate_bits"], report["arrays"][0]["max_error"]), (4, 1e-3))
@@ -478,7 +479,8 @@ class ToolTest(FolderTest):
         report = json.loads(self.shm("info", packed, "--json")[0])
         self.assertEqual((report["coordinate_bits"], report["coordinate_max_error"]), (0, 1))
         self.assertEqual(report["arrays"][0]["bits"], 7)
-        # Rounded values that were written as text still agree with the file.
+        # verify finds the decompressed text file and the original source equal to the .shm file, although
+        # values were rounded.
         self.shm("compress", self.mesh, "-o", packed, *abs3)
         self.shm("decompress", packed, "-o", back)
         self.shm("verify", packed, "--against", back)
@@ -582,14 +584,15 @@ class ToolTest(FolderTest):
             write(lines(numbers))
             self.shm("compress", self.mesh, "-o", packed, *free)
             self.shm("verify", packed, "--against", self.mesh, "--cell-order", order)
-        write(lines(shuffled)[:-1])  # the file has no line end after the last number
+        write(lines(shuffled)[:-1])  # the file has no newline after the last number
         self.shm("compress", self.mesh, "-o", packed, *free, "--bits", "12", "--segment-cells", "30")
         self.shm("verify", packed, "--against", self.mesh, "--cell-order", order)
         self.shm("verify", packed, "--against", self.mesh, code=1)  # no known order
         self.shm("compress", self.mesh, "-o", packed, *free)
         self.shm("decompress", packed, "-o", back)
         self.shm("verify", packed, "--against", back)
-        with open(back) as text:  # "zone" shows to which group of seven cells each cell belonged
+        # The array "zone" contains for each cell the number of its group of seven cells.
+        with open(back) as text:
             words = text.read().split()
         at = words.index("CELL_DATA")
         zones = [int(w) for w in words[at:][words[at:].index("zone") + 4:][:125]]
@@ -738,7 +741,7 @@ class ToolTest(FolderTest):
         self.assert_only("all.shm", "mesh.shm", "mesh.vtk")
 
     def losses(self, *words, code=0):
-        """Returns the items that a conversion reports as missing from its output."""
+        """Runs a conversion. Returns the items that it reports as missing from its output."""
         done = subprocess.run([SHM, *forced(words), "-q"], capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertEqual(done.stdout, "")
@@ -764,7 +767,8 @@ class ToolTest(FolderTest):
                   "blocks that array 'heat' covers (NaN on all other blocks)", factors, "QA records"]
         self.assertEqual(self.losses("convert", exodus, vtk), of_vtk)
         self.assertEqual(self.losses("convert", exodus, msh), [factors, "QA records"])
-        # The losses are the same if the source is a .shm file. Exodus files and .shm files can store everything.
+        # The tool reports the same losses if the source is the .shm file instead of the Exodus file.
+        # Conversions to Exodus and .shm files lose nothing.
         self.shm("compress", exodus, "-o", packed)
         self.assertEqual(self.losses("decompress", packed, "-o", vtk), of_vtk)
         self.assertEqual(self.losses("decompress", packed, "-o", self.path("back.e"), "--strict"), [])
@@ -824,7 +828,7 @@ class ToolTest(FolderTest):
         for name in ("x.gif", "x"):
             self.assertIn("a picture is a .svg or .png file",
                           self.shm("layout", self.mesh, "-o", self.path(name), code=2)[1])
-        if SANITIZED:  # memory that fontconfig does not free counts as a leak
+        if SANITIZED:  # LeakSanitizer would report memory that fontconfig does not free
             return
         png = self.path("mesh.png")
         self.assertIn("stored close together", self.shm("layout", self.mesh, "-o", png)[0])

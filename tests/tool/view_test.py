@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests shm view. The page contains exactly the given file, and no part of the file name acts as markup.
+"""Tests shm view. The page must contain exactly the given file, and no part of the file name may be
+interpreted as markup.
 
 Usage: view_test.py PATH_OF_SHM
 """
@@ -37,7 +38,7 @@ class ViewTest(FolderTest):
         return done.stdout, done.stderr.decode()
 
     def inside(self, page):
-        """Returns name and bytes of the file in a page."""
+        """Returns the name and the bytes of the file that a page contains."""
         found = FULL.fullmatch(page.decode())
         self.assertIsNotNone(found, page)
         return html.unescape(found[1]), base64.b64decode(found[2], validate=True)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests files that bench/whole generates: round trips of a small file of each family, and the sizes of two files.
+"""Tests files that bench/whole generates: round trips of a small file of each family, and the sizes of two
+.shm files.
 
 Usage: whole_files_test.py PATH_OF_SHM     (exit code 77, skipped, if NumPy or netCDF4 is missing)
 """
@@ -22,14 +23,14 @@ from folder_test import FolderTest
 
 SHM = "shm"
 
-# Largest allowed sizes in bytes, which are the present sizes. bench/whole prints the target sizes.
+# Maximum sizes in bytes of two .shm files. They equal the current sizes; bench/whole prints the target sizes.
 SIZES = {"hex1_arrays0.vtk": 390, "hex27_sets3_arrays3.e": 1660}
 FEW_CELLS = 100
 
 
 class WholeFilesTest(FolderTest):
     def there_and_back(self, path):
-        """Checks a round trip. Returns the number of bytes of the .shm file."""
+        """Checks a round trip of a file. Returns the size of the .shm file in bytes."""
         out = f"{path}.shm"
         subprocess.run([SHM, "compress", "-q", path, "-o", out], check=True)
         subprocess.run([SHM, "verify", "-q", out, "--against", path], check=True)

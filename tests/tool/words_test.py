@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Tests messages. A wrong call or file must cause a message of one line that names the error.
+"""Tests error messages. A wrong call or a faulty file must result in a message of one line that names the
+error.
 
 Usage: words_test.py PATH_OF_SHM
 """
@@ -15,7 +16,7 @@ from sample_meshes import exodus_text, write_vtk
 
 SHM = "shm"
 
-# Words of a call, and a part of the message.
+# Pairs of a wrong command line and a part of the expected message.
 WRONG_CALLS = [
     ("extract mesh.shm out.vtk --step -1", "must be N, first, last or A:B"),
     ("extract mesh.shm out.vtk --step 1.5", "must be N, first, last or A:B"),
@@ -38,7 +39,7 @@ WRONG_CALLS = [
     ("diff mesh.vtk mesh.vtk --limit -1", "'-1' is not a whole number from 0 up"),
 ]
 
-# Content of a file that no command reads, and a part of the message.
+# For files that no command can read: name, contents, and a part of the expected message.
 UNREAD_FILES = [
     ("beam.cgns", b"@(#)ADF Database Version B02012>", "is a CGNS file, which cannot be read; supported formats: Exodus, "),
     ("beam.h5", b"\x89HDF\r\n\x1a\n" + bytes(700) + b"HDF5 MotherNode" + bytes(99), "is a CGNS file"),

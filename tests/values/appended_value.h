@@ -1,4 +1,4 @@
-// Appends one number to packed values of any type, for tests of columns.
+// Appends a number to packed values of any scalar type. Used by tests of columns.
 #pragma once
 
 #include <cmath>
@@ -11,7 +11,8 @@
 
 namespace shm {
 
-/// Appends `value`, converted to `type`. Unsigned types store the absolute value.
+/// Appends `value` to the bytes, converted to `type`. For an unsigned type, appends the absolute
+/// value.
 template <class Value>
 void append_value(std::vector<std::byte>& to, ScalarType type, Value value) {
   const auto put = [&](auto converted) {

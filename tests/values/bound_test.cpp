@@ -1,5 +1,5 @@
-// Tests of the absolute error bound through Writer and Reader: for coordinates, for static and
-// stepped arrays on points and cells, for values of any magnitude, and for bounds down to and below
+// Tests that Writer and Reader observe the absolute error bound: for coordinates, for static and
+// stepped arrays on points and cells, for values of any magnitude, and for bounds down to less than
 // the distance between neighbouring floats.
 #include <bit>
 #include <limits>
@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::uint32_t kSide = 8;  // number of vertices along each edge of the grid
 
-/// Returns a grid whose coordinates, point arrays and cell arrays, static and stepped, all contain
-/// `values`.
+/// Returns a grid whose coordinates and arrays all contain `values`. It has static and stepped
+/// arrays on points and on cells.
 template <class Real>
 Mesh filled_mesh(const std::vector<Real>& values, const Quantization& quantization) {
   const TestMesh from = grid(kSide - 1, kSide - 1, kSide - 1);
@@ -65,7 +65,8 @@ Mesh there_and_back(const Mesh& mesh) {
   return back ? std::move(*back) : Mesh{};
 }
 
-/// Returns the values of a mesh as separate runs: the coordinates, and each array.
+/// Returns the values of a mesh as a list: first the coordinates, then the values of each array and
+/// step.
 std::vector<std::vector<std::byte>> all_values(const Mesh& mesh) {
   std::vector<std::vector<std::byte>> runs = {mesh.xyz};
   runs.insert(runs.end(), mesh.arrays.begin(), mesh.arrays.end());
@@ -73,8 +74,8 @@ std::vector<std::vector<std::byte>> all_values(const Mesh& mesh) {
   return runs;
 }
 
-/// Returns the number of values that were not restored bit for bit; fails if an error exceeds the
-/// bound.
+/// Compares the values of two meshes. Returns the number of values that are not equal bit for bit.
+/// The test fails if an error exceeds the bound.
 template <class Real>
 std::size_t expect_bound(const Mesh& before, const Mesh& after, double bound) {
   using Bits = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
@@ -90,7 +91,7 @@ std::size_t expect_bound(const Mesh& before, const Mesh& after, double bound) {
       std::memcpy(&b, &restored[run][at], sizeof b);
       if (std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b)) continue;
       ++moved;
-      // The error is computed with more precision than in the coder.
+      // The test computes the error with higher precision than the coder.
       const long double error = static_cast<long double>(a) - static_cast<long double>(b);
       if (std::isfinite(a) && std::isfinite(b) && std::fabs(error) <= bound) continue;
       ADD_FAILURE() << "run " << run << ", value " << at / sizeof(Real) << ": " << a << " became "
@@ -180,7 +181,7 @@ TYPED_TEST(Bound, HoldsForAnyStepAndAnchor) {
     }
 }
 
-// Decimals are midway between quantization steps, so that their errors reach the bound.
+// These decimal values are midway between quantization steps, so the error reaches the bound.
 TYPED_TEST(Bound, HoldsForDecimals) {
   using Real = TypeParam;
   std::vector<Real> values;

@@ -1,5 +1,5 @@
-// Tests of columns of values over a mesh: all codecs restore all kinds of values bit for bit,
-// predictable values need almost no bytes, and damaged bytes are handled safely.
+// Tests of columns of values over a mesh. All codecs must restore all kinds of values bit for bit,
+// predictable values must need almost no bytes, and damaged bytes must be handled safely.
 #include "codecs/surface/values/column_coder.h"
 #include "codecs/shared/codec_id.h"
 #include "codecs/surface/plan/column_planner.h"
@@ -49,8 +49,8 @@ struct Elements {
 
   std::size_t size() const { return all.items.size(); }
 
-  /// Returns the elements [begin, end) as a group. The group is divided into tiles at the positions
-  /// in `cuts` that are inside it.
+  /// Returns the elements from `begin` up to but excluding `end` as a group. The positions in
+  /// `cuts` that are inside the group divide it into tiles.
   TiledItems group(std::size_t begin, std::size_t end, const std::vector<std::size_t>& cuts) const {
     TiledItems part;
     part.items.assign(all.items.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -110,11 +110,11 @@ const Elements& cells() {
 
 struct Plan {
   std::vector<std::size_t> groups,
-      tiles;  // element indices after the last element of each group or tile, except the last
+      tiles;  // end index of each group or tile, except the final one
   std::vector<char> covers;
   Level level = Level::standard;
   bool copies = true;
-  /// Level of each group, if the levels differ.
+  /// Returns the level of the group with a given index. If empty, `level` applies to all groups.
   std::function<Level(std::size_t)> level_of;
 };
 struct Coded {
@@ -126,7 +126,7 @@ bool covers(const Plan& plan, std::uint32_t block) {
   return plan.covers.empty() || plan.covers[block] != 0;
 }
 
-/// Converts the covered blocks to the form that columns expect.
+/// Returns the list of blocks that `plan.covers` marks as covered, in the form that columns expect.
 std::vector<std::uint32_t> covered_blocks(const Plan& plan) {
   std::vector<std::uint32_t> blocks;
   for (std::uint32_t b = 0; b < plan.covers.size(); ++b)
@@ -169,7 +169,7 @@ Coded encode(const ArrayInfo& info, const Elements& elements, const Bytes& value
   return coded;
 }
 
-/// Decodes the groups; returns nothing if the bytes are invalid.
+/// Decodes the groups. Returns an empty optional if the bytes are invalid.
 std::optional<Bytes> decode(const ArrayInfo& info, const Elements& elements, const Coded& coded,
                             const Plan& plan, std::uint64_t limit = 1 << 24) {
   Decoder decoder(info, covered_blocks(plan), {.copies = plan.copies});
@@ -184,7 +184,7 @@ std::optional<Bytes> decode(const ArrayInfo& info, const Elements& elements, con
   return back;
 }
 
-/// Returns the encoded size of the values in bytes, and checks that they decode correctly.
+/// Encodes the values and checks that they decode correctly. Returns the encoded size in bytes.
 std::size_t expect_back(const ArrayInfo& info, const Elements& elements, const Bytes& values,
                         const Plan& plan = {}) {
   const Coded coded = encode(info, elements, values, plan);
@@ -267,7 +267,8 @@ TEST(ColumnCoder, SpecialFloats) {
       }
 }
 
-// Each group has another kind of values, so that states are translated between domains.
+// Each group contains a different kind of values from the previous group, and therefore has a
+// different domain. The coder must translate its states to each new domain.
 TEST(ColumnCoder, DomainsChange) {
   std::mt19937_64 random(3);
   // A NaN with the smallest possible index.
@@ -306,7 +307,7 @@ TEST(ColumnCoder, BlocksWithoutValues) {
       Plan plan = some_plan(cells(), random);
       plan.covers = covers;
       Elements some = cells();
-      // In every second round the cells of each block are consecutive, so that whole groups have no
+      // In every second round, the cells of each block are consecutive. Some groups then have no
       // values.
       if (round % 2 == 0)
         for (std::size_t i = 0; i < some.size(); ++i)
@@ -330,7 +331,7 @@ TEST(ColumnCoder, NoValuesAtAll) {
   EXPECT_TRUE(back.empty());
 }
 
-// The values are integers in a pattern that is unrelated to the mesh.
+// The values are integers in a pattern that does not follow the mesh.
 TEST(ColumnCoder, WhatRepeatsGoesUnderZstd) {
   std::mt19937_64 random(5);
   std::vector<std::int64_t> pattern(61);
@@ -346,7 +347,8 @@ TEST(ColumnCoder, WhatRepeatsGoesUnderZstd) {
     EXPECT_EQ(coded.groups[0].codec, Codec::shuffled_zstd);
     EXPECT_LT(coded.groups[0].bytes.size(), 900u);
     expect_back(info, vertices(), packed(values), plan);
-    // Predicted, packed and mixed groups alternate and use each other's states.
+    // Predicted, packed and mixed groups alternate. Each group uses the state that the previous
+    // group leaves.
     for (std::size_t i = 300; i < 500; ++i) values[i] = static_cast<std::int64_t>(i);
     plan.groups = {100, 300, 500, 800};
     plan.level_of = [&](std::size_t g) { return static_cast<Level>(g % 3); };
@@ -394,8 +396,8 @@ TEST(ColumnCoder, QuantizedKeepsThePromiseOrTheValue) {
         const bool exact = std::memcmp(&values[i], &(*back)[i], width) == 0;
         ASSERT_TRUE(exact || std::fabs(before - after) <= promise) << before << ' ' << after;
       }
-      // Quantizing restored values again does not change them, except if steps are as fine as the
-      // rounding of floats.
+      // Quantizing the restored values again must not change them, unless quantization steps are as
+      // small as the rounding errors of floats.
       if (bits <= 24) {
         expect_back(info, vertices(), *back, plan);
       }
@@ -432,7 +434,8 @@ TEST(ColumnCoder, WhatIsPredictedCostsNearlyNothing) {
   }
 }
 
-// Two components that are equal, or opposite, need as many bytes as one component.
+// If the values of a second component are equal or opposite to those of the first, it needs almost
+// no bytes.
 TEST(ColumnCoder, EqualComponentsCostNearlyNothing) {
   std::mt19937_64 random(7);
   std::vector<double> one, two, opposite;
@@ -449,8 +452,8 @@ TEST(ColumnCoder, EqualComponentsCostNearlyNothing) {
             single + 300);
 }
 
-// Part of the mesh is a mirrored copy: each value of the second half occurred in the first half,
-// between the same other values.
+// The second half of the mesh is a mirrored copy of the first half. Each value has the same
+// neighbouring values as its mirror image.
 TEST(ColumnCoder, CopiesAreFound) {
   std::mt19937_64 random(8);
   const std::size_t half = vertices().size() / 2;
@@ -475,8 +478,8 @@ TEST(ColumnCoder, CopiesAreFound) {
   EXPECT_LT(both, first + first / 4);
 }
 
-/// Returns random values that are equal on both sides of a mirror plane, except for the sign and
-/// some last bits.
+/// Returns random values that are mirrored at a plane. Values on opposite sides are equal except
+/// for their sign and some of their last bits.
 std::vector<double> mirrored(const Elements& elements, std::uint64_t seed, double apart) {
   std::map<Point, double> there;
   std::mt19937_64 random(seed);
@@ -491,7 +494,7 @@ std::vector<double> mirrored(const Elements& elements, std::uint64_t seed, doubl
   return values;
 }
 
-// The two halves of a mesh have about the same values, but with any sign.
+// The values of the two halves of a mesh are about the same. All values are positive.
 TEST(ColumnCoder, EarlierValuesAreRecalled) {
   for (double apart : {0.0, 0x1p-50})
     for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -513,8 +516,8 @@ TEST(ColumnCoder, EarlierValuesAreRecalled) {
     }
 }
 
-/// Returns values of three components. Nine in ten elements equal an earlier element at a fixed
-/// distance, which depends on the corner of the cell.
+/// Returns values of three components. Nine in ten elements are equal to an earlier element. The
+/// distance to the earlier element is fixed for each corner of a cell.
 std::vector<double> standing_again(const Elements& elements, std::mt19937_64& random) {
   std::vector<double> values;
   for (std::size_t i = 0; i < elements.size(); ++i) {
@@ -527,7 +530,8 @@ std::vector<double> standing_again(const Elements& elements, std::mt19937_64& ra
   return values;
 }
 
-// Elements that occurred before need almost no bytes, in later groups too.
+// Elements whose values occurred before need almost no bytes, even if the earlier element is in
+// another group.
 TEST(ColumnCoder, ElementsThatStoodBeforeAreCopied) {
   const ArrayInfo info = info_of(ScalarType::float64, 3);
   for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -546,8 +550,8 @@ TEST(ColumnCoder, ElementsThatStoodBeforeAreCopied) {
   }
 }
 
-// Elements are copied in all kinds of groups and tiles, and between groups of other values, NaNs
-// and other kinds of numbers.
+// Copies of earlier elements must be found in all kinds of groups and tiles, and even if other
+// kinds of values, such as NaNs, are between the copies.
 TEST(ColumnCoder, CopiesOfAllKindsOfValues) {
   std::mt19937_64 random(6);
   for (const Elements* elements : {&vertices(), &cells()})
@@ -570,8 +574,8 @@ TEST(ColumnCoder, CopiesOfAllKindsOfValues) {
     }
 }
 
-// Earlier values are recalled in each tile, even if only some blocks have values. Trials do not
-// change the state of the coder.
+// Earlier values are found in each tile, even if the array covers only some blocks. Trial encodings
+// must not change the state of the coder.
 TEST(ColumnCoder, EarlierValuesOnSomeBlocks) {
   Elements only;
   for (std::size_t i = 0; i < cells().size(); ++i)
@@ -590,8 +594,8 @@ TEST(ColumnCoder, EarlierValuesOnSomeBlocks) {
   }
 }
 
-/// Returns the encoded size in bytes of the values with a reference, and checks that they decode
-/// correctly.
+/// Encodes the values of a step with a reference step and checks that they decode correctly.
+/// Returns the encoded size in bytes.
 std::size_t expect_back_with(const ArrayInfo& info, const Elements& elements, const Bytes& values,
                              const Bytes& reference, const Plan& plan) {
   const std::size_t stride = scalar_bytes(info.type) * info.components;
@@ -614,7 +618,7 @@ std::size_t expect_back_with(const ArrayInfo& info, const Elements& elements, co
   return bytes;
 }
 
-// Elements that had equal values one step ago have equal values again.
+// Elements that had equal values at the previous step also have equal values at this step.
 TEST(ColumnCoder, PartnersAreFound) {
   for (double apart : {0.0, 0x1p-50})
     for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -638,7 +642,7 @@ TEST(ColumnCoder, PartnersAreFound) {
     }
 }
 
-// A single NaN or infinity does not make its neighbours more expensive to code.
+// A single NaN or infinity must not increase the encoded size of its neighbours.
 TEST(ColumnCoder, NonFiniteNeighboursDoNotSpread) {
   std::vector<double> values(vertices().size(), 1.5);
   values[5] = std::numeric_limits<double>::infinity();
@@ -747,8 +751,9 @@ TEST(ColumnCoder, RandomBytesDoNoHarm) {
     }
 }
 
-// Each group consists of one element, and its domain differs from that of the previous group.
-// Translating the states of very many other elements for each group would be excessive work.
+// Each group has one element, and its domain differs from that of the previous group. Each change
+// of the domain would require translating the states of very many other elements. The coder must
+// limit this work.
 TEST(ColumnCoder, DomainsChangeInProportionToElements) {
   constexpr std::uint32_t kSlots = 1 << 16;
   constexpr int kGroups = 200;
@@ -772,7 +777,8 @@ TEST(ColumnCoder, DomainsChangeInProportionToElements) {
   }
   EXPECT_GT(under_zstd, 0);
 
-  // A file whose writer ignored this limit is refused, but not too early.
+  // The encoder of this test ignores the limit on changes of the domain. The reader must refuse its
+  // values, but only after the limit is exceeded.
   const auto shared = std::make_shared<const ArrayInfo>(info);
   ComponentCoder<SplitEncoder> careless(shared, 0, true);
   ComponentCoder<SplitDecoder> reader(shared, 0, true);
@@ -795,8 +801,8 @@ TEST(ColumnCoder, DomainsChangeInProportionToElements) {
   EXPECT_LE(changes, static_cast<int>(kMostMovesForEach) * kGroups / static_cast<int>(kSlots));
 }
 
-// An element without a value counts once, however many trials the writer makes. Otherwise the
-// writer would change domains more often than readers allow.
+// An element without a value must be counted once, no matter how many trial encodings the writer
+// makes. Otherwise the writer would change domains more often than readers allow.
 TEST(ColumnCoder, TrialsCountNoElements) {
   constexpr std::uint32_t kSlots = 6000000;
   constexpr std::size_t kCovered = 64, kUncovered = 1000;

@@ -1,6 +1,6 @@
-// Tests of values encoded as differences along numbers. All values are restored bit for bit,
-// whatever the vertex or cell numbers are. Smooth values need few bytes, error bounds hold, and
-// damaged bytes are handled safely.
+// Tests of values that are coded as differences along vertex or cell numbers. All values must be
+// restored bit for bit, whatever the numbers are. Smooth values must need few bytes, error bounds
+// must hold, and damaged bytes must be handled safely.
 #include "codecs/shifts/difference_column.h"
 #include "codecs/shared/codec_id.h"
 
@@ -65,7 +65,8 @@ bool decode_some(DifferenceColumn& column, std::span<const std::uint64_t> number
   return column.decode(numbers, out, scratch());
 }
 
-/// Decodes values in pieces, as a reader does for blocks. Returns nothing if the bytes are invalid.
+/// Decodes the values in several pieces, as a reader does. Returns an empty optional if the bytes
+/// are invalid.
 std::optional<Bytes> decode(DifferenceColumn& column, const DifferenceColumn::Encoded& encoded,
                             const Numbers& numbers) {
   if (!begin(column, encoded.codec, encoded.bytes)) return std::nullopt;
@@ -79,7 +80,7 @@ std::optional<Bytes> decode(DifferenceColumn& column, const DifferenceColumn::En
   return out;
 }
 
-/// Returns the encoded groups, and checks that they decode correctly.
+/// Encodes the groups and checks that they decode correctly. Returns the encoded groups.
 std::vector<DifferenceColumn::Encoded> expect_back(const ArrayInfo& info,
                                                    const std::vector<Group>& groups,
                                                    bool may_differ = true) {
@@ -103,7 +104,7 @@ std::vector<DifferenceColumn::Encoded> expect_back(const ArrayInfo& info,
 constexpr std::uint64_t kRow = 21, kLayer = 21 * 17;
 const Lags kLags = {1, kRow, kLayer};
 
-/// Returns the numbers of a grid in rows and layers.
+/// Returns consecutive numbers for the elements of a grid with rows and layers.
 Numbers in_rows(std::uint64_t layers = 13, std::uint64_t first = 0) {
   Numbers numbers(kLayer * layers);
   std::iota(numbers.begin(), numbers.end(), first);
@@ -114,8 +115,8 @@ Numbers shuffled(Numbers numbers) {
   std::shuffle(numbers.begin(), numbers.end(), random);
   return numbers;
 }
-/// Returns numbers that mostly have no known neighbours. Some numbers replace other numbers in the
-/// table, and some occur again.
+/// Returns numbers for which most neighbours are unknown. Some numbers replace other numbers in the
+/// table, and some numbers occur again.
 Numbers sparse() {
   Numbers numbers;
   std::mt19937_64 random(2);
@@ -212,7 +213,8 @@ std::vector<DomainKind> kinds_of(const DifferenceColumn::Encoded& encoded,
 
 // --- taps
 
-/// Pairs of a distance back, and the factor of the value at that distance.
+/// List of pairs (distance, factor). A prediction is the sum of the values at these distances back,
+/// each multiplied by its factor.
 using Taps = std::vector<std::pair<std::uint64_t, std::int64_t>>;
 Taps taps(const std::vector<Factor>& factors) {
   Taps list;
@@ -234,7 +236,8 @@ TEST(Taps, AreProductsOfDifferences) {
   // The longest lags that can be encoded.
   const std::uint64_t longest = 0xffffffff;
   EXPECT_EQ(taps({{0xffffffff, 3}}), (Taps{{3 * longest, 1}, {2 * longest, -3}, {longest, 3}}));
-  // All combinations of taps predict a constant exactly.
+  // Whatever the factors, a constant must be predicted exactly. The weights of the taps must
+  // therefore add up to 1.
   for (std::uint32_t a = 1; a <= kMostOrder; ++a)
     for (std::uint32_t b = 1; b <= kMostOrder; ++b)
       for (std::uint32_t c = 1; c <= kMostOrder; ++c) {
@@ -293,7 +296,8 @@ TEST(DifferenceColumn, ManyComponents) {
   expect_back(info, {tame, tame});
 }
 
-/// Codes and decodes these values, repeated many times in every component.
+/// Encodes and decodes these values, repeated many times in every component, and checks that they
+/// are restored.
 template <class T>
 void expect_back_all(ScalarType type, const std::vector<T>& odd) {
   for (std::uint32_t components : {1u, 2u, 3u}) {
@@ -336,8 +340,8 @@ TEST(DifferenceColumn, OddFloats) {
     wide.push_back(std::uint64_t{it} << 32 | (it & 1 ? 0xffffffff : 0));
   expect_back_all(ScalarType::float32, narrow);
   expect_back_all(ScalarType::float64, wide);
-  // Tests doubles that all fit into float32, doubles that do not all fit, and -0.0 among multiples
-  // of a step.
+  // The first values are doubles that all fit into float32. Not all of the second values fit. The
+  // third values are multiples of a step, and -0.0.
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 3e38f, 1e-40f, -0.0});
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 1e39, 1e-50});
   expect_back_all<double>(ScalarType::float64, {.1, .2, -0.0});
@@ -474,7 +478,7 @@ TEST(DifferenceColumn, SmoothValuesCostLittle) {
   for (const ScalarType type : {ScalarType::float32, ScalarType::float64}) {
     const ArrayInfo info = info_of(type, 3);
     Group group{in_rows(), {}, kLags};
-    // Coordinates of the vertices of a box with a spacing of 0.01.
+    // The values are the coordinates of the vertices of a box with a grid spacing of 0.01.
     group.values = values_of(info, group.numbers, [](std::uint64_t number, std::uint32_t c) {
       return (c == 0   ? place(number, 1, kRow)
               : c == 1 ? place(number, kRow, 17)
@@ -482,7 +486,7 @@ TEST(DifferenceColumn, SmoothValuesCostLittle) {
              100;
     });
     EXPECT_LE(share(info, group), .01);
-    // The same values in random order: at least the byte planes of high bytes are small.
+    // Predictions from several distances back (lags) must not increase the size of smooth values.
     group.values = values_of(info, group.numbers, smooth);
     const double in_order = share(info, group);
     EXPECT_LE(in_order, type == ScalarType::float32 ? .55 : .75);
@@ -518,8 +522,7 @@ TEST(DifferenceColumn, NamesOfMaterialsAreLeftToZstd) {
 
 // --- quantized values
 
-/// Checks that errors are within the bound, and that values that are not finite are restored bit
-/// for bit.
+/// Checks that errors are within the bound, and that NaNs and infinities are restored bit for bit.
 template <class T>
 void expect_bound(const ArrayInfo& info, const std::vector<Group>& groups) {
   DifferenceColumn encoder(info, true), decoder(info, true);
@@ -585,7 +588,7 @@ TEST(DifferenceColumn, BoundsHold) {
 
 // --- damage
 
-/// Decodes all bytes and tries to read beyond them.
+/// Decodes all values and tries to read beyond the last value.
 void read_all(const ArrayInfo& info, Codec codec, std::span<const std::byte> bytes,
               const Numbers& numbers) {
   DifferenceColumn column(info, true);
@@ -746,7 +749,7 @@ TEST(DifferencesDamaged, LyingDomains) {
   EXPECT_TRUE(taken(coarse, 6, 0, 8));
   EXPECT_TRUE(taken(coarse, 0, 0, 4)) << "values that are not quantized";
   for (const int kind : {1, 2, 3, 4, 5}) EXPECT_FALSE(taken(coarse, kind, 0)) << kind;
-  // All components must be predicted in the same way.
+  // Both components must use the same kind of prediction; otherwise the values are refused.
   const ArrayInfo two = info_of(ScalarType::float64, 2);
   const auto both = [&](int a, int b) {
     return is_taken(two, {.components = {{a, 0, 1}, {b, 0, 1}}});

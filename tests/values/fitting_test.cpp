@@ -1,5 +1,5 @@
-// Tests that fitting finds the weights that generated some of the samples, whatever the other
-// samples are.
+// Tests of fitting. If some of the samples were generated with certain weights, fitting must find
+// these weights, whatever the other samples are.
 #include "codecs/surface/plan/fitting.h"
 
 #include <gtest/gtest.h>
@@ -58,8 +58,8 @@ TEST(Fitting, TermsThatAreNotThereHaveNoWeight) {
   for (std::uint32_t i = 0; i < kWeights; ++i) EXPECT_NEAR(found[i], i < 5 ? weights[i] : 0, 1);
 }
 
-/// In meshes from other programs, the centres of faces and cells are thirds, quarters and ninths of
-/// sums of corners.
+/// In meshes from other programs, a node at the centre of a face or cell is the sum of corners
+/// divided by three, four or nine.
 TEST(Fitting, FractionsOfTemplatesAreExactDespiteRounding) {
   std::mt19937_64 random(5);
   std::vector<FitSample> samples(100);
@@ -79,7 +79,7 @@ void expect_in_range(const Weights& weights) {
   for (std::int32_t it : weights) EXPECT_LE(std::abs(it), kMostWeight);
 }
 
-// Tests terms with equal values, for which only the sum of their weights is determined.
+// If two terms always have equal values, only the sum of their weights is determined.
 TEST(Fitting, EqualTerms) {
   std::mt19937_64 random(5);
   std::vector<FitSample> samples(100);

@@ -1,5 +1,5 @@
-// Tests the loops that compute the indices of linear domains for all values together. The results
-// must equal those that a ValueTranslator computes for each single value.
+// Tests the loops that compute the linear-domain indices of many values in one call. The results
+// must equal those of a ValueTranslator for each single value.
 #include "codecs/patterns/linear_indices.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,8 @@ std::uint64_t bits_of(ScalarType type, double value) {
                                      : std::bit_cast<std::uint64_t>(value);
 }
 
-/// Returns whole and half numbers of a domain, their nearest neighbours, and random values.
+/// Returns values at whole and half steps of a domain, the floats next to these values, and random
+/// values.
 std::vector<std::uint64_t> values_of(ScalarType type, const ValueTranslator& translator) {
   std::mt19937_64 random(7);
   std::vector<std::uint64_t> values;
@@ -88,7 +89,7 @@ TEST(LinearIndices, ValuesAreThoseOfATranslator) {
   std::mt19937_64 random(11);
   for (const ScalarType type : {ScalarType::float32, ScalarType::float64})
     for (const ValueDomain& domain : kDomains)
-      for (const int unused : {14, 0}) {  // the exact number of unused bits, and no unused bits
+      for (const int unused : {14, 0}) {  // without 14 unused bits, the loop declines
         const ValueTranslator translator(array_of(type), 0, domain);
         std::vector<std::uint64_t> words, indices;
         for (int i = 0; i < 1000; ++i)
@@ -113,10 +114,11 @@ TEST(LinearIndices, IndicesAreThoseOfATranslator) {
         std::int64_t its = 0;
         const bool is_one = linear_indices(type, std::span(&bits, 1), domain, std::span(&its, 1));
         const auto index = translator.index(bits);
-        // Large values may be left to the translator.
+        // The loop may skip values whose index is kMost or more. A ValueTranslator handles the
+        // skipped values.
         if (is_one || (index && std::fabs(static_cast<double>(*index)) < kMost)) {
           ASSERT_TRUE(is_one && index) << scalar_as_double(type, bits);
-          ASSERT_EQ(translator.bits(its), bits);  // several indices may be correct for a float
+          ASSERT_EQ(translator.bits(its), bits);  // several indices may represent the same float
         }
       }
     }

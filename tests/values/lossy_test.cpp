@@ -1,5 +1,5 @@
-// Tests of the options --abs, --rel, --bits and --array: syntax, names, precedence, bounds from
-// ranges, and the complete round trip through a .shm file.
+// Tests of the options --abs, --rel, --bits and --array: their syntax, the names of arrays,
+// precedence, bounds that depend on ranges, and complete round trips through a .shm file.
 #include "mesh/lossy.h"
 
 #include <gtest/gtest.h>
@@ -81,7 +81,7 @@ TEST(Lossy, FieldsAreWhatFloatsAndHasNoRole) {
       EXPECT_LT(array.quantization.step(), .0201);
     }
   }
-  lossy = named({"weight:abs=.125"});  // an array with a role is quantized only if it is named
+  lossy = named({"weight:abs=.125"});  // arrays with a role are quantized only by name
   EXPECT_EQ(schema_of(mesh, lossy).arrays.back().quantization.max_abs, .125);
 }
 
@@ -95,7 +95,7 @@ TEST(Lossy, NamesBeatTheRest) {
   EXPECT_EQ(schema.arrays[1].quantization.bits, 9u);
   EXPECT_EQ(schema.arrays[1].quantization.minimum, (std::vector<double>{-0.0, 0, 0}));
   EXPECT_FALSE(schema.arrays[2].quantization.lossy());
-  // Over all steps, the values range from 1/3 to the number of wedges.
+  // Over all steps, the values of the array stress range from 1/3 to the number of wedges.
   const double most = static_cast<double>(mesh.mesh.block_cells[1]);
   EXPECT_NEAR(schema.arrays[5].quantization.max_abs, .001 * (most - 1.0 / 3), 1e-9);
 }
@@ -217,7 +217,7 @@ TEST(Lossy, ThroughShifts) {
       std::size_t bytes = 0;
       const CompareReport report = round_trip(mesh, options, &bytes);
       EXPECT_TRUE(report.equal()) << part << "\n" << words(report);
-      EXPECT_GE(report.measured.size(), 2u);  // quantization to 40 bits does not round a float32
+      EXPECT_GE(report.measured.size(), 2u);  // with 40 bits, float32 arrays are not rounded
       for (const MeasuredError& error : report.measured)
         EXPECT_LE(error.largest, error.promised) << error.what;
       EXPECT_GT(bytes, last);
@@ -226,9 +226,9 @@ TEST(Lossy, ThroughShifts) {
   }
 }
 
-// Quantization steps depend on the magnitudes of the values. Even if the bound is near the distance
-// between neighbouring floats, errors stay within the bound, and the file is no larger than with
-// lossless values.
+// The size of quantization steps depends on the magnitude of the values. If the bound is near the
+// distance between neighbouring floats, errors must still be within the bound, and the file must
+// not be larger than with lossless values.
 TEST(Lossy, TighterBoundsCostMoreButNotMoreThanLossless) {
   MemoryMesh mesh = grid_mesh(12, 12, 12);
   std::mt19937_64 random(1);

@@ -1,5 +1,6 @@
-// Tests of the neighbourhoods of cells other than hexahedra. On lattices the expected result is
-// obvious. In random meshes, a neighbourhood must not contain vertices that do not exist.
+// Tests of the neighbourhoods of cells that are not hexahedra. On lattices, the expected
+// neighbourhoods are known. In random meshes, a neighbourhood must not contain vertices that do not
+// exist.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,8 +26,8 @@ struct TestedCell {
   std::vector<std::uint64_t> vertices;
 };
 
-/// Passes cells to a finder as a coder does: vertices are finalized with their last cell, and their
-/// slots are reused later.
+/// Passes cells to a NeighbourFinder as a coder does: each vertex is finalized with the last cell
+/// that uses it, and its slot is reused later.
 class Walk : public SeenNeighbours {
  public:
   explicit Walk(const std::vector<TestedCell>& mesh, Reach reach = Reach::farther) : reach_(reach) {
@@ -93,8 +94,8 @@ Point sum(std::initializer_list<std::pair<std::int32_t, std::uint64_t>> terms) {
   return p;
 }
 
-/// Returns cells that divide each cube of the lattice. `parts` contains the corners of each cell in
-/// VTK's order. `layers`: number of layers of cubes.
+/// Returns the cells of a lattice in which each cube is divided in the same way. `parts` contains
+/// the corners of each cell of a cube, in VTK's order. `layers` is the number of layers of cubes.
 std::vector<TestedCell> cut_lattice(CellShape shape, const Parts& parts,
                                     std::uint64_t layers = kSide - 1) {
   std::vector<TestedCell> cells;
@@ -147,8 +148,8 @@ TEST(NeighbourhoodOfOthers, WedgesStandInALattice) {
       EXPECT_EQ(sum({{3, seen.at[0]}, {-1, seen.at[kAtFarther]}}), sum({{2, seen.element}}));
     }
   }
-  // From the second layer on, the two vertices below each vertex are known; from the third layer
-  // on, the three vertices below it.
+  // From the third layer of vertices on, the two vertices below each vertex are known. From the
+  // fourth layer on, the three vertices below it are known.
   EXPECT_EQ(lines, kSide * kSide * (kSide - 2));
   EXPECT_EQ(farther, kSide * kSide * (kSide - 3));
   EXPECT_GT(lattices, (kSide - 1) * (kSide - 1) * (kSide - 2));
@@ -300,8 +301,8 @@ TEST(NeighbourhoodOfOthers, ReachOnlyAdds) {
   }
 }
 
-// The meshes consist of cells with random shapes, also degenerate cells. Their vertices are chosen
-// from windows that move along the vertex numbers.
+// The cells have random shapes, and some are degenerate. Their vertices are chosen from a window
+// that moves along the vertex numbers.
 TEST(NeighbourhoodOfOthers, NamesOnlyWhatIsThere) {
   using enum CellShape;
   constexpr std::array<std::pair<CellShape, std::size_t>, 12> kShapes = {{{hexahedron, 8},

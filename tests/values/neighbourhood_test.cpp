@@ -1,6 +1,6 @@
-// Tests of neighbourhoods on grids, where the expected result is obvious; for all rotations of
-// hexahedra; and in random meshes, where a neighbourhood must not contain vertices that do not
-// exist.
+// Tests of neighbourhoods: on grids, for which the expected neighbourhoods are known; for all
+// rotations of hexahedra; and in random meshes, in which a neighbourhood must not contain vertices
+// that do not exist.
 #include "codecs/shared/neighbourhood.h"
 
 #include <gtest/gtest.h>
@@ -24,15 +24,16 @@ Point plus(const Point& p, const Point& q, std::int32_t times) {
   return {p[0] + times * q[0], p[1] + times * q[1], p[2] + times * q[2]};
 }
 
-/// A cell as a list of vertex numbers. For a hexahedron, also contains its corners relative to the
-/// coder's frame.
+/// A cell as a list of vertex numbers. A coder may use the corners of a hexahedron in another order
+/// than the stored order: `stored_corner` maps each corner in the coder's order to a stored corner.
 struct TestedCell {
   std::vector<std::uint64_t> vertices;
   bool hexahedral = true;
   std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};
 };
 
-/// Assigns slots to vertices as a coder does: slots of finalized vertices are reused.
+/// Passes cells to a NeighbourFinder and assigns slots to vertices as a coder does: the slot of a
+/// finalized vertex is reused.
 class Walk : public SeenNeighbours {
  public:
   explicit Walk(const std::vector<TestedCell>& mesh, bool as_stored = true,
@@ -95,14 +96,14 @@ bool same(const Seen& a, const Seen& b) {
          a.around.kind == b.around.kind && a.around.self == b.around.self;
 }
 
-/// A grid of nx x ny x nz cells, in which x varies fastest. The corners of each cell may be rotated
-/// or mirrored at random.
+/// A grid of size[0] x size[1] x size[2] cells. In the order of the cells, x varies fastest. The
+/// corners of each cell may be rotated or mirrored at random.
 enum class Turned { no, rotated, mirrored };
 struct Grid {
   Point size;
   std::vector<TestedCell> cells;
-  /// Positions of the corners, by cell and corner bits: corners in stored order, and corners in the
-  /// frame.
+  /// Positions of the corners of each cell. In `stored`, the corners are in stored order; in
+  /// `frame`, they are in the order that the coder uses.
   std::vector<std::array<Point, 8>> stored, frame;
 
   Grid(const Point& n, Turned turned) : size(n) {
@@ -131,7 +132,8 @@ struct Grid {
                    at[1] + static_cast<std::int32_t>(bits >> 1 & 1),
                    at[2] + static_cast<std::int32_t>(bits >> 2)};
     };
-    // For each corner of the box, its index among the stored corners and in the frame.
+    // For each corner in stored order, and for each corner in the coder's order: the corresponding
+    // corner of the box.
     std::array<std::uint8_t, 8> box_of_stored{}, box_of_frame{};
     const auto& rotation = kRotations[turned == Turned::no ? 0 : random() % kRotationCount];
     const auto& other = kRotations[turned == Turned::no ? 0 : random() % kRotationCount];
@@ -159,7 +161,7 @@ struct Grid {
   }
 };
 
-/// Checks that each known neighbour of a vertex has the expected position; returns the number of
+/// Checks that each known neighbour of a vertex is at the expected position. Returns the number of
 /// known neighbours.
 std::size_t expect_vertices(const Grid& grid, const Walk& walk, bool as_stored) {
   std::size_t known = 0;
@@ -199,8 +201,8 @@ TEST(Neighbourhood, OfVerticesOfAGrid) {
   for (const Seen& seen : walk.vertices) {
     const Point p = grid.point(seen.element);
     if (p[0] < 1 || p[1] < 1 || p[2] < 1) continue;
-    // A cell inside the grid introduces a single vertex. The neighbourhood of the vertex contains
-    // all other corners of the cell.
+    // A cell in the interior of the grid introduces a single vertex. The neighbourhood of this
+    // vertex contains all other corners of the cell.
     std::uint32_t wanted = 0;
     const bool lattice = p[0] >= 2 && p[1] >= 2 && p[2] >= 2;
     if (lattice) wanted |= Neighbourhood::kLattice;
@@ -215,7 +217,7 @@ TEST(Neighbourhood, OfVerticesOfAGrid) {
       }
     }
   }
-  // The first vertex has no known neighbours; the last vertex has all of them.
+  // The first vertex has no known neighbours. For the last vertex, all neighbours are known.
   EXPECT_EQ(walk.vertices.front().around.known, 0);
   EXPECT_EQ(walk.vertices.back().around.known, 0xffff);
   const Point last = grid.point(walk.vertices.back().element);
@@ -228,7 +230,8 @@ TEST(Neighbourhood, FollowsTheCornersAsTheyStand) {
       expect_vertices(Grid({5, 4, 4}, Turned::no), Walk(Grid({5, 4, 4}, Turned::no).cells), true);
   for (Turned turned : {Turned::rotated, Turned::mirrored}) {
     const Grid grid({5, 4, 4}, turned);
-    // The number of known neighbours changes because corners are introduced in another order.
+    // If cells are rotated, their corners are introduced in another order. The number of known
+    // neighbours therefore differs.
     EXPECT_GT(expect_vertices(grid, Walk(grid.cells, true), true), straight / 2);
     EXPECT_GT(expect_vertices(grid, Walk(grid.cells, false), false), straight / 2);
   }
@@ -236,7 +239,7 @@ TEST(Neighbourhood, FollowsTheCornersAsTheyStand) {
 
 TEST(Neighbourhood, OfTheCellsOfAGrid) {
   const Grid grid({5, 4, 4},
-                  Turned::no);  // the grid has more cells than the initial size of the ring
+                  Turned::no);  // more cells than the initial size of the ring
   const Walk walk(grid.cells);
   ASSERT_EQ(walk.cells.size(), 80u);
   for (const Seen& seen : walk.cells) {
@@ -297,8 +300,8 @@ TEST(Neighbourhood, OfTurnedCells) {
 }
 
 TEST(Neighbourhood, SlotsAndPlacesAreTakenAgain) {
-  // The bar is longer than the ring. Vertices are finalized when their layer is complete, and their
-  // slots are reused.
+  // The bar has more cells than the ring has positions. Vertices are finalized when their layer is
+  // complete, and their slots are reused.
   const Grid grid({2, 2, 5000}, Turned::no);
   const Walk walk(grid.cells);
   const std::size_t known = expect_vertices(grid, walk, true);
@@ -348,14 +351,15 @@ TEST(Neighbourhood, ReachOnlyAdds) {
   expect(far.cells, near.cells, kFar | kBeyond);
 }
 
-// In a single cell, parallel edges come in the order of their positions.
+// Within a single cell, parallel edges are visited in the order of their positions.
 TEST(Neighbourhood, OfInnerNodes) {
   TestedCell cell;
   for (std::uint64_t v = 0; v < 27; ++v) cell.vertices.push_back(100 + v);
   cell.stored_corner = kRotations[5];
   const Walk walk({cell});
   ASSERT_EQ(walk.vertices.size(), 27u);
-  // Returns the vertex stored at a position: a corner, or another node.
+  // Returns the vertex that is stored at a position. The position may be that of a corner or of
+  // another node.
   const auto stored = [&](std::uint32_t position) {
     const auto& corners = cell.stored_corner;
     return 100u + (position < 8
@@ -448,14 +452,14 @@ TEST(Neighbourhood, ARepeatedCornerIsNotItsOwnNeighbour) {
       if (seen.around.knows(1u << at)) {
         EXPECT_NE(seen.at[at], seen.element);
       }
-  const Seen& last = walk.vertices[5];  // position 6 is introduced last, at 7
+  const Seen& last = walk.vertices[5];  // vertex 6 is introduced earlier, at position 7
   EXPECT_EQ(last.element, 5u);
-  // At that time, vertex 6 is known at both corners.
+  // When vertex 5 is introduced, vertex 6 is already known at both of its corners.
   EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice));
   EXPECT_EQ(walk.vertices[6].around.known, 0);
 }
 
-// The meshes consist of cells of random vertices, including degenerate cells and other shapes.
+// The cells have random vertices. Some cells are degenerate, and some are not hexahedra.
 TEST(Neighbourhood, NamesOnlyWhatIsThere) {
   std::mt19937_64 random(11);
   for (int round = 0; round < 20; ++round) {
@@ -474,7 +478,7 @@ TEST(Neighbourhood, NamesOnlyWhatIsThere) {
     }
     const Walk walk(cells);
     const Walk again(cells, true, Reach::farther, true, true);
-    // Pairs of vertices that are joined by an edge of a hexahedron so far.
+    // Pairs of vertices that are the ends of an edge of a hexahedron that was already added.
     std::set<std::pair<std::uint64_t, std::uint64_t>> edges;
     std::uint64_t joined = 0;
     const auto join = [&](std::uint64_t cell) {

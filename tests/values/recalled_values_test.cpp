@@ -1,5 +1,5 @@
-// Compares the sorted magnitudes of earlier values with a plain list: ranks, the nearest magnitude,
-// and the value stored with each magnitude.
+// Tests of the sorted magnitudes of earlier values. The ranks, the nearest magnitudes, and the
+// value stored with each magnitude must be the same as in a plain list.
 #include "codecs/surface/values/column_state.h"
 
 #include <gtest/gtest.h>

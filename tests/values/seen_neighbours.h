@@ -15,7 +15,8 @@ namespace shm {
 struct Seen {
   std::uint64_t element = 0, cell = 0;
   Neighbourhood around;
-  /// Numbers of the neighbours: vertices for a vertex, cells for a cell.
+  /// Numbers of the neighbours. The neighbours of a vertex are vertices, the neighbours of a cell
+  /// are cells.
   std::array<std::uint64_t, 13> at{};
 
   bool knows(std::uint32_t bits) const { return around.knows(bits); }
@@ -26,8 +27,8 @@ class SeenNeighbours {
   std::vector<Seen> vertices, cells;
 
  protected:
-  /// Adds cell `number`, which consists of these vertices. `live`: number of vertices on the
-  /// surface.
+  /// Adds the cell with number `number` and these vertices. `live` is the number of vertices on the
+  /// active surface.
   void add(const CellTopology& cell, std::uint64_t number,
            std::span<const std::uint64_t> vertex_numbers, bool as_stored, std::uint64_t live,
            Reach reach) {

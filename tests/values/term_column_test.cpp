@@ -1,5 +1,5 @@
-// Tests of values encoded by terms. The state that a group inherits from the previous group must be
-// the same in encoder and decoder.
+// Tests of values that are coded by terms. At the beginning of each group, the state inherited from
+// the previous group must be the same in encoder and decoder.
 #include "codecs/patterns/term_column.h"
 #include "codecs/shared/codec_id.h"
 
@@ -21,8 +21,8 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-/// Returns new vertices in consecutive slots from `first`. The term of each vertex is the previous
-/// vertex; the term of the first vertex refers to slot 0.
+/// Returns `count` new vertices in consecutive slots, beginning with slot `first`. The term of each
+/// vertex refers to the vertex before it; the term of the first vertex refers to slot 0.
 std::vector<VertexTerms> chain(std::uint32_t first, std::uint32_t count) {
   std::vector<VertexTerms> vertices(count);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -34,8 +34,8 @@ std::vector<VertexTerms> chain(std::uint32_t first, std::uint32_t count) {
   return vertices;
 }
 
-/// Encodes groups of one column and decodes them; all bits must be restored. Returns the codecs of
-/// the groups.
+/// Encodes groups of one column, decodes them, and checks that all values are restored bit for bit.
+/// Returns the codecs of the groups.
 template <class T>
 std::vector<Codec> there_and_back(ScalarType type, const std::vector<std::vector<T>>& groups) {
   ArrayInfo info;
@@ -61,7 +61,7 @@ std::vector<Codec> there_and_back(ScalarType type, const std::vector<std::vector
   return codecs;
 }
 
-/// Returns a sequence of these values without an order that terms could predict.
+/// Returns `count` values chosen from `words` in pseudorandom order, which terms cannot predict.
 template <class T>
 std::vector<T> some_of(std::span<const T> words, std::size_t count) {
   std::vector<T> values;
@@ -74,7 +74,8 @@ std::vector<T> some_of(std::span<const T> words, std::size_t count) {
 }
 
 TEST(TermColumn, StatesBehindAShuffledGroupAreTranslatedToATable) {
-  // The rank of the value 0 is 1. The vertices of the shuffled group have the state 1, too.
+  // In the table of the second group, the value 0 has rank 1. The vertices of the first group,
+  // which is coded with shuffled_zstd, also have state 1.
   using Limits = std::numeric_limits<std::int64_t>;
   const std::vector<std::int64_t> words{Limits::min(), 0, 1, Limits::max() / 2, Limits::max()};
   std::vector<std::int64_t> names;
@@ -95,8 +96,8 @@ TEST(TermColumn, NansPassFromTableToTable) {
   EXPECT_EQ(codecs, (std::vector<Codec>{Codec::terms, Codec::terms}));
 }
 
-/// Codes elements without terms but with a reference, and checks that all bits are restored.
-/// Returns true if the encoder used the reference.
+/// Encodes and decodes elements that have a reference but no terms, and checks that all values are
+/// restored bit for bit. Returns true if the encoder used the reference.
 bool refers(const std::vector<float>& values, const std::vector<float>& reference) {
   ArrayInfo info;
   info.type = ScalarType::float32;
@@ -112,7 +113,8 @@ bool refers(const std::vector<float>& values, const std::vector<float>& referenc
   EXPECT_TRUE(decoder.decode(elements, decoded, scratch));
   EXPECT_EQ(decoded, Bytes(bytes.begin(), bytes.end()));
   EXPECT_EQ(decoder.refers(), encoder.refers());
-  // A group that refers to the reference cannot be decoded without it; other groups can.
+  // If a group is coded relative to the reference, it cannot be decoded without the reference.
+  // Other groups can.
   elements.reference = {};
   decoded.clear();
   EXPECT_TRUE(decoder.begin_group(Codec::terms, encoded, bytes.size(), scratch));
@@ -131,7 +133,7 @@ TEST(TermColumn, ReferencesAreTakenWhereTheyHelp) {
     shifted.push_back(before.back() + 100 + static_cast<float>(i) * .25f);
   }
   EXPECT_TRUE(refers(now, before));
-  EXPECT_TRUE(refers(shifted, before));  // predicted by the change of the previous element
+  EXPECT_TRUE(refers(shifted, before));  // from the change of the previous element
   now[7] = before[8] = kNan;
   EXPECT_TRUE(refers(now, before));
   std::vector<float> ramp, noise;
@@ -142,8 +144,8 @@ TEST(TermColumn, ReferencesAreTakenWhereTheyHelp) {
   EXPECT_FALSE(refers(ramp, noise));
 }
 
-/// Returns values of three components that differ little from the previous element, with all
-/// special values.
+/// Returns values of three components that differ little from element to element, and all special
+/// values.
 template <class T>
 std::vector<T> special_walk(std::size_t count, std::uint32_t seed) {
   using Limits = std::numeric_limits<T>;
@@ -163,8 +165,8 @@ std::vector<T> special_walk(std::size_t count, std::uint32_t seed) {
   return values;
 }
 
-/// Encodes and decodes in pieces of several hundred and several thousand elements, and checks that
-/// all bits are restored.
+/// Encodes and decodes the values in pieces of several hundred and of several thousand elements.
+/// Checks that all values are restored bit for bit.
 template <class T>
 void expect_back_in_pieces(ScalarType type, bool of_vertices) {
   constexpr std::size_t kCount = 5000;
@@ -208,7 +210,8 @@ TEST(TermColumn, ComponentsComeBackInPieces) {
   }
 }
 
-// Each component needs memory for every live vertex.
+// For each component, the coder would need memory for every live vertex. Wide arrays are therefore
+// coded with zstd only.
 TEST(TermColumn, WideArraysAreLeftToZstd) {
   Schema schema;
   schema.blocks = {{1, "", CellShape::hexahedron, 8}};

@@ -1,6 +1,6 @@
-// Tests of value spaces, translators and the choice of a domain. Every value has an index, indices
-// are in the order of values, and each value can be computed from its index. If a value has no
-// index, that is reported.
+// Tests of value spaces, translators and the choice of a domain. Every value must have an index,
+// indices must be in the order of the values, and each value must be computable from its index. If
+// a value has no index, the functions must report it.
 
 #include <gtest/gtest.h>
 
@@ -79,7 +79,7 @@ void expect_ordered() {
   EXPECT_EQ(ordered_index(L::denorm_min()), 1);
   EXPECT_EQ(space.index(kNaN), 0);  // as a prediction
   EXPECT_EQ(space.index(-kNaN), 0);
-  // The bits of a NaN that is a value do not change.
+  // If a NaN is a value, and not a prediction, its bits must not change.
   for (T nan : {L::quiet_NaN(), L::signaling_NaN(), std::copysign(L::quiet_NaN(), T(-1))}) {
     const T back = ordered_value<T>(ordered_index(nan));
     EXPECT_EQ(std::memcmp(&back, &nan, sizeof(T)), 0);
@@ -242,7 +242,7 @@ TEST(ValueTranslator, Integers) {
   expect_back(natural, static_cast<std::uint64_t>(kLargestIndex));
   expect_odd(natural, static_cast<std::uint64_t>(kLargestIndex) + 1);
   expect_odd(natural, ~std::uint64_t{0});
-  // The bits are in the low bytes; the type determines the sign.
+  // The value is in the low bytes of the argument; the type determines whether it is signed.
   EXPECT_EQ(translator(info_of(ScalarType::int8), DomainKind::integers).index(0xff), -1);
   EXPECT_EQ(translator(info_of(ScalarType::uint8), DomainKind::integers).index(0xff), 255);
   EXPECT_EQ(translator(info_of(ScalarType::int32), DomainKind::integers).index(0x80000000u),
@@ -274,7 +274,7 @@ TEST(ValueTranslator, Quantized) {
   }
 }
 
-// States of one domain can be used in another.
+// The state of a coder in one domain can be translated to another domain.
 TEST(ValueTranslator, StatesMove) {
   const auto cents = translator(kDoubles, DomainKind::decimal, 2);
   const auto eighths = translator(kDoubles, DomainKind::binary, 3);
@@ -385,7 +385,8 @@ TEST(DomainCandidates, SomeOddOnes) {
   EXPECT_TRUE(candidates[0].domain.escapes);
 }
 
-/// A candidate covers every value, or reports that some are odd.
+/// Each candidate domain must represent every value, or report that some values are odd (have no
+/// index).
 TEST(DomainCandidates, EveryCandidateSaysEveryValue) {
   std::mt19937_64 random(9);
   const std::vector<double> special = {
