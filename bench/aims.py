@@ -1,19 +1,21 @@
-"""Compares the results of bench/values with aims for the sizes of values, for its table "acceptance".
+"""Makes the table "acceptance" of bench/values: compares the measured sizes of values with target sizes (aims).
 
-All figures are bits: per vertex for coordinates, per value for fields. The figures of the prototype come from a
-throw-away coder of the same design: the first figure from its faster mode, the second from the best of all its
-experiments. They were measured on the corpus, and on generated meshes of the same kinds (not always of the same
-size). Level default should reach the first figure, level best the second.
+All figures are bits per vertex for coordinates, and bits per value for fields. The aims are the results of a
+throw-away prototype of the same design. Each aim is a pair: the result of the prototype's faster mode, and the best
+result of all experiments with the prototype. The prototype was measured on the corpus, and on generated meshes of the
+same kinds (not always of the same size). The default level should reach the first figure of a pair, and level best the
+second.
 """
 
-# The annulus of the prototype is unknown, except that zstd found its layers to repeat.
+# The exact annulus that the prototype measured is unknown. Its layers must have been identical, because zstd
+# found repetitions.
 PROTOTYPE_MADE = {
     ("coordinates", "grid 15^3", "float32"): (.25, .15),
     ("coordinates", "straight annulus", "float32"): (.18, .07),
     ("coordinates", "straight annulus", "float64"): (.28, .16),
     ("coordinates", "sphere shell", "float32"): (2.5, 2.1),
     ("coordinates", "sphere shell", "float64"): (9.1, 7.7),
-    ("coordinates", "warped block", "float32"): (5, 4.5),  # 4.8, rounded up
+    ("coordinates", "warped block", "float32"): (5, 4.5),  # the prototype reached 4.8 bits; the aim is rounded up
     ("coordinates", "warped block", "float64"): (8.1, 7.3),
     ("coordinates", "warped block", "8 digits"): (5.3, 5.1),
     ("coordinates", "tets split in 4", "float32"): (10, 6.7),
@@ -24,8 +26,8 @@ PROTOTYPE_MADE = {
     ("lossy", "cell velocity", "float32, 0.0001"): (1.28, 1),
     ("lossy", "cell turbulence", "float32, 0.0001"): (7.67, 7.67),
 }
-# Figures over all time steps, from the best column of the prototype's table; for integers this
-# column was zstd.
+# Figures over all time steps, from the column of the prototype's table with the smallest sizes. For integers,
+# this was the column of zstd.
 PROTOTYPE_REAL = {"coordinates float64": 22, "coordinates float32": 21.4, "cell floats": 8.7,
                   "point floats": 17.4, "cell ints": .04, "point ints": .13}
 ROUNDED_KIND, ROUNDED_AIM = "coordinates, 16 bits", 8.5
@@ -33,7 +35,8 @@ LOSSY_FIELDS, LOSSY_FACTOR = ("smooth", "velocity"), 1.5
 
 
 def bits_of(rows, coder):
-    """Returns the bits over all values of these rows; None unless the coder has all subjects."""
+    """Returns the mean bits per value over these rows for a coder. Returns None if a row is missing for one of the
+    subjects."""
     its = [row for row in rows if row["coder"] == coder]
     if not its or len(its) < len({row["subject"] for row in rows}):
         return None
@@ -41,14 +44,14 @@ def bits_of(rows, coder):
 
 
 def best_other(rows):
-    """Returns (bits, name) of the other compressor with the smallest total over these rows."""
+    """Returns (bits, name) of the best compressor other than shm: the one with the smallest mean over these rows."""
     others = {row["coder"] for row in rows if not row["coder"].startswith("shm")}
     return min((bits_of(rows, coder), coder) for coder in others
                if bits_of(rows, coder) is not None)
 
 
 def line(what, level, rows, aim, source, strictly=False):
-    """Returns the cells of one row: name, aim, our figure, whether the aim is met."""
+    """Returns the cells of one row of the table: name, aim, the figure of shm, and whether shm meets the aim."""
     ours = bits_of(rows, f"shm {level}")
     if ours is None:
         return [f"{what}, {level}", f"{aim:.2f} ({source})", "-", "no"]
@@ -84,10 +87,10 @@ def lossy(rows):
         ours = bits_of(its, "shm default")
         if ours and any(f"cell {name}," in subject for name in LOSSY_FIELDS):
             other, name = best_other(its)
-            yield [f"lossy: {subject}, default", f"{LOSSY_FACTOR} times smaller than {name}",
-                   f"{other / ours:.2f} times", "yes" if other >= LOSSY_FACTOR * ours else "no"]
+            yield [f"lossy: {subject}, level default", f"at least {LOSSY_FACTOR} times smaller than {name}",
+                   f"{other / ours:.2f} times smaller", "yes" if other >= LOSSY_FACTOR * ours else "no"]
 
 
 def acceptance(rows):
-    """Returns all lines for which these rows have data."""
+    """Returns all rows of the table "acceptance" for which `rows` contains data."""
     return [*made(rows), *lossy(rows), *real(rows)]

@@ -37,7 +37,7 @@ void find_births(ArrayMesh& mesh) {
   }
 }
 
-/// Passes a mesh to a Writer, each vertex just before the first cell that uses it.
+/// Passes a mesh to a Writer. Each vertex is passed just before the first cell that uses it.
 class Feeder {
  public:
   Feeder(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays, Writer& writer)
@@ -65,7 +65,7 @@ class Feeder {
  private:
   struct Column {
     const MeshArray* array;
-    std::size_t next;  // next element of a cell array
+    std::size_t next;  // index of the next element; used only for cell arrays
   };
 
   static std::span<const std::byte> element(const MeshArray& array, std::size_t index) {
@@ -99,7 +99,8 @@ class Feeder {
   std::vector<std::byte> data_;
 };
 
-/// The order in which vertices are coded. Cells are coded in the mesh's order.
+/// Records the order in which vertices are coded. The coding order of cells is the order of the
+/// mesh.
 class VertexOrder final : public CodingOrder {
  public:
   void vertex(std::uint64_t number) override { vertices.push_back(number); }
@@ -107,7 +108,8 @@ class VertexOrder final : public CodingOrder {
   std::vector<std::uint64_t> vertices;
 };
 
-/// Reorders values from the mesh's order to coding order. The result may be stored in `room`.
+/// Returns the values of an array in coding order. The values of point arrays are reordered into
+/// `room`; those of cell arrays already are in coding order.
 std::span<const std::byte> in_order(const ArrayInfo& info, const std::vector<std::byte>& values,
                                     const VertexOrder& order, std::vector<std::byte>& room) {
   if (info.location != Location::point) return values;
@@ -230,8 +232,8 @@ SizeReport write_series(
   return unwrap(writer.finish());
 }
 
-/// Copies values of `bytes` bytes each to the positions in `numbers`. If the size is a constant,
-/// the copy of a value is one instruction.
+/// Scatters `values`: copies value i to out[numbers[i]]. Each value has `bytes` bytes. If kBytes is
+/// not 0, it equals `bytes`, so that the compiler can copy a value with one instruction.
 template <std::size_t kBytes>
 void scatter_known(const std::byte* values, std::size_t bytes,
                    std::span<const std::uint64_t> numbers, std::vector<std::byte>& out) {
@@ -261,7 +263,8 @@ void read(std::span<const std::byte> file, ReadBack& into) {
                                    [](const ArrayInfo& array) { return array.per_step; });
   const std::size_t xyz_bytes = 3 * scalar_bytes(schema.coordinate_type);
   std::vector<std::uint64_t> vertex_order;
-  std::vector<std::size_t> written(schema.arrays.size());  // bytes written of cell arrays
+  // for each cell array: bytes decoded so far
+  std::vector<std::size_t> written(schema.arrays.size());
   std::size_t corners = 0;
   const auto stride = [&](std::size_t a) {
     return scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;

@@ -1,6 +1,6 @@
-// A whole mesh of any format in memory, with cells of all shapes and all its arrays. Functions
-// write it with a Writer and read it with a Reader, without any file format, in Order::keep without
-// a delay buffer.
+// A complete mesh in memory, with cells of all shapes and all its arrays, loaded from a file of any
+// format. Functions write it with a Writer and read it with a Reader, in Order::keep without a
+// delay buffer.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace shm::bench {
 struct MeshArray {
   ArrayInfo info;
   std::vector<std::vector<std::byte>>
-      steps;  // values of each step, in the mesh's order; a static array has one step
+      steps;  // values of each time step, in the order of the mesh; a static array has one step
   std::size_t stride() const { return scalar_bytes(info.type) * info.components; }
 };
 
@@ -27,13 +27,16 @@ struct ArrayMesh {
   std::uint64_t vertices = 0;
   std::vector<std::byte> xyz;
   std::vector<BlockInfo> blocks;
-  std::vector<std::uint32_t> cell_blocks;  // index of the block of each cell
-  // Position of each cell's first corner in `corners`; the last entry is the number of corners
+  std::vector<std::uint32_t> cell_blocks;  // for each cell: index of its block
+  // Index in `corners` of the first corner of each cell. The last entry is the number of corners.
   std::vector<std::uint64_t> corner_begin = {0};
   std::vector<std::uint64_t> corners;
-  std::vector<std::uint64_t> last_use;    // last-use marks of each cell, as in Writer::add_cell()
-  std::vector<std::uint64_t> births;      // vertices in the order of their first use
-  std::vector<std::uint64_t> births_end;  // number of births up to and including each cell
+  std::vector<std::uint64_t>
+      last_use;  // last-use marks of each cell, as passed to Writer::add_cell()
+  // all vertices that cells use, in the order of their first use
+  std::vector<std::uint64_t> births;
+  // for each cell: number of vertices in `births` that this cell or an earlier cell uses
+  std::vector<std::uint64_t> births_end;
   std::vector<MeshArray> arrays;
 
   std::size_t cells() const { return cell_blocks.size(); }
@@ -44,8 +47,8 @@ struct ArrayMesh {
 
 ArrayMesh load_arrays(const std::string& path);
 
-/// The decoded mesh, in its original order. Allocate it completely before reading, so that reading
-/// spends no time on allocation.
+/// Memory for the decoded mesh, in its original order. The constructor allocates all of it, so that
+/// reading spends no time on allocation.
 struct ReadBack {
   ReadBack(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays);
   std::vector<std::byte> xyz;
@@ -53,13 +56,14 @@ struct ReadBack {
   std::vector<std::vector<std::vector<std::byte>>> arrays;  // decoded values, by array and step
 };
 
-/// Writes the mesh, with only these arrays.
+/// Writes the mesh with only the given arrays.
 SizeReport write(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays, ByteSink& sink,
                  Level level);
 void read(std::span<const std::byte> file, ReadBack& into);
 
-/// Writes the mesh and stepped arrays. Requests the values by values(array, step), in the mesh's
-/// order: first all arrays of a step, then the next step.
+/// Writes the mesh and arrays with time steps. Calls values(array, step) for all arrays of the
+/// first step, then for all arrays of the second step, and so on. values() must return them in the
+/// order of the mesh.
 SizeReport write_series(
     const ArrayMesh& mesh, std::span<const ArrayInfo> arrays, std::uint64_t steps,
     const std::function<std::vector<std::byte>(std::size_t, std::uint64_t)>& values, ByteSink& sink,

@@ -1,4 +1,5 @@
-// The hexahedra of a file of any format, in memory, and a function that writes them with a Writer.
+// The hexahedra of a mesh in memory, loaded from a file of any format, and a function that writes
+// them with a Writer.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +23,7 @@ struct BenchMesh {
   std::uint64_t vertices = 0;
   ScalarType coordinate_type = ScalarType::float32;
   std::vector<std::byte> xyz;          // coordinates; empty if they were not requested
-  std::vector<std::uint32_t> corners;  // eight for each hexahedron, block after block
+  std::vector<std::uint32_t> corners;  // vertices: eight for each hexahedron, block after block
   std::vector<std::uint8_t> last_use;
   std::size_t hexahedra() const { return last_use.size(); }
 };
@@ -59,8 +60,8 @@ T unwrap(Result<T> result) {
   if constexpr (!std::is_void_v<T>) return std::move(*result);
 }
 
-/// Returns the exit code for main(): the result of `run`, or 1 after reporting a failure on
-/// standard error.
+/// Calls `run` and returns its result, the exit code for main(). If `run` throws an exception,
+/// prints it to standard error and returns 1.
 inline int run_reporting(const char* program, int (*run)(int, char**), int argc, char** argv) {
   try {
     return run(argc, argv);
@@ -72,8 +73,8 @@ inline int run_reporting(const char* program, int (*run)(int, char**), int argc,
   return 1;
 }
 
-/// Writes each vertex just before the first hexahedron that uses it. Without points all vertices
-/// are at the origin.
+/// Writes the mesh. Each vertex is passed to the Writer just before the first hexahedron that uses
+/// it. If the mesh has no coordinates, all vertices are at the origin.
 inline SizeReport write(const BenchMesh& mesh, ByteSink& sink, const WriteOptions& options) {
   Schema schema = hexahedra_schema();
   schema.coordinate_type = mesh.coordinate_type;

@@ -1,5 +1,5 @@
-// Measures the speed of the Writer and the Decoder for a bent lattice in memory, without files and
-// converters.
+// Measures the speed of the Writer and the Decoder for a bent lattice of hexahedra, from memory to
+// memory, without files and converters.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -14,8 +14,9 @@
 
 namespace {
 
-// A lattice of n x n x n cells, written layer by layer as a solver would. Each vertex is written
-// just before the first cell that uses it, and is finalized by the last cell that uses it.
+// A lattice of n x n x n hexahedra, written layer by layer as a solver would. Vertices are written
+// before the first layer of cells that uses them, and each vertex is finalized by the last cell
+// that uses it.
 class Lattice {
  public:
   explicit Lattice(std::uint64_t n) : n_(n), m_(n + 1) {}
@@ -57,7 +58,8 @@ class Lattice {
     for (std::size_t c = 0; c < 8; ++c) {
       const auto [di, dj, dk] = std::to_array(kOffsets[c]);
       corners[c] = number(i + di, j + dj, k + dk);
-      // The last cell around a vertex has it as its low corner, unless it is on the far side.
+      // This cell is the last to use the vertex if, along each axis, the vertex is the low corner
+      // of the cell or there is no further cell.
       const bool last =
           (di == 0 || i + 1 == n_) && (dj == 0 || j + 1 == n_) && (dk == 0 || k + 1 == n_);
       last_use |= std::uint64_t{last} << c;

@@ -1,4 +1,4 @@
-"""Code shared by the benchmark scripts: paths, building, meshes, tables."""
+"""Functions that several benchmark scripts use: paths, building, meshes and tables."""
 import os
 import re
 import subprocess
@@ -12,7 +12,8 @@ FAMILIES = ["grid", "ogrid", "shell", "voxel", "swept", "tets", "blocks", "shuff
 
 
 def under_debians_python():
-    """Restarts the script with Debian's Python, which has the modules that scripts/setup installs; others may lack them."""
+    """Restarts the script with Debian's Python, which has the modules that scripts/setup installs. Other Python
+    installations may not have them."""
     if sys.executable == "/usr/bin/python3" or not os.path.exists("/usr/bin/python3"):
         sys.exit("a Python module is missing: scripts/setup --bench")
     os.execv("/usr/bin/python3", ["/usr/bin/python3", *sys.argv])
@@ -45,15 +46,16 @@ def make_mesh(family, cells, path, *options, tools=BIN):
 
 
 class Cost:
-    """Sum of processor seconds and largest peak memory of processes that ran one after the other."""
+    """The cost of processes that run one after the other: the sum of their CPU times in seconds, and the largest peak
+    memory."""
 
     def __init__(self):
         self.seconds = 0.0
         self.peak = 0
 
     def run(self, *command, stdout=None):
-        # time(1) starts the command, because time is a small process: the peak memory of a child
-        # process begins with that of its parent.
+        # The small program time(1) starts the command instead of Python: a child process inherits the peak memory of
+        # its parent, so the reported peak would be at least the memory of Python.
         with tempfile.NamedTemporaryFile("r") as report:
             process = subprocess.Popen(["/usr/bin/time", "-q", "-o", report.name, "-f", "%M",
                                         *(str(word) for word in command)], stdout=stdout,

@@ -1,5 +1,5 @@
-// Measures the speed of each codec of hexahedra: encodes and decodes corners and original numbers,
-// without geometry. Reports cells per second and bits per cell.
+// Measures the speed of each codec for hexahedra. Encodes and decodes corners and original vertex
+// numbers, without geometry. Reports cells per second and bits per cell.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -17,11 +17,11 @@ using shm::bench::Streams;
 
 struct Mesh {
   std::uint64_t vertices = 0;
-  std::vector<std::uint32_t> corners;  // eight for each cell
-  // For each cell: bit i is set if the cell is the last that uses its corner i
+  std::vector<std::uint32_t> corners;  // vertices: eight for each cell
+  // For each cell: bit i is set if no later cell uses the corner i of the cell.
   std::vector<std::uint8_t> last_use;
 
-  /// Repeats a layer of quadrilaterals `layers` times, as hexahedra.
+  /// Sweeps a layer of quadrilaterals: returns `layers` layers of hexahedra.
   void extrude(std::span<const std::array<std::uint32_t, 4>> quads, std::uint32_t plane,
                std::uint32_t layers) {
     for (std::uint32_t k = 0; k < layers; ++k)
@@ -48,11 +48,12 @@ Mesh grid(std::uint32_t n) {
   return mesh;
 }
 
-/// Returns a cylinder: a square core of n x n columns, then n rings around it. Each block is
-/// numbered from bottom to top, one block after the other.
+/// Returns a cylinder. Its first block is a square core of n x n columns; the other blocks form n
+/// rings around the core. Cells are numbered block by block, and in each block from bottom to top.
 Mesh o_grid(std::uint32_t n) {
   const std::uint32_t m = n + 1, around = 4 * n, core = m * m;
-  std::vector<std::uint32_t> rim;  // the core's boundary, counter-clockwise
+  // vertices on the boundary of the core, in counter-clockwise order
+  std::vector<std::uint32_t> rim;
   for (std::uint32_t i = 0; i < n; ++i) rim.push_back(i);
   for (std::uint32_t j = 0; j < n; ++j) rim.push_back(j * m + n);
   for (std::uint32_t i = n; i > 0; --i) rim.push_back(n * m + i);

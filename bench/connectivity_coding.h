@@ -1,5 +1,5 @@
-// Encodes and decodes only connectivity: hexahedra in one codec, with the numbers of Order::keep,
-// without values.
+// Encodes and decodes only the connectivity of hexahedra with one codec, including the original
+// vertex numbers (Order::keep).
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ inline std::vector<std::uint8_t> last_uses(std::span<const std::uint32_t> corner
   std::vector<bool> used(vertices);
   std::vector<std::uint8_t> last_use(corners.size() / 8);
   for (std::size_t i = corners.size(); i-- > 0;) {
-    // If a cell has a vertex twice, either of the two corners may be its last use.
+    // If a cell contains a vertex at two corners, either corner may have the last-use mark.
     if (!used[corners[i]]) last_use[i / 8] |= static_cast<std::uint8_t>(1u << i % 8);
     used[corners[i]] = true;
   }
@@ -46,8 +46,8 @@ inline Schema hexahedra_schema() {
   return schema;
 }
 
-/// Encodes hexahedra. `corners`: eight vertex numbers for each hexahedron, all less than
-/// `vertices`.
+/// Encodes hexahedra. `corners` contains eight vertex numbers for each hexahedron. All of them must
+/// be less than `vertices`.
 inline Streams encode(std::span<const std::uint32_t> corners,
                       std::span<const std::uint8_t> last_use, std::uint64_t vertices,
                       ConnectivityCodec codec) {
@@ -81,7 +81,7 @@ inline Streams encode(std::span<const std::uint32_t> corners,
   return {symbols.finish(), corner_order.finish(), numbers.finish()};
 }
 
-/// Returns the corners as they were passed to encode().
+/// Decodes the corners. Returns the same list that was passed to encode().
 inline std::vector<std::uint32_t> decode(const Streams& streams, std::size_t hexahedra,
                                          ConnectivityCodec codec) {
   const Schema schema = hexahedra_schema();

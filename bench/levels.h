@@ -1,4 +1,4 @@
-// The levels, with the names that the tool uses.
+// The compression levels, with the names that they have in the tool.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace shm::bench {
 inline constexpr std::array<std::pair<const char*, Level>, 3> kLevels = {
     {{"fast", Level::fast}, {"default", Level::standard}, {"best", Level::best}}};
 
-/// Returns the indices in kLevels of the named levels, in the order of kLevels; all indices if
-/// `names` is empty.
+/// Returns the indices in kLevels of the levels with these names, ascending. If `names` is empty,
+/// returns the indices of all levels.
 inline std::vector<std::size_t> levels_named(const std::vector<std::string>& names) {
   std::vector<std::size_t> levels;
   for (std::size_t l = 0; l < kLevels.size(); ++l)

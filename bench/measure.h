@@ -30,7 +30,8 @@ inline double seconds_of(const std::function<void()>& run) {
   return processor_seconds() - start;
 }
 
-/// Returns the time of the fastest run. Repeats runs for `seconds`, but at least twice.
+/// Calls `run` repeatedly for `seconds`, but at least twice. Returns the CPU time of the fastest
+/// call in seconds.
 inline double quickest(double seconds, const std::function<void()>& run) {
   double best = 1e300, spent = 0;
   for (int runs = 0; runs < 2 || spent < seconds; ++runs) {
@@ -41,7 +42,8 @@ inline double quickest(double seconds, const std::function<void()>& run) {
   return best;
 }
 
-/// Returns the bytes of a line of /proc/self/status, such as "VmRSS"; 0 if none exists.
+/// Returns the size in bytes in the line `name` of /proc/self/status, e.g. "VmRSS"; 0 if there is
+/// no such line.
 inline std::uint64_t status_bytes(const std::string& name) {
   std::ifstream status("/proc/self/status");
   std::uint64_t kilobytes = 0;
@@ -50,11 +52,12 @@ inline std::uint64_t status_bytes(const std::string& name) {
   return kilobytes * 1024;
 }
 
-/// Returns the peak increase of resident memory while `run` works.
+/// Returns by how many bytes the resident memory grew, at its peak, during the call to `run`.
 inline std::uint64_t memory_of(const std::function<void()>& run) {
-  malloc_trim(0);  // otherwise memory freed by earlier runs would be reused without being counted
+  // without this call, `run` could reuse memory that was freed earlier, which would not be counted
+  malloc_trim(0);
   if (std::FILE* file = std::fopen("/proc/self/clear_refs", "w")) {
-    std::fputs("5", file);  // resets the peak
+    std::fputs("5", file);  // resets the peak of resident memory
     std::fclose(file);
   }
   const std::uint64_t before = status_bytes("VmRSS");
@@ -63,8 +66,8 @@ inline std::uint64_t memory_of(const std::function<void()>& run) {
   return peak > before ? peak - before : 0;
 }
 
-/// Returns the largest difference between two arrays of T, over the values that are finite in the
-/// first.
+/// Returns the largest difference between the values of two arrays of type T. Values that are not
+/// finite in the first array are ignored.
 template <class T>
 double largest_error(std::span<const std::byte> a, std::span<const std::byte> b) {
   double largest = 0;

@@ -1,5 +1,5 @@
-"""Writes files as simulation codes do: Exodus II through netCDF, legacy VTK as text, VTU, Gmsh MSH 4.1.
-The output is deterministic. meshes.py writes binary legacy VTK."""
+"""Writes mesh files as simulation codes do. The formats are Exodus II (through netCDF), legacy VTK as text, VTU,
+and Gmsh MSH 4.1; meshes.py writes binary legacy VTK. The output is deterministic."""
 import base64
 import struct
 import zlib
@@ -7,7 +7,7 @@ import zlib
 import netCDF4
 import numpy as np
 
-# Nodes of the sides of a hexahedron, in the order of Exodus, counted from 0.
+# Nodes of each side of a hexahedron. Sides and nodes are in the order of Exodus; nodes are numbered from 0.
 HEX_SIDES = np.array([(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 4, 7, 3), (0, 3, 2, 1),
                       (4, 5, 6, 7)])
 VTK_POLYGON, VTK_HEXAHEDRON, VTK_POLYHEDRON = 7, 12, 42
@@ -16,13 +16,14 @@ XML_TYPES = {"float64": "Float64", "int32": "Int32", "int64": "Int64", "uint8": 
 
 
 class Exodus:
-    """Writes one Exodus file, laid out as by libexodusII: first dimensions, then the data.
+    """Writes an Exodus file with the layout that libexodusII writes: first the dimensions, then the data.
 
-    `blocks` contains a tuple for each block: id, name, and cells. The cells of hexahedra are an array of corners
-    (numbered from 0), one row per hexahedron. The cells of polygons are a list with the nodes of each polygon, those
-    of polyhedra a list with the faces of each polyhedron. `faces` contains the nodes of each face. `node_sets`
-    contains tuples of name and node numbers from 0; `side_sets` contains tuples of name, elements from 0 and sides
-    from 0. put_step() writes the values of the named arrays step by step."""
+    Node and element numbers in the arguments start at 0. `blocks` contains a tuple for each block: id, name and cells.
+    In a block of hexahedra, cells are an array with the eight corners of each hexahedron in a row. In a block of
+    polygons, cells are a list with the nodes of each polygon. In a block of polyhedra, cells are a list with the faces
+    of each polyhedron; `faces` contains the nodes of each face. `node_sets` contains a tuple for each set: name and
+    nodes. `side_sets` contains a tuple for each set: name, elements and sides. put_step() writes the values of all
+    arrays at one time step."""
 
     def __init__(self, path, title, points, blocks, faces=(), node_sets=(), side_sets=(), times=(),
                  node_names=(), cell_names=(), qa=(), info=(), maps=False, factors=False,
@@ -35,7 +36,8 @@ class Exodus:
                              "floating_point_word_size": np.int32(8), "file_size": np.int32(1),
                              "maximum_name_length": np.int32(NAME_LENGTH),
                              "int64_status": np.int32(0), "title": title})
-        self.later = []  # values to write once everything is defined
+        # variables and their values, which are written after all dimensions and variables have been defined
+        self.later = []
         for name, size in (("len_string", 33), ("len_name", NAME_LENGTH + 1),
                            ("len_line", LINE_LENGTH + 1), ("four", 4), ("num_dim", 3),
                            ("time_step", None), ("num_nodes", len(points)),
@@ -82,7 +84,8 @@ class Exodus:
         self.texts(f"{prefix}_names", (dimension, "len_name"), names)
 
     def lists(self, connectivity, counts, dimension, total, lists, kind, of, to):
-        """Defines lists of various lengths, and the length of each."""
+        """Defines two variables: `connectivity` contains the elements of all lists, and `counts` contains the
+        length of each list."""
         self.file.createDimension(total, sum(map(len, lists)))
         self.define(connectivity, "i4", (total,), np.concatenate(lists) + 1, elem_type=kind)
         self.define(counts, "i4", (dimension,), np.array([len(some) for some in lists]),
@@ -146,7 +149,7 @@ class Exodus:
                 for block in range(1, len(self.sizes) + 1)]
 
     def put_step(self, step, node_values, cell_values):
-        """Writes the values of one step; both arguments map names to values."""
+        """Writes the values of one time step. node_values and cell_values map names of arrays to values."""
         for where, values in (("node", node_values), ("cell", cell_values)):
             for name, its in values.items():
                 begin = 0
@@ -161,13 +164,13 @@ class Exodus:
 
 
 def text_of(values, form="%.9g"):
-    """Formats an array, one row per line."""
+    """Formats an array as text, with one row per line."""
     rows = np.atleast_2d(values) if values.ndim > 1 else values[:, None]
     return "".join(" ".join(form % value for value in row) + "\n" for row in rows.tolist())
 
 
 def write_ascii_vtk(path, title, points, corners, point_arrays=None, cell_arrays=None):
-    """Writes hexahedra as legacy VTK in text form. Both arguments with arrays map names to scalars."""
+    """Writes hexahedra as legacy VTK in text form. point_arrays and cell_arrays map names to scalar arrays."""
     with open(path, "w") as file:
         file.write(f"# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n"
                    f"POINTS {len(points)} double\n{text_of(points)}\n"
@@ -185,8 +188,9 @@ def write_ascii_vtk(path, title, points, corners, point_arrays=None, cell_arrays
 
 def write_vtu(path, points, cells, kinds, faces=None, point_arrays=None, cell_arrays=None,
               form="ascii"):
-    """Writes a VTU file. `cells` contains the points of each cell; `faces` contains, for each cell, its faces as in
-    VTK, in one row. `form` is ascii, raw (appended), or zlib (inline base64, which VTK writes by default)."""
+    """Writes a VTU file. `cells` contains the points of each cell. `faces` contains, for each cell, the list of its
+    faces in the form that VTK stores. `form` is the encoding of data: ascii, raw (appended), or zlib (inline
+    base64, the default of VTK)."""
     appended = []
 
     def array(name, values, components=1):
@@ -225,16 +229,17 @@ def write_vtu(path, points, cells, kinds, faces=None, point_arrays=None, cell_ar
 
 
 def zipped(data, block=32768):
-    """Compresses data as vtkZLibDataCompressor does: a header of sizes, then the blocks, both in base64."""
+    """Compresses data as vtkZLibDataCompressor does. The result is a header with the sizes of the blocks, followed by
+    the blocks; both are base64 text."""
     blocks = [zlib.compress(data[at:at + block], 5) for at in range(0, len(data), block)]
     header = struct.pack(f"<{3 + len(blocks)}Q", len(blocks), block, len(data) % block, *map(len, blocks))
     return (base64.b64encode(header) + base64.b64encode(b"".join(blocks))).decode()
 
 
 def write_msh(path, points, corners, sides):
-    """Writes ASCII MSH 4.1 with a volume and surfaces. `sides` contains, for each surface, a name and rows of four
-    nodes (numbered from 0). The volume and each surface are entities with a physical group. All nodes belong to the
-    volume."""
+    """Writes an ASCII file in the format MSH 4.1 with a volume and surfaces. `sides` contains a tuple for each
+    surface: its name, and an array with the four nodes of each quadrilateral (numbered from 0) in a row. The volume
+    and each surface are entities with a physical group. All nodes belong to the volume."""
     low, high = points.min(axis=0), points.max(axis=0)
     box = " ".join("%.9g" % value for value in (*low, *high))
     with open(path, "w") as file:

@@ -1,4 +1,5 @@
-"""Meshes and fields for the benchmarks, in NumPy. The results are deterministic."""
+"""Generates meshes and fields for the benchmarks as NumPy arrays, and writes VTK files. The results are
+deterministic."""
 import numpy as np
 
 VTK_HEXAHEDRON = 12
@@ -10,13 +11,14 @@ def big_endian(values):
 
 
 def write_vtk(path, points, corners, point_arrays=None, cell_arrays=None):
-    """Writes hexahedra by write_cells(), whose comment explains the arrays."""
+    """Writes hexahedra. point_arrays and cell_arrays are the same as in write_cells()."""
     write_cells(path, points, [(VTK_HEXAHEDRON, corners)], point_arrays, cell_arrays)
 
 
 def write_cells(path, points, cells, point_arrays=None, cell_arrays=None):
-    """Writes binary legacy VTK 4.2. `cells`: pairs of VTK cell type and corners, one row per cell. Arrays map names
-    to one value or one row per element."""
+    """Writes binary legacy VTK 4.2. `cells` is a list of pairs: a VTK cell type, and an array with the corners of each
+    cell in a row. point_arrays and cell_arrays map names to arrays with one value, or one row of values, per
+    element."""
     count = sum(len(corners) for _, corners in cells)
     words = sum(corners.size + len(corners) for _, corners in cells)
     with open(path, "wb") as file:
@@ -46,7 +48,8 @@ def write_cells(path, points, cells, point_arrays=None, cell_arrays=None):
 
 
 def lattice(ni, nj, nk, closed=False):
-    """Returns the corners of ni * nj * nk hexahedra, i fastest. closed: the last i is connected to the first."""
+    """Returns the corners of ni * nj * nk hexahedra; the index i varies fastest. If `closed` is true, the last cells
+    along i are connected to the first cells."""
     across = ni if closed else ni + 1
     k, j, i = np.meshgrid(np.arange(nk), np.arange(nj), np.arange(ni), indexing="ij")
 
@@ -64,7 +67,7 @@ def unit_lattice(n):
 
 
 def grid(n):
-    """Returns points and corners of a grid of n * n * n hexahedra. With n = 15 this is the mesh "grid" of the paper."""
+    """Returns points and corners of a grid of n * n * n hexahedra. For n = 15, this is the mesh "grid" of the paper."""
     return np.stack(unit_lattice(n), 1), lattice(n, n, n)
 
 
@@ -87,7 +90,7 @@ def annulus(ni, nj, nk):
 
 
 def straight_annulus(ni, nj, nk):
-    """Returns points and corners of an annulus whose layers are all alike."""
+    """Returns points and corners of an annulus. All its layers along z are identical."""
     z, radius, angle = np.meshgrid(np.linspace(0, 2, nk + 1), np.linspace(1, 1.8, nj + 1),
                                    np.arange(ni) * 2 * np.pi / ni, indexing="ij")
     points = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], -1)
@@ -102,15 +105,15 @@ EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5),
 
 
 def cut_into_eight(n, levels, with_cut=False):
-    """Returns n * n * n hexahedra. Cells near two planes are cut into eight, `levels` times. As in LaGriT, new cells
-    come after all other cells. Each cut cell has 19 new vertices, in the middle of the cell, of its sides and of its
-    edges; these are not merged with equal vertices of neighbours.
-    with_cut: keeps the cells that were cut, as LaGriT does until they are removed."""
+    """Returns points and corners of a grid of n * n * n hexahedra, in which cells near two planes are divided into
+    eight, `levels` times. As in LaGriT, new cells come after all other cells. Each divided cell has 19 new vertices:
+    the midpoints of the cell, of its sides and of its edges. Equal new vertices of neighbours are not merged. If
+    `with_cut` is true, the divided cells are kept, as LaGriT keeps them until they are removed."""
     size = 1 << levels
     points = np.rint(grid(n)[0] * n * size).astype(np.int64)
     corners = lattice(n, n, n)
     whole = np.ones(len(corners), bool)
-    first = 0  # the first cell that may be cut
+    first = 0  # only the cells from this index on may be cut
     middles = np.array([np.mean(CORNERS[list(of)], 0) * 2 for of in (range(8), *SIDES, *EDGES)])
     local = np.concatenate([CORNERS * 2, middles.astype(np.int64)])
     place = {tuple(at): i for i, at in enumerate(local)}
@@ -139,7 +142,7 @@ def cut_into_eight(n, levels, with_cut=False):
 
 
 def text_born(values, digits=8):
-    """Returns the values after conversion to decimal text with `digits` significant digits and back."""
+    """Rounds values to `digits` significant decimal digits, as if they had been written as text and read again."""
     text = np.char.mod(f"%.{digits}g", values.ravel())
     return text.astype(np.float64).reshape(values.shape)
 
@@ -154,7 +157,8 @@ def normalized(places):
 
 
 def float_fields(places):
-    """Returns a dict from name to float64 values: a smooth field, a shock, turbulence with a little noise, a velocity."""
+    """Returns four fields as a dict from name to float64 values: a smooth field, a shock, turbulence with a little
+    noise, and a velocity."""
     u = normalized(places)
     x, y, z = u.T
     random = np.random.default_rng(11)
@@ -180,13 +184,13 @@ def smooth(x, y, z, time):
 
 
 def moving_steps(places, steps):
-    """Returns the steps of a smooth field that moves slowly."""
+    """Returns the values of a smooth field that moves slowly, for each time step."""
     x, y, z = normalized(places).T
     return [smooth(x, y, z, time) for time in range(steps)]
 
 
 def bisected(places, levels):
-    """Returns part numbers of a recursive coordinate bisection into 2^levels parts."""
+    """Divides points into 2^levels parts by recursive coordinate bisection. Returns the part number of each point."""
     part = np.zeros(len(places), np.int32)
     for _ in range(levels):
         split = 2 * part
@@ -200,7 +204,8 @@ def bisected(places, levels):
 
 
 def integer_fields(places):
-    """Returns a dict from name to int32 values: numbers of 12 blocks, of 64 parts, and of the elements."""
+    """Returns three integer fields as a dict from name to int32 values: block number (12 blocks), part number (64
+    parts), and element number."""
     u = normalized(places)
     sites = np.random.default_rng(7).random((12, 3)) * u.max(axis=0)
     nearest = ((u[:, None, :] - sites[None])**2).sum(axis=2).argmin(axis=1)

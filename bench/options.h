@@ -28,8 +28,9 @@ void set_from(std::string_view text, std::vector<T>& to) {
   set_from(text, to.emplace_back());
 }
 
-/// An option of the command line. It is a flag if `to` is a bool; otherwise it has a value. If `to`
-/// is a vector, it receives the values of all occurrences.
+/// An option of the command line, which sets the variable `to`. If `to` is a bool, the option is a
+/// flag; otherwise the option has a value. If `to` is a vector, the option may occur several times,
+/// and each value is appended.
 struct Option {
   std::string_view name;
   bool is_flag;
@@ -42,8 +43,8 @@ struct Option {
       : name(word), is_flag(false), set([&to](std::string_view text) { set_from(text, to); }) {}
 };
 
-/// Stores the values of the options, and returns the only word that is not an option: the path of a
-/// file.
+/// Parses the command line and stores the values of the options. Returns the only argument that is
+/// not an option: the path of a file.
 inline std::string parse_options(int argc, char** argv, std::initializer_list<Option> options) {
   std::string path;
   for (int i = 1; i < argc; ++i) {

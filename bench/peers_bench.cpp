@@ -1,14 +1,14 @@
 // peers_bench --type TYPE [--components N] [--steps N] [--seconds S] [--quick] [--bound B]... FILE:
-// compresses one raw array with other compressors, and prints a line of JSON for each. Without
-// --bound, the compressors are lossless; otherwise their errors are at most B. Reports processor
-// time of one thread, the fastest of the runs during S seconds, in memory. All results are decoded
-// and compared.
-//   zstd, xz, blosc   the bytes unchanged, or as byte planes ("shuffle")
-//   fpzip, zfp, SZ    one component after the other, including the time to transpose; fpzip
-//                     treats the steps as a second dimension
-// "SZ-like" is our own code, because there is no package. It codes the difference of a value to the
-// previous restored value, in units of twice the bound; zstd -19 compresses the byte planes of
-// these differences. Values that would exceed the bound are stored exactly.
+// compresses one raw array with other compressors, and prints a line of JSON for each compressor.
+// Without --bound, only lossless compressors are used. With --bound, the compressors may have
+// errors of at most B. Reports the processor time of one thread, from memory to memory: the time of
+// the fastest run in S seconds. All results are decoded and compared.
+//   zstd, xz, blosc   pack the bytes unchanged, or as byte planes ("shuffle")
+//   fpzip, zfp, SZ    pack one component after the other; the time to transpose the array is
+//                     included. fpzip treats the steps as a second dimension
+// "SZ-like" is our own code, because there is no package. It codes the difference between a value
+// and the previous restored value, in units of twice the bound; zstd -19 compresses the byte planes
+// of these differences. Values that would exceed the bound are stored exactly.
 #include <fpzip.h>
 #include <lzma.h>
 #include <zfp.h>
@@ -32,7 +32,7 @@
 namespace shm::bench {
 namespace {
 
-/// The values of an array by step, element and component, in this order.
+/// The values of an array. They are sorted by step, then by element, then by component.
 struct RawArray {
   std::vector<std::byte> bytes;
   std::size_t value_bytes = 4, components = 1, steps = 1;
@@ -40,7 +40,8 @@ struct RawArray {
   std::size_t values() const { return bytes.size() / value_bytes; }
 };
 
-/// A compressor. Both functions return the number of bytes written, and throw if they fail.
+/// A compressor. `encode` and `decode` return the number of bytes written, and throw an exception
+/// if they fail.
 struct Peer {
   std::string name;
   std::size_t room;  ///< maximum size of the packed array
@@ -141,7 +142,7 @@ Peer fpzip_peer(const RawArray& array) {
           }};
 }
 
-// --- zfp in one dimension
+// --- zfp, in its one-dimensional form
 
 struct ZfpClose {
   void operator()(zfp_stream* stream) const { zfp_stream_close(stream); }
@@ -172,7 +173,7 @@ Peer zfp_peer(const RawArray& array, double bound) {
           },
           [=](Bytes in, Room out) {
             std::vector<T> planes(count);
-            // Zfp only reads the packed data
+            // the cast is safe, because zfp only reads the packed data
             const Room packed(const_cast<std::byte*>(in.data()), in.size());
             zfp_code(planes.data(), count, bound, packed, false);
             from_components<T>(planes, components, out.data());
@@ -184,8 +185,8 @@ Peer zfp_peer(const RawArray& array, double bound) {
 
 constexpr std::int32_t kEscape = std::numeric_limits<std::int32_t>::min();
 
-/// Returns the restored value that is `steps` quantization steps away from the previous restored
-/// value.
+/// Returns the restored value: the previous restored value `last` plus `steps` quantization steps
+/// of size `step`.
 template <class T>
 T moved(T last, std::int32_t steps, double step) {
   return static_cast<T>(static_cast<double>(last) + steps * step);
@@ -195,8 +196,8 @@ T prediction_from(T value) {
   return std::isfinite(value) ? value : T{0};
 }
 
-/// Returns the quantization step. It is slightly less than twice the bound, because the restored
-/// value is rounded to T.
+/// Returns the size of a quantization step. It is slightly less than twice the bound, because
+/// rounding the restored value to T adds an error.
 template <class T>
 double sz_step(std::span<const T> values, double bound) {
   double largest = 0;
@@ -206,8 +207,8 @@ double sz_step(std::span<const T> values, double bound) {
   return 2 * std::max(bound - rounding, bound / 2);
 }
 
-/// Packs an array. The packed format contains the quantization step, planes of `codes`, and exact
-/// values.
+/// Packs an array. The result contains the size of a quantization step, the byte planes of `codes`,
+/// and the values that are stored exactly.
 template <class T>
 std::size_t sz_encode(Bytes in, std::size_t components, double bound, Room out) {
   std::vector<T> values(in.size() / sizeof(T)), exact;
@@ -223,7 +224,8 @@ std::size_t sz_encode(Bytes in, std::size_t components, double bound, Room out) 
     const T restored = moved(last, steps, step);
     if (near &&
         std::fabs(static_cast<double>(restored) - static_cast<double>(values[i])) <= bound) {
-      codes[i] = steps < 0 ? -2 * steps - 1 : 2 * steps;  // small codes leave the high planes 0
+      // if all codes are small, the high byte planes are 0
+      codes[i] = steps < 0 ? -2 * steps - 1 : 2 * steps;
       last = restored;
     } else {
       codes[i] = kEscape;
@@ -276,8 +278,8 @@ Peer sz_peer(const RawArray& array, double bound) {
 
 // --- measuring
 
-/// Measures one compressor, and prints the results. `bound`: largest allowed error; 0 if the
-/// compressor must be lossless.
+/// Measures one compressor, and prints the results. `bound` is the largest allowed error. If it is
+/// 0, the compressor must be lossless.
 void measure(const RawArray& array, const Peer& peer, double bound, double seconds) {
   const auto room = std::make_unique_for_overwrite<std::byte[]>(peer.room);
   std::vector<std::byte> back(array.bytes.size());

@@ -1,7 +1,7 @@
 // pieces_bench FILE: measures the bytes that a MeshExtractor reads from a .shm file for pieces of
-// the mesh. Prints JSON: the size in bytes of index and schema and, for each segment, its own size
-// and the bytes read for its cells with all static arrays, for its cells with coordinates only, and
-// for its first cell.
+// the mesh. Prints JSON with the size in bytes of index and schema and, for each segment, four
+// sizes in bytes: the size of the segment, the bytes read for its cells with all static arrays, the
+// bytes read for its cells with coordinates only, and the bytes read for its first cell.
 //
 // pieces_bench FILE --way WAY: reads the whole file in one thread, and prints the number of cells
 // or faces. WAY is reader (everything, by a Reader), cells (a MeshExtractor without arrays),
@@ -28,7 +28,7 @@ T unwrapped(Result<T> result) {
   return std::move(*result);
 }
 
-/// Returns the bytes read for a piece, which must have `cells` cells.
+/// Reads a piece, which must have `cells` cells. Returns the number of bytes read from the file.
 std::uint64_t read_piece(converters::CountedSource& source, MeshExtractor& file,
                          const ExtractRequest& request, std::uint64_t cells) {
   const std::uint64_t before = source.bytes;
@@ -47,7 +47,8 @@ BoundaryOptions with_values(const Schema& schema) {
   throw std::runtime_error("the file has no array without steps");
 }
 
-/// Returns the number of cells, or of faces of the boundary.
+/// Reads the whole file by the method `way` (see --way). Returns the number of cells, or the number
+/// of faces of the boundary.
 std::uint64_t read_whole(const std::string& path, const std::string& way) {
   if (way == "reader" || way == "stream") {
     const auto source = unwrapped(FileSource::open(path));

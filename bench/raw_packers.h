@@ -1,5 +1,5 @@
-// Functions that call other compressors of raw arrays, from memory to memory in this thread: zstd
-// and, if available, Blosc.
+// Functions that pack raw arrays with other compressors: zstd and, if it is available, Blosc. They
+// work from memory to memory, in the calling thread.
 #pragma once
 
 #include <zstd.h>
@@ -30,8 +30,8 @@ inline std::size_t zstd_unpack(Bytes in, Room out) {
   return checked(size, !ZSTD_isError(size));
 }
 
-/// to_planes() groups the bytes of numbers of `width` bytes: first all first bytes, then all second
-/// bytes, and so on. from_planes() restores the numbers.
+/// to_planes() splits numbers of `width` bytes into byte planes: first the first bytes of all
+/// numbers, then the second bytes of all numbers, and so on. from_planes() restores the numbers.
 inline void to_planes(Bytes in, std::size_t width, std::byte* out) {
   const std::size_t count = in.size() / width;
   for (std::size_t b = 0; b < width; ++b)
@@ -44,7 +44,7 @@ inline void from_planes(Bytes in, std::size_t width, std::byte* out) {
 }
 
 #ifdef SHM_HAS_BLOSC
-/// Packs with Blosc at level 5 with byte planes and zstd, in this thread.
+/// Packs with Blosc at level 5, with byte planes and zstd, in the calling thread.
 inline std::size_t blosc_pack(Bytes in, std::size_t width, Room out) {
   const int size = blosc_compress_ctx(5, BLOSC_SHUFFLE, width, in.size(), in.data(), out.data(),
                                       out.size(), "zstd", 0, 1);

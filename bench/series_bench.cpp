@@ -1,9 +1,10 @@
 // series_bench [--steps N] [--key-steps N] [--travel N] [--every N] [--fast] [--speed] MESH:
-// measures a time series of five float32 fields in one file, and in one file per step (only every
-// N-th is written, and counted N times). Also measures reading one array at one step. Writes JSON
-// to standard output. The series is written next to MESH, and removed. --speed: measures instead
-// only the steps from memory to memory, in one thread, compared with zstd -3 of the values of each
-// array at each step, unchanged and as byte planes.
+// measures the size of a time series of five float32 fields in one file, and in one file per step
+// (only every N-th of these files is written, and its size is counted N times). Also measures
+// reading one array at one step. Writes JSON to standard output. The file of the series is written
+// next to MESH, and removed at the end. --speed: instead of the above, measures packing and
+// unpacking only the steps, from memory to memory and in one thread. Compares this with zstd -3 for
+// the values of each array at each step, both unchanged and as byte planes.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -30,7 +31,8 @@ namespace {
 
 using Point = std::array<double, 3>;
 
-/// Returns wall-clock seconds, which include reading from a disk.
+/// Calls `run` and returns its wall-clock time in seconds, which includes the time to read from a
+/// disk.
 double seconds_of_clock(const std::function<void()>& run) {
   const auto start = std::chrono::steady_clock::now();
   run();
@@ -39,7 +41,7 @@ double seconds_of_clock(const std::function<void()>& run) {
 
 // --- fields
 
-/// A sum of waves that travel. The mesh is about one unit wide.
+/// A field that is a sum of moving waves. The mesh is about one unit wide.
 struct Waves {
   struct Wave {
     Point k{};
@@ -56,9 +58,9 @@ struct Waves {
   }
 };
 
-/// Returns waves with `count` wave numbers from `low` to `high`, in waves per unit, and with
-/// amplitudes of turbulence: energy falls with the 5/3rd power. Each wave travels with the flow and
-/// changes at its own rate.
+/// Returns `count` waves with wave numbers from `low` to `high`, in waves per unit of length. As in
+/// turbulence, their energy is proportional to the wave number to the power -5/3. Each wave moves
+/// with the flow, and also changes at an individual rate.
 Waves turbulence(std::size_t count, double low, double high, unsigned seed) {
   std::mt19937_64 random(seed);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
@@ -75,14 +77,14 @@ Waves turbulence(std::size_t count, double low, double high, unsigned seed) {
     wave.height = std::pow(n / low, -5. / 6);
     const double turning = (2 * uniform() - 1) * std::pow(n, 2. / 3);
     wave.speed =
-        wave.k[0] + turning;  // the flow moves by one unit of length per unit of time, along x
+        wave.k[0] + turning;  // the flow moves along x, by one unit of length per unit of time
     waves.waves.push_back(wave);
   }
   return waves;
 }
 
-/// Two smooth point fields and three cell fields: a smooth field that travels, a field with a
-/// front, and turbulence.
+/// The measured fields: two smooth point fields, and three cell fields (a smooth field that moves,
+/// a field with a front, and turbulence).
 class Fields {
  public:
   explicit Fields(const ArrayMesh& mesh) : points_(mesh.vertices) {
@@ -112,7 +114,7 @@ class Fields {
     }
     return infos;
   }
-  /// Returns values in the mesh's order.
+  /// Returns the values of a field at a time, in the order of the mesh.
   std::vector<std::byte> values(std::size_t array, double time) const {
     const auto& places = array < 2 ? points_ : centres_;
     std::vector<std::byte> out(places.size() * 4);
@@ -173,7 +175,8 @@ std::uint64_t bytes_of_single(const ArrayMesh& mesh, const Fields& fields, doubl
   return write(mesh, all, sink, level).total_bytes;
 }
 
-/// Reads one array at one step with a new StepReader, then the next step with the same reader.
+/// Measures reading one array at one step with a new StepReader, and then reading the next step
+/// with the same StepReader.
 void tell_reading(const char* what, RandomSource& file, const StepRequest& request) {
   converters::CountedSource source(file);
   std::uint64_t opening = 0, bytes = 0;
@@ -205,7 +208,7 @@ void tell_reading(const char* what, RandomSource& file, const StepRequest& reque
   std::fflush(stdout);
 }
 
-/// Compresses and decompresses the raw values of each array at each step with zstd -3.
+/// Measures packing and unpacking the raw values of each array at each step with zstd.
 template <class Pack, class Unpack>
 void tell_zstd(const char* name, std::span<const MeshArray> arrays, Pack&& pack, Unpack&& unpack) {
   std::size_t bytes = 0;
@@ -224,7 +227,8 @@ void tell_zstd(const char* name, std::span<const MeshArray> arrays, Pack&& pack,
               out);
 }
 
-/// Measures only the steps: the cost of the series minus the cost of the mesh.
+/// Measures the cost of the steps: the cost of the whole series minus the cost of the mesh without
+/// arrays.
 void tell_speed(const ArrayMesh& mesh, const Fields& fields, std::uint64_t steps,
                 const std::function<double(std::uint64_t)>& time_of, Level level) {
   std::vector<MeshArray> arrays;
@@ -294,7 +298,8 @@ int run(int argc, char** argv) {
   const Level level = fast ? Level::fast : Level::standard;
   const ArrayMesh mesh = load_arrays(path);
   const Fields fields(mesh);
-  // `travel`: distance that the fields travel during a hundred steps, in hundredths of the mesh.
+  // `travel`: distance that the fields move in a hundred steps, in percent of the width of the
+  // mesh.
   const auto time_of = [&](std::uint64_t step) {
     return static_cast<double>(step * travel) * 1e-4;
   };

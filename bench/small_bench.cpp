@@ -1,9 +1,10 @@
-// small_bench grid|series [--level LEVEL] [--threads N] [--times N] [--read]: writes a small mesh
-// from memory to memory N times; with --read writes it once and reads it N times. Prints the bytes
-// of the file and their checksum. The cost is measured from outside:
+// small_bench grid|series [--level LEVEL] [--threads N] [--times N] [--read]: writes a small mesh N
+// times, from memory to memory. With --read, writes the mesh once and reads it N times. Prints the
+// size of the file in bytes and its checksum. To measure the cost, run the program under callgrind:
 //   valgrind --tool=callgrind small_bench grid
-// LEVEL is fast, standard or best. grid has 5 x 5 x 5 hexahedra and float64 points, in order keep;
-// series has 4 x 4 x 4, and six point and six cell arrays of float64 at 11 time steps.
+// LEVEL is fast, standard or best. The mesh "grid" has 5 x 5 x 5 hexahedra and float64 points, in
+// order keep. The mesh "series" has 4 x 4 x 4 hexahedra, and six point and six cell arrays of
+// float64 values at 11 time steps.
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -47,7 +48,7 @@ struct SmallMesh {
     return schema;
   }
   bool is_of_cells(std::uint64_t array) const { return array >= arrays / 2; }
-  /// Returns a point of a curved mesh, computed without functions whose last bit differs between
+  /// Returns a point of a curved mesh. Uses only arithmetic whose results are the same on all
   /// machines.
   std::array<double, 3> point(std::uint64_t v) const {
     const std::uint64_t n = side + 1;

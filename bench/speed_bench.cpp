@@ -1,20 +1,22 @@
 // speed_bench [--level fast|default|best]... [--turns N] [--seconds S] MESH: compresses and
-// decompresses the hexahedra of a mesh of any format from memory to memory, in one thread, order
-// kept. Uses our library at each level, and other compressors of the raw arrays, which are int32
-// corners, one hexahedron after the other, and coordinates as they are stored. Writes lines of JSON
-// to standard output: the mesh, then each method with its bytes and the least processor seconds of
-// its runs.
-//   zstd -3        each of the two arrays
-//   column delta   the arrays column by column (eight of corners, three of coordinates): the
-//                  difference of each number to the previous number (for coordinates, of their
-//                  bits; or unchanged if that is smaller); zigzag, byte planes, zstd -3. The
-//                  smaller variant is determined in advance, which is not part of the measured time
-//   blosc          each of the arrays: byte planes in blocks, zstd; if libblosc was found
-// All methods take turns on the mesh, so that a disturbance affects all of them: N turns (8), fewer
-// if a method has used S seconds (1), but at least one. Runs of less than a millisecond are
-// repeated within a turn. The decoded data is compared after the first turn. Our methods convert a
-// Mesh to a MemorySink and back, and create the Mesh in memory that the process already has; the
-// other methods fill existing memory.
+// decompresses the hexahedra of a mesh of any format, from memory to memory, in one thread and in
+// order keep. The methods are our library at each level, and other compressors, which pack two raw
+// arrays: int32 corners, one hexahedron after the other, and coordinates as they are stored. Writes
+// lines of JSON to standard output: a line for the mesh, then a line for each method with its bytes
+// and the shortest CPU time of its runs in seconds.
+//   zstd -3        packs each of the two arrays unchanged
+//   column delta   replaces each number with its difference from the previous number of its column
+//                  (there are eight columns of corners, and three of coordinates), then packs the
+//                  zigzag-coded differences as byte planes with zstd -3. For coordinates, the
+//                  differences are those of their bits; if unchanged coordinates pack smaller, they
+//                  are packed unchanged. This choice is made before time is measured
+//   blosc          packs blocks of byte planes of each array with zstd; only if libblosc was found
+// All methods take turns on the mesh, so that a disturbance affects all of them. There are N turns
+// (default 8). A method that has used S seconds (default 1) has no more turns, but each method has
+// at least one turn. Runs of less than a millisecond are repeated within a turn. The decoded data
+// is compared after the first turn. Our methods write a Mesh to a MemorySink, and read it into a
+// new Mesh, whose memory the process has already obtained from the system. The other methods fill
+// existing memory.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -44,7 +46,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kTurn = 1e-3;  // least seconds of a turn, in each direction
+// minimum length of a turn in seconds, for packing and for unpacking
+constexpr double kTurn = 1e-3;
 
 /// A method that packs a mesh.
 class Method {
@@ -54,8 +57,8 @@ class Method {
   Method(const Method&) = delete;
   Method& operator=(const Method&) = delete;
 
-  /// Packs and unpacks the mesh at least once. Does nothing if the method has already used
-  /// `seconds`.
+  /// Packs and unpacks the mesh at least once. If this method has already used `seconds` in earlier
+  /// turns, does nothing.
   void take_turn(double seconds) {
     const bool first = spent_ == 0;
     if (!first && spent_ >= seconds) return;
@@ -70,7 +73,7 @@ class Method {
  protected:
   virtual void pack() = 0;
   virtual void unpack() = 0;
-  virtual void forget() = 0;  ///< drops the result of the last run
+  virtual void forget() = 0;  ///< frees the result of the last run
   virtual bool came_back() const = 0;
 
  private:
@@ -131,7 +134,7 @@ class Ours final : public Method {
 
 // --- other compressors
 
-/// An array of numbers of `width` bytes (4 or 8), in rows of `columns` numbers.
+/// A raw array of rows with `columns` numbers each. A number has `width` bytes (4 or 8).
 struct RawArray {
   std::vector<std::byte> bytes;
   std::size_t width = 4, columns = 1;
@@ -139,9 +142,10 @@ struct RawArray {
 
 struct Packer {
   std::string name;
-  std::function<std::size_t(std::size_t)> room;  ///< maximum packed size of N bytes
+  std::function<std::size_t(std::size_t)> room;  ///< returns the maximum packed size of N bytes
   std::function<std::size_t(const RawArray&, Room)> pack;
-  std::function<void(const RawArray&, Bytes, Room)> unpack;  ///< RawArray: describes the array
+  /// the RawArray describes the array; its bytes are not used
+  std::function<void(const RawArray&, Bytes, Room)> unpack;
 };
 
 class Others final : public Method {
@@ -180,8 +184,8 @@ class Others final : public Method {
   std::array<std::size_t, 2> sizes_{};
 };
 
-/// Packs column after column, in planes of one byte of each number. A number is represented by its
-/// difference to the previous number, or unchanged.
+/// Converts an array to byte planes, column by column. If `differences` is true, each number is
+/// replaced with its difference from the previous number of its column.
 template <class T>
 void to_column_planes(const RawArray& array, bool differences, std::byte* out) {
   const std::size_t count = array.bytes.size() / sizeof(T);
@@ -218,8 +222,8 @@ void from_column_planes(const RawArray& like, bool differences, const std::byte*
   }
 }
 
-/// Returns the method "column delta". `scratch`: memory for the largest array. `differ`: true if
-/// coordinates are coded as differences.
+/// Returns the method "column delta". `scratch` is memory for the largest array. If `differ` is
+/// true, coordinates are coded as differences, otherwise unchanged.
 Packer column_packer(std::shared_ptr<std::vector<std::byte>> scratch, bool differ) {
   // Corners are always coded as differences.
   const auto differences = [=](const RawArray& array) { return differ || array.columns == 8; };
@@ -237,7 +241,8 @@ Packer column_packer(std::shared_ptr<std::vector<std::byte>> scratch, bool diffe
             from(like, differences(like), scratch->data(), out);
           }};
 }
-/// Returns the method "column delta" in the variant that is smaller for the coordinates.
+/// Returns the method "column delta". Coordinates are coded as differences only if this makes the
+/// packed coordinates of `mesh` smaller.
 Packer column_packer(const std::array<RawArray, 2>& mesh) {
   const auto scratch = std::make_shared<std::vector<std::byte>>(
       std::max(mesh[0].bytes.size(), mesh[1].bytes.size()));
@@ -263,7 +268,7 @@ std::vector<Packer> packers(const std::array<RawArray, 2>& mesh) {
   return all;
 }
 
-// --- the mesh in the form that each method needs
+// --- conversion of the mesh to the form that a method needs
 
 Mesh whole_mesh(const BenchMesh& from) {
   Mesh mesh;
@@ -315,8 +320,9 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
 #if defined(__GLIBC__)
-  // The process does not return freed memory (here the buffers of zstd) to the system, like a
-  // program that handles many meshes. With new pages, reading would take a third more time.
+  // Freed memory (here the buffers of zstd) is not returned to the system, as in a program that
+  // handles many meshes. If the process had to request new pages, reading would take a third more
+  // time.
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 #endif

@@ -1,7 +1,7 @@
-// threads_bench [--segments N] [--threads T] MESH: measures how much faster the library is with
-// threads. Runs the Writer, the Reader and SegmentReaders on the whole mesh, from memory to memory,
-// without any file format. Reports wall-clock time, the fastest of three runs, as JSON on standard
-// output. The machine must otherwise be idle.
+// threads_bench [--segments N] [--threads T] MESH: measures how much faster the library is with T
+// threads than with one thread. Runs the Writer, the Reader and SegmentReaders on the whole mesh,
+// from memory to memory. Prints JSON with the wall-clock time of the fastest of three runs. The
+// machine must otherwise be idle.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -40,8 +40,8 @@ std::uint64_t cells_read(std::span<const std::byte> file, unsigned threads) {
   return cells;
 }
 
-/// Counts the cells of all segments. Each thread takes the next segment that no other thread has
-/// taken.
+/// Decodes all segments and returns their number of cells. Each thread has a SegmentReader, and
+/// repeatedly takes the next segment that no thread has taken.
 std::uint64_t cells_of_segments(std::span<const std::byte> file, unsigned threads) {
   std::atomic<std::size_t> next = 0;
   std::atomic<std::uint64_t> cells = 0;

@@ -1,4 +1,5 @@
-"""Draws ratio against speed, as SVG and PNG: coordinates and fields of bench/values, and results of other benchmarks."""
+"""Draws compression ratio against speed, as SVG and PNG: for coordinates and fields of bench/values, and for other
+benchmarks."""
 import statistics
 
 import matplotlib
@@ -8,7 +9,8 @@ import matplotlib.pyplot as plt
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 OURS, DICTIONARY, FLOATS = "#c8102e", "#5f6b76", "#1f6fb4"
-# Places for a label: its offset in points to the right of and above the mark, and its alignment.
+# Possible positions of a label relative to its mark: offset to the right and upwards in points, and horizontal and
+# vertical alignment.
 PLACES = [(7, 0, "left", "center"), (-7, 0, "right", "center"), (0, 7, "center", "bottom"),
           (0, -7, "center", "top"), (6, 6, "left", "bottom"), (6, -6, "left", "top"),
           (-6, 6, "right", "bottom"), (-6, -6, "right", "top"), (10, 13, "left", "bottom"),
@@ -25,7 +27,8 @@ def colour(coder):
 
 
 def reached(rows, key):
-    """Returns a dict from coder to (MB/s over all rows, geometric mean of ratios), for coders that have every row."""
+    """Returns a dict from coder to (MB/s over all rows, geometric mean of ratios). Coders that do not have a row for
+    every subject are left out."""
     subjects = {row["subject"] for row in rows}
     found = {}
     for coder in dict.fromkeys(row["coder"] for row in rows):
@@ -38,7 +41,7 @@ def reached(rows, key):
 
 
 def put_labels(figure, axes, points):
-    """Places each label so that it covers no mark and no other label, if possible."""
+    """Positions each label so that, if possible, it covers no mark and no other label."""
     renderer = figure.canvas.get_renderer()
     marks = [axes.transData.transform(place) for place in points.values()]
     taken = []
@@ -110,7 +113,7 @@ def figure_of(rows, title, path):
 
 
 def draw_one(rows, title, path):
-    """Draws one figure. `path` is the path of the figure without extension."""
+    """Draws one figure. `path` is the path of the files without extension."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with plt.rc_context(STYLE):
         figure_of(rows, title, path)

@@ -1,19 +1,20 @@
 // values_bench [--level fast|default|best]... [--seconds S] [--stepped NAME]... [--like FILE.shm]
 // [--sizes | --dump FOLDER] MESH
 //
-// Measures the cost of the values of a mesh of any format in a .shm file, and writes lines of JSON
-// to standard output. The Writer and the Reader run from memory to memory, in one thread, with
-// order kept. Times are processor time. All results are decoded and compared.
+// Measures the cost of coordinates and arrays in a .shm file, for a mesh of any format. Writes
+// lines of JSON to standard output. The Writer and the Reader run from memory to memory, in one
+// thread and in order keep. Times are processor times. All results are decoded and compared.
 //
-// For each level, reports for the coordinates and each array the bytes of its stream and the
-// seconds that it adds to the mesh: the median of several runs, each next to a run with the mesh
-// only. For an array, this is the time for the mesh with the array minus the time for the mesh
-// only. For coordinates, it is the time for the mesh with its coordinates repeated as a point
-// array, minus the time for the mesh. If the bytes of that array show that it is coded differently,
-// it is the time for the mesh minus the time for the same mesh with all coordinates zero ("timed":
-// "zeros"). A time of less than a hundredth of the mesh's time is reported as a hundredth. The
-// reported memory is that of the whole Writer or Reader, in addition to the raw arrays, including
-// the packed bytes.
+// For each level, reports the size of the stream of the coordinates and of each array, and the
+// seconds that they add to the time for the mesh. The additional time of an array is the time for
+// the mesh with the array minus the time for the mesh without arrays. The additional time of
+// coordinates is the time for the mesh with its coordinates repeated as a point array, minus the
+// time for the mesh. If the size of this point array shows that it is coded in another way than the
+// coordinates, the time for the mesh minus the time for the same mesh with all coordinates zero is
+// reported instead ("timed": "zeros"). All these differences are medians of several pairs of runs,
+// in which a run with the mesh only comes just before the other run. A difference of less than a
+// hundredth of the time for the mesh is reported as a hundredth. The reported memory is that of the
+// whole Writer or Reader, without the raw arrays, but with the packed bytes.
 //   --stepped NAME  treats the arrays NAME.0, NAME.1, ... as time steps of one array NAME
 //   --like FILE     quantizes coordinates and arrays as in FILE, by their names
 //   --sizes         writes all arrays in one file, and measures no times
@@ -54,7 +55,8 @@ std::uint64_t values_of(const MeshArray& array) {
   return bytes / scalar_bytes(array.info.type);
 }
 
-/// Returns the largest error; 0 for equal bytes. Throws if lossless values differ.
+/// Compares decoded values with their source, and returns the largest error; 0 if all bytes are
+/// equal. Throws an exception if lossless values differ.
 double compared(const std::vector<std::byte>& source, const std::vector<std::byte>& back,
                 ScalarType type, const Quantization& quantization, const std::string& name) {
   if (source == back) return 0;
@@ -68,7 +70,7 @@ struct Seconds {
   double write = 1e300, read = 1e300;
 };
 
-/// A file with one selection of a mesh's data, and the cost of writing and reading it.
+/// A file with the mesh and some of its arrays, and the cost of writing and reading this file.
 struct Variant {
   const ArrayMesh* mesh;
   Arrays arrays;
@@ -78,7 +80,7 @@ struct Variant {
   double coordinates_error = 0;
   std::vector<double> errors{};  // largest error of each array
   std::vector<double> more_write{},
-      more_read{};  // additional seconds compared with the first variant
+      more_read{};  // for each run: its time in seconds, minus the time of the first variant
 
   /// Writes and reads the file. If `first` is true, measures memory and compares the result;
   /// otherwise measures time.
@@ -112,8 +114,8 @@ struct Variant {
   }
 };
 
-/// Runs each variant just after the first variant, which has the least data, so that a disturbance
-/// affects both. Runs for `seconds` per variant, and at least three times.
+/// Measures all variants for `seconds` per variant, and at least three times. Each variant runs
+/// just after the first variant, which has the least data, so that a disturbance affects both.
 void run_in_turn(std::vector<Variant>& variants, Level level, double seconds) {
   for (Variant& variant : variants) variant.run(level, true);
   const double start = processor_seconds();
@@ -255,7 +257,7 @@ void dump(const ArrayMesh& mesh, const std::string& folder) {
 
 // --- options
 
-/// Joins the arrays NAME.0, NAME.1, ... into one stepped array.
+/// Joins the arrays NAME.0, NAME.1, ... into one array with time steps.
 void join_steps(ArrayMesh& mesh, const std::string& name) {
   std::optional<MeshArray> joined;
   std::vector<MeshArray> rest;

@@ -1,16 +1,16 @@
 """Generates source files for bench/whole, by family. The output is deterministic.
 
-    bench/whole_files.py FOLDER [FAMILY ...]     writes them, with a folder for each family
+    bench/whole_files.py FOLDER [FAMILY ...]     writes the files, with a folder for each family
 
-    discontinuous   every cell has its own eight nodes, as spectral and discontinuous Galerkin codes write
+    discontinuous   meshes in which no two cells share a node, as spectral and discontinuous Galerkin codes write
     symmetric       meshes and solutions mirrored about x = 0: exactly, up to rounding, or with a copied numbering
     extruded        solutions constant along z, numbered layer by layer or column by column
     periodic        solutions with four identical periods along x
-    tiny            1 to 10,000 hexahedra with up to 50 sets and 3 arrays: Exodus, VTK as text, Gmsh
-    polyhedra       truncated octahedra and hexagonal prisms, VTU and Exodus NFACED; polygons, NSIDED
+    tiny            meshes of 1 to 10,000 hexahedra with up to 50 sets and 3 arrays, as Exodus, VTK text and Gmsh
+    polyhedra       truncated octahedra and hexagonal prisms, as VTU and Exodus NFACED; polygons, as Exodus NSIDED
 
-Values repeat bit by bit, including their noise, unless "rounded" is stated. Predictions from neighbours do not find
-such a repetition, but a dictionary does.
+Repeated values are exactly equal, including their noise, except in files named "rounded". A dictionary finds such
+repetitions, but a prediction from neighbours does not.
 """
 import sys
 from dataclasses import dataclass
@@ -23,14 +23,15 @@ import meshes
 from mesh_writers import (HEX_SIDES, VTK_POLYGON, VTK_POLYHEDRON, Exodus, write_ascii_vtk, write_msh,
                           write_vtu)
 
-# Corners of a hexagon, in units of half its width and half its side.
+# Corners (x, y) of a hexagon. The unit of x is half its width; the unit of y is half the length of a side.
 HEXAGON = [(0, -2), (1, -1), (1, 1), (0, 2), (-1, 1), (-1, -1)]
-NOISE = 1e-5  # relative to the size of a field
+NOISE = 1e-5  # amplitude of the noise in a field, relative to the size of the field
 STEP_SIZES = [(1, (20, 18, 16), 8, 3), (2, (20, 18, 16), 6, 3), (11, (16, 12, 10), 5, 2),
-              (100, (12, 6, 6), 4, 2)]  # number of steps, cells along each axis, number of nodal and of cell variables
+              # each entry: number of steps, cells along each axis, number of nodal variables, number of cell variables
+              (100, (12, 6, 6), 4, 2)]
 NODE_VARIABLES = ("disp_x", "disp_y", "temp", "pressure", "vel_x", "vel_y", "vel_z", "concentration")
 CELL_VARIABLES = ("stress_xx", "von_mises", "damage")
-ODD = ("disp_x", "vel_x")  # these change sign in a mirror
+ODD = ("disp_x", "vel_x")  # variables that change sign in a mirror
 TINY_CELLS = {1: (1, 1, 1), 8: (2, 2, 2), 27: (3, 3, 3), 192: (8, 6, 4), 1000: (10, 10, 10),
               10000: (25, 20, 20)}
 SIDE_NAMES = ("front", "right", "back", "left", "bottom", "top")
@@ -73,7 +74,7 @@ class Source:
 
 
 class Waves:
-    """A smooth field that moves. It is the mean of `count` random waves."""
+    """A smooth field that moves: the mean of `count` random waves."""
 
     def __init__(self, random, count=10):
         self.vectors = random.normal(size=(count, 3)) * 4
@@ -89,7 +90,7 @@ class Waves:
 # ---- Discontinuous meshes
 
 def curved_block(cells):
-    """Returns the points and corners of nx * ny * nz cells."""
+    """Returns the points and corners of a curved block of nx * ny * nz hexahedra."""
     nx, ny, nz = cells
     z, y, x = np.meshgrid(*(np.arange(n + 1) / nx for n in (nz, ny, nx)), indexing="ij")
     x, y, z = x.ravel(), y.ravel(), z.ravel()
@@ -99,7 +100,7 @@ def curved_block(cells):
 
 
 def broken_arrays(points, corners, time=0):
-    """Returns a cell field and three point fields, of which two agree on coincident nodes."""
+    """Returns three point fields and a cell field. Two of the point fields have equal values on coincident nodes."""
     random = np.random.default_rng(5)
     waves = [Waves(random) for _ in range(3)]
     random = np.random.default_rng([6, int(time * 10)])
@@ -153,19 +154,20 @@ def write_broken_vtk(path, cells, steps, kind=np.float64):
 
 @dataclass
 class Repeating:
-    """A mesh and, for each node and cell, the number of the node or cell whose values it repeats."""
+    """A mesh whose values repeat. For each node and cell, node_like and cell_like contain the number of the node or
+    cell that has the same values."""
     points: np.ndarray
     corners: np.ndarray
     node_like: np.ndarray
     cell_like: np.ndarray
-    # Sign of odd variables at each node.
+    # For each node: the sign by which the variables in ODD are multiplied.
     node_sign: np.ndarray
-    # Nodes whose values are repeated except for the last bits.
+    # Mask of the nodes whose values are repeated except for their last bits; None: no nodes.
     rounded: np.ndarray = None
 
 
 def lattice_indices(cells):
-    """Yields i, j, k of all nodes, x fastest, and then of all cells."""
+    """Yields the lattice indices (i, j, k) of all nodes, and then those of all cells; i varies fastest."""
     for more in (1, 0):
         k, j, i = np.meshgrid(*(np.arange(n + more) for n in cells[::-1]), indexing="ij")
         yield i.ravel(), j.ravel(), k.ravel()
@@ -186,11 +188,10 @@ def mirrored(cells, rounded=False, copied=False):
                      cell_at + np.where(ci < half, nx - 1 - ci, ci), side)
     if rounded:
         mesh.rounded = i < half
-    if copied:  # first come the nodes at x >= 0, then the other half in the same order
+    if copied:  # the nodes at x >= 0 come first, then their mirror images in the same order
         nodes = np.concatenate([np.flatnonzero(i >= half), mesh_copy(i, half, at)])
         order = np.concatenate([np.flatnonzero(ci >= half), nx - 1 - ci[ci >= half] + cell_at[ci >= half]])
-        # The corners are mirrored, with the order around each face reversed, since volumes would
-        # otherwise be negative.
+        # Mirrored cells would have negative volumes, so the order of the nodes around their faces is reversed.
         mesh.corners[ci < half] = mesh.corners[ci < half][:, [1, 2, 3, 0, 5, 6, 7, 4]]
         renumber(mesh, nodes, order)
     return mesh
@@ -203,7 +204,7 @@ def mesh_copy(i, half, at):
 
 
 def renumber(mesh, nodes, cells):
-    """Renumbers a mesh. nodes, cells: the old number for each new number."""
+    """Renumbers the nodes and cells of a mesh. `nodes` and `cells` contain the old number for each new number."""
     new_node, new_cell = np.argsort(nodes), np.argsort(cells)
     mesh.points, mesh.node_sign = mesh.points[nodes], mesh.node_sign[nodes]
     mesh.node_like, mesh.cell_like = new_node[mesh.node_like[nodes]], new_cell[mesh.cell_like[cells]]
@@ -236,7 +237,8 @@ def periodic(cells, periods=4):
 
 
 def repeated_step(mesh, names, waves, time, step):
-    """Returns the values of each variable at one step: computed everywhere, then copied from the nodes or cells that are repeated."""
+    """Returns the values of all variables at one time step. They are computed for all nodes and cells, and then
+    replaced by the values of the node or cell that is repeated."""
     random = np.random.default_rng([9, step])
     places = mesh.points, mesh.points[mesh.corners].mean(axis=1)
     found = []
@@ -290,14 +292,15 @@ def box(cells):
 
 
 def sides_of_box(cells):
-    """Returns the cells (from 0) at each of the six sides."""
+    """Returns the numbers (from 0) of the cells at each of the six sides of a box."""
     _, (i, j, k) = lattice_indices(cells)
     nx, ny, nz = cells
     return [np.flatnonzero(at) for at in (j == 0, i == nx - 1, j == ny - 1, i == 0, k == 0, k == nz - 1)]
 
 
 def some_sets(cells, corners, count):
-    """Returns node sets and side sets, `count` in all: first whole sides of a box, then parts of them."""
+    """Returns node sets and side sets, `count` sets in total. The first sets are whole sides of a box; all later sets
+    are parts of its sides."""
     sides = sides_of_box(cells)
     node_sets, side_sets = [], []
     for number in range(count):
@@ -370,7 +373,7 @@ def tiny():
 # ---- Polyhedra and polygons
 
 def around(nodes, normal):
-    """Returns the nodes of a flat face (rows) in their order around its normal."""
+    """Sorts the nodes (rows) of a flat face by their angle around its normal."""
     middle = nodes.mean(axis=0)
     first = nodes[0] - middle
     second = np.cross(normal, first)
@@ -380,7 +383,8 @@ def around(nodes, normal):
 
 
 def truncated_octahedron():
-    """Returns the faces, each as the positions of its nodes in lattice steps."""
+    """Returns the faces of a truncated octahedron. Each face is a list of the coordinates of its nodes, in lattice
+    steps."""
     signed = {tuple(np.array(order) * signs) for order in
               ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
               for signs in np.ndindex(2, 2, 2) for signs in [2 * np.array(signs) - 1]}
@@ -396,7 +400,8 @@ def truncated_octahedron():
 
 
 def cells_of_lattice(shape, centres):
-    """Returns points (in lattice steps), and for each cell the node numbers of its faces, oriented outwards."""
+    """Places a copy of `shape` at each of `centres`. Returns points (in lattice steps) and, for each cell, the node
+    numbers of each of its faces, which are oriented outwards."""
     number, cells = {}, []
     for centre in centres:
         cells.append([np.array([number.setdefault(tuple(node + centre), len(number)) for node in face])
@@ -410,7 +415,7 @@ def octahedra(count):
               for j in range(side) for i in range(2 * side) if k * 4 * side * side < count]
     points, cells = cells_of_lattice(truncated_octahedron(), places[:count])
     random = np.random.default_rng(4)
-    points += .1 * random.random(points.shape)  # so that no two edges are equal
+    points += .1 * random.random(points.shape)  # random displacements, so that no two edges are equal
     return .25 * points, cells
 
 
@@ -434,7 +439,8 @@ def prisms(count):
 
 
 def polygons(count):
-    """Returns hexagons: of every three, one is cut into two quadrilaterals, one into a triangle and a pentagon."""
+    """Returns points and cells of a honeycomb. Among every three hexagons, one is unchanged, one is cut into two
+    quadrilaterals, and one is cut into a triangle and a pentagon."""
     number, cells = {}, []
     for at, (x, y) in enumerate(honeycomb(max(1, round(count**.5)), count)):
         ring = np.array([number.setdefault((x + dx, y + dy), len(number)) for dx, dy in HEXAGON])
@@ -510,7 +516,7 @@ def polyhedra():
 
 
 def sources():
-    """Returns all files, without writing them."""
+    """Returns a Source for each file. Writes no files."""
     return [source for some in (discontinuous, repeating, tiny, polyhedra) for source in some()]
 
 

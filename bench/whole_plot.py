@@ -1,4 +1,5 @@
-"""Draws the files of bench/whole as dots: .shm over the smallest other compressor, against the size of the source."""
+"""Draws each file of bench/whole as a dot. The vertical axis is the size of .shm divided by the smallest size of the
+other compressors; the horizontal axis is the size of the source file."""
 import matplotlib
 
 matplotlib.use("Agg")
@@ -17,7 +18,8 @@ def size_text(size, _):
 
 
 def draw(collections, folder):
-    """Draws the plots. `collections` maps names to pairs of source size in bytes and ratio."""
+    """Draws the plots. `collections` maps the name of a collection to a list of pairs: size of the source file in
+    bytes, and ratio."""
     folder.mkdir(parents=True, exist_ok=True)
     sizes, ratios = zip(*(dot for dots in collections.values() for dot in dots))
     with plt.rc_context(STYLE):
@@ -39,7 +41,7 @@ def draw(collections, folder):
                       label=f"{name}, {len(dots)} files")
         axes.legend(frameon=False, loc="best")
         axes.set_xlabel("source file")
-        axes.set_ylabel(".shm over the smallest of xz and zstd")
+        axes.set_ylabel("size of .shm / smallest size with xz or zstd")
         axes.set_title("Whole files; below 1 .shm is the smallest", fontsize=12, loc="left")
         figure.tight_layout()
         figure.savefig(folder / "whole.svg", metadata={"Date": None})

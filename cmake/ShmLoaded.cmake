@@ -1,10 +1,11 @@
-# shm_loaded(TARGET IMPORTED [MACRO LIBRARY]...): lets TARGET, a static library of this build, open
-# the libraries of the imported target IMPORTED on demand (base/loaded_library) instead of linking
-# to them. Linked libraries would take most of the start-up time of the tool. LIBRARY is the file
-# of a shared library. MACRO is defined as the name by which the loader finds LIBRARY. TARGET
-# receives the include folders of IMPORTED.
+# shm_loaded(TARGET IMPORTED [MACRO LIBRARY]...): TARGET, a static library of this build, will open
+# the libraries of the imported target IMPORTED at run time, when they are needed
+# (base/loaded_library), instead of linking to them. Loading linked libraries would take most of the
+# start-up time of the tool. LIBRARY is the file of a shared library. In TARGET, the macro MACRO is
+# defined as the name by which the loader finds LIBRARY. TARGET receives the include folders of
+# IMPORTED.
 #
-# If the loader would not find one of the libraries by its name, or if SHM_LOAD_LIBRARIES is OFF,
+# If the loader cannot find one of the libraries by its name, or if SHM_LOAD_LIBRARIES is OFF,
 # TARGET is linked to IMPORTED, and the macros are not defined.
 #
 # The global property SHM_LOADED_LIBRARIES lists the paths of the libraries that are opened on
@@ -12,8 +13,8 @@
 
 option(SHM_LOAD_LIBRARIES "Open libraries of some formats on demand; OFF: link programs to them" ON)
 
-# Returns the soname of a library. The result is empty if the library has no soname, or if the
-# loader does not search its folder.
+# Stores the soname of a library in the variable `result`. Stores an empty string if the library has
+# no soname, or if the loader does not search the folder of the library.
 function(shm_soname library result)
   set(${result} "" PARENT_SCOPE)
   get_filename_component(file "${library}" REALPATH)

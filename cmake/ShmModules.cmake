@@ -1,7 +1,7 @@
-# A folder of sources is called a module, and has a CMakeLists.txt that calls shm_module. All
-# sources of a module are compiled as one translation unit, with a precompiled header of common
-# headers. A full build then takes a third of the time. Names in unnamed namespaces must therefore
-# differ within a module.
+# A module is a folder of sources whose CMakeLists.txt calls shm_module. All sources of a module are
+# compiled as one translation unit, with a precompiled header that contains common headers. This
+# reduces the time of a full build to a third. Because of the single translation unit, names in
+# unnamed namespaces must be unique within a module.
 #
 # Modules listed in SHM_SMALL_MODULES are optimized for size, and their sources are compiled
 # separately. With SHM_SEPARATE_SOURCES, all sources are compiled separately, to find missing
@@ -11,8 +11,8 @@ set(SHM_COMMON_HEADERS
     <algorithm> <array> <cmath> <cstddef> <cstdint> <cstring> <functional> <map> <memory> <optional>
     <span> <string> <string_view> <unordered_map> <utility> <variant> <vector>)
 
-# shm_precompile(TARGET [LIKE]): precompiles the common headers for TARGET, or reuses the
-# precompiled headers of the target LIKE, which must have the same flags.
+# shm_precompile(TARGET [LIKE]): precompiles the common headers for TARGET. If the target LIKE is
+# given, reuses its precompiled headers; both targets must have the same compiler flags.
 function(shm_precompile target)
   if(SHM_SEPARATE_SOURCES)
     return()
@@ -23,14 +23,15 @@ function(shm_precompile target)
     target_precompile_headers(${target} PRIVATE ${SHM_COMMON_HEADERS})
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-  # In a unity build one source file includes the others. g++ mistakes the included sources for
-  # headers, and warns about their classes with members from unnamed namespaces.
+  # In a unity build, one source file includes the other sources of the module. g++ mistakes the
+  # included sources for headers, and warns about classes in them whose members have types from
+  # unnamed namespaces.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
-# shm_module(TARGET [ONLY SOURCE...] [WITHOUT SOURCE...] [ALONE SOURCE...]): adds the sources of this folder to
-# TARGET. ONLY: adds only these sources. WITHOUT: leaves out these sources. Sources in ALONE become separate
-# translation units.
+# shm_module(TARGET [ONLY SOURCE...] [WITHOUT SOURCE...] [ALONE SOURCE...]): adds the sources of the
+# current folder to TARGET. ONLY: adds only these sources. WITHOUT: leaves out these sources. ALONE:
+# compiles each of these sources as a separate translation unit.
 function(shm_module target)
   cmake_parse_arguments(arg "" "" "ONLY;WITHOUT;ALONE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")

@@ -1,9 +1,10 @@
-# Packages and archive (decision 0072). With SHM_PACKAGES, the installed files are divided into
-# four Debian packages, and into an archive that runs in any folder; cpack creates them. Without
-# SHM_PACKAGES, the component `library` contains the whole library, and the component `tool`
-# contains the tool.
+# Debian packages and a binary archive (decision 0072). If SHM_PACKAGES is ON, cpack divides the
+# installed files into four Debian packages. It also creates an archive that can be unpacked and
+# used in any folder. If SHM_PACKAGES is OFF, there are only two components: `library` contains the whole
+# library, and `tool` contains the tool.
 
-set(SHM_RUNTIME_COMPONENT library) # component of the files that programs linked to the C interface need
+# component with the files that programs need at run time if they are linked to the C interface
+set(SHM_RUNTIME_COMPONENT library)
 set(SHM_ZSH_FOLDER zsh/site-functions)
 if(SHM_PACKAGES)
   if(NOT SHM_BUILD_SHARED OR NOT SHM_BUILD_TOOL)
@@ -11,7 +12,7 @@ if(SHM_PACKAGES)
   endif()
   set(SHM_RUNTIME_COMPONENT runtime)
   set(SHM_ZSH_FOLDER zsh/vendor-completions)
-  # With this prefix GNUInstallDirs selects the folders of Debian.
+  # If the prefix is /usr, GNUInstallDirs selects the folders that Debian uses.
   set(CMAKE_INSTALL_PREFIX /usr)
   set(CMAKE_INSTALL_DOCDIR share/doc/libshmformat-dev)
   add_compile_options("-ffile-prefix-map=${PROJECT_SOURCE_DIR}=." -fstack-protector-strong
@@ -19,8 +20,8 @@ if(SHM_PACKAGES)
   add_link_options(LINKER:-z,relro,-z,now)
 endif()
 
-# shm_package(COMPONENT PACKAGE SECTION SUMMARY DESCRIPTION): defines a Debian package that
-# contains a component.
+# shm_package(COMPONENT PACKAGE SECTION SUMMARY DESCRIPTION): defines the Debian package PACKAGE,
+# which contains the files of COMPONENT.
 macro(shm_package component package section summary description)
   set(folder "${CMAKE_INSTALL_DATADIR}/doc/${package}")
   install(FILES "${PROJECT_BINARY_DIR}/debian/copyright" DESTINATION "${folder}" COMPONENT ${component})
@@ -42,8 +43,8 @@ macro(shm_package component package section summary description)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
 endmacro()
 
-# shm_loaded_packages(RESULT): returns the Debian packages of the libraries that the tool opens on
-# demand, as "a, b".
+# shm_loaded_packages(RESULT): stores in RESULT the names of the Debian packages, separated by ", ",
+# whose libraries the tool opens at run time.
 function(shm_loaded_packages result)
   get_property(libraries GLOBAL PROPERTY SHM_LOADED_LIBRARIES)
   set(packages "")
@@ -65,7 +66,9 @@ endfunction()
 macro(shm_packages)
   set(CPACK_PACKAGE_CONTACT "libshmformat authors <authors@shmformat.invalid>"
       CACHE STRING "Contact address of the packages")
-  set(CPACK_DEBIAN_PACKAGE_RELEASE 0.1) # older than -1, the release of an official Debian package
+  # lower than -1, the first revision of a package in Debian, so that an official package would
+  # replace ours
+  set(CPACK_DEBIAN_PACKAGE_RELEASE 0.1)
   set(SHM_DEBIAN_VERSION "${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}")
   string(TIMESTAMP SHM_DEBIAN_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC)
   file(READ "${PROJECT_SOURCE_DIR}/LICENSE" SHM_LICENSE)
@@ -125,8 +128,8 @@ NumPy arrays and writes them, and plugins for meshio and VTK.")
   set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
       "libshmformat-c1 ${same}, libzstd-dev, libxxhash-dev, pkg-config")
   set(CPACK_DEBIAN_TOOL_PACKAGE_SHLIBDEPS ON)
-  # The tool opens libraries on demand. The libraries of file formats are required by its package,
-  # and the library for pictures is suggested.
+  # CPack does not detect the libraries that the tool opens at run time. The package requires the
+  # libraries for file formats, and suggests the library for pictures.
   shm_loaded_packages(CPACK_DEBIAN_TOOL_PACKAGE_DEPENDS)
   set(CPACK_DEBIAN_TOOL_PACKAGE_SUGGESTS librsvg2-2)
   set(CPACK_DEBIAN_TOOL_PACKAGE_CONTROL_EXTRA "${debian}/tools/postinst;${debian}/tools/postrm;${debian}/tools/triggers")
@@ -143,7 +146,7 @@ NumPy arrays and writes them, and plugins for meshio and VTK.")
 endmacro()
 
 # Installs the Python modules, the C header that they parse, and the metadata that setup.py
-# generates. The C library comes from the package libshmformat-c1.
+# generates. The package libshmformat-c1 contains the C library that they need.
 function(shm_python_package)
   set(python "${PROJECT_SOURCE_DIR}/bindings/python")
   set(folder lib/python3/dist-packages)
@@ -170,7 +173,8 @@ function(shm_python_package)
           COMPONENT archive EXCLUDE_FROM_ALL)
 endfunction()
 
-# Creates an archive with all shared libraries, for systems on which users cannot install packages.
+# Defines the contents of the archive. It includes all shared libraries that the tool needs, for
+# users who cannot install packages.
 function(shm_archive)
   set(into COMPONENT archive EXCLUDE_FROM_ALL)
   install(PROGRAMS "$<TARGET_FILE:shm>" DESTINATION bin ${into})

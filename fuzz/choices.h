@@ -1,4 +1,4 @@
-// Treats the input of a target as a sequence of choices, which are taken byte by byte.
+// Makes choices (numbers, flags) from the bytes of a target's input, one byte after the other.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 #include "codecs/registry.h"
 
-/// Takes bytes from the input; returns zeros after its end.
+/// Reads choices from the input. After the end of the input, all bytes are 0.
 class Choices {
  public:
   explicit Choices(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -28,7 +28,7 @@ class Choices {
   std::span<const std::uint8_t> bytes_;
 };
 
-/// Returns automatic, or any codec of cells.
+/// Returns ConnectivityCodec::automatic or any other codec for cells.
 inline shm::ConnectivityCodec any_codec(Choices& in) {
   const std::uint32_t n = in.below(1 + static_cast<std::uint32_t>(shm::cell_codecs().size()));
   return n == 0 ? shm::ConnectivityCodec::automatic : shm::cell_codecs()[n - 1].name;

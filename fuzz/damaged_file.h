@@ -1,8 +1,9 @@
-// Damages a .shm file but keeps its checksums valid. Splits the file into chunks, replaces numbers
-// and texts in any field (support/file_fields.h), damages bitstreams, packed blobs or the contents
-// of zstd frames, removes or repeats chunks and parts of chunks, and then updates lengths, numbers
-// and checksums, so that the code after these checks is reached. An input is one byte for the
-// target, a file, and a number of bytes that the target chooses (a script of calls).
+// Damages a .shm file but keeps its checksums valid, so that the code after the checks of checksums
+// is reached. Splits the file into chunks, replaces numbers and texts in fields
+// (support/file_fields.h), damages bitstreams, packed blobs or the contents of zstd frames, and
+// removes or repeats chunks and parts of chunks. Then updates lengths, sequence numbers and
+// checksums. An input consists of one byte that the target interprets, a file, and optionally a
+// script of calls.
 #pragma once
 
 #include <zstd.h>
@@ -29,7 +30,7 @@ namespace shm_fuzz {
 using Bytes = std::vector<std::byte>;
 using Random = std::minstd_rand;
 
-/// Limits for hostile files.
+/// Returns small limits for reading hostile files.
 inline shm::ReadLimits small_limits() {
   shm::ReadLimits limits;
   limits.max_active_vertices = 1 << 16;
@@ -52,8 +53,8 @@ inline void mutate_in_place(Bytes& bytes) {
   bytes.resize(size);
 }
 
-/// Damages the contents of a packed blob, but not its packing. Packs the contents again in one of
-/// the three ways.
+/// Unpacks a packed blob, damages its contents, and packs the contents again with one of the three
+/// packing methods. The packing itself stays valid.
 inline void mutate_packed(Bytes& payload, std::size_t head, Random& random, std::size_t room) {
   if (payload.size() < head) return;
   shm::ByteReader in(std::span<const std::byte>(payload).subspan(head));
@@ -65,13 +66,13 @@ inline void mutate_packed(Bytes& payload, std::size_t head, Random& random, std:
   const auto method = static_cast<std::uint8_t>(random() % 4 == 0 ? 1 + random() % 2 : 0);
   out.put_u8(method);
   out.put_varint(blob->size());
-  if (method == 2) out.put_u8(static_cast<std::uint8_t>(random() % 9));  // possible plane widths
+  if (method == 2) out.put_u8(static_cast<std::uint8_t>(random() % 9));  // width of a plane, 0 to 8
   out.put_bytes(method == 0 ? *blob : shm::zstd_compress(*blob, 1));
   payload = std::move(out.bytes);
 }
 
-/// Damages the contents of the last zstd frame in `bytes`. The frame must end at the end of
-/// `bytes`. Returns false if no such frame exists.
+/// Damages the contents of the last zstd frame in `bytes`, which must end at the end of `bytes`.
+/// Returns false if there is no such frame.
 inline bool mutate_frame(Bytes& bytes) {
   constexpr std::byte kMagic[] = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                   std::byte{0xfd}};
@@ -79,7 +80,7 @@ inline bool mutate_frame(Bytes& bytes) {
   if (at == bytes.end()) return false;
   const std::span<const std::byte> frame(at, bytes.end());
   const auto size = ZSTD_getFrameContentSize(frame.data(), frame.size());
-  if (size > 1 << 16) return false;  // too large, or unknown
+  if (size > 1 << 16) return false;  // the size is too large or unknown
   auto plain = shm::zstd_decompress(frame, size);
   if (!plain) return false;
   mutate_in_place(*plain);
@@ -94,8 +95,8 @@ inline void mutate_stream(Bytes& stream, Random& random, std::size_t room) {
   mutate(stream, room);
 }
 
-/// Replaces a number or text in chunk `c`, or in the file start and trailer if `c` is after all
-/// chunks. Returns false if no field there can be read.
+/// Replaces a number or text in a field of chunk `c`. If `c` is the number of chunks, replaces it
+/// in the file start or in the trailer. Returns false if no field can be parsed there.
 inline bool mutate_field(shm::FileParts& parts, std::size_t c, Random& random) {
   const auto sections = shm::sections_of(parts, c);
   std::size_t count = 0;
@@ -112,7 +113,7 @@ inline bool mutate_field(shm::FileParts& parts, std::size_t c, Random& random) {
   return true;
 }
 
-/// Changes the data after the fields: removes, repeats or damages a bitstream.
+/// Changes the data of a group: removes, repeats or damages one of its bitstreams.
 inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
   auto group = shm::take_group_apart(chunk.payload, chunk.header.version);
   if (!group || group->streams.empty()) return mutate(chunk.payload, room);
@@ -130,7 +131,8 @@ inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
       break;
     default:
       mutate_stream(group->streams[s], random, room);
-      // Increase the limits in the header, so that decoding continues after the damage.
+      // Raises the limits in the header. Otherwise, decoding of damaged data would often stop at a
+      // limit.
       if (random() % 2 == 0) {
         header.decoded_bytes = 1 << 22;
         header.vertices = header.vertices * 2 + 8;
@@ -140,7 +142,7 @@ inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
   chunk.payload = shm::put_group_together(std::move(*group));
 }
 
-/// Removes, repeats or damages a part of step values.
+/// Removes, repeats or damages one part of a chunk with step values.
 inline void mutate_steps(shm::Chunk& chunk, Random& random, std::size_t room) {
   auto parts = shm::take_steps_apart(chunk);
   if (!parts) return mutate(chunk.payload, room);
@@ -190,7 +192,7 @@ inline void mutate_file(shm::FileParts& parts, Random& random, std::size_t room)
   }
 }
 
-/// Returns a damaged copy of a file, or nothing if it is not a .shm file.
+/// Returns a damaged copy of `file`, or no bytes if `file` is not a .shm file.
 inline Bytes mutated_file(std::span<const std::byte> file, Random& random, std::size_t room) {
   auto parts = shm::take_apart(file);
   if (parts.chunks.empty()) return {};
@@ -199,7 +201,7 @@ inline Bytes mutated_file(std::span<const std::byte> file, Random& random, std::
   if (random() % 4 != 0) shm::list_anew(parts);
   std::uint32_t sequence = 0;
   for (shm::Chunk& chunk : parts.chunks) chunk.header.sequence = sequence++;
-  // Replace a field of the index, or a field of another chunk, which then contradicts the index.
+  // Replaces a field of the index, or a field of another chunk so that it contradicts the index.
   const std::size_t chunks = parts.chunks.size();
   if (random() % 4 == 0)
     mutate_field(parts, random() % 2 == 0 && chunks > 0 ? chunks - 1 : random() % (chunks + 1),
@@ -207,7 +209,7 @@ inline Bytes mutated_file(std::span<const std::byte> file, Random& random, std::
   return shm::put_together(std::move(parts), shm::Numbering::as_they_are);
 }
 
-/// A mutator for libFuzzer. `behind`: number of bytes after the file.
+/// Mutates an input for libFuzzer. `behind`: size in bytes of the script after the file.
 inline std::size_t mutate_input(std::uint8_t* data, std::size_t size, std::size_t max_size,
                                 unsigned seed, std::size_t behind = 0) {
   Random random(seed);
@@ -216,7 +218,9 @@ inline std::size_t mutate_input(std::uint8_t* data, std::size_t size, std::size_
   std::uint8_t* const script = data + (size - behind);
   if (behind > 0 && random() % 2 == 0) {
     LLVMFuzzerMutate(script, behind,
-                     behind);  // if the result is shorter, the old bytes stay after it
+                     // if the mutated script is shorter, the rest of the old script remains after
+                     // it
+                     behind);
     if (random() % 2 == 0) return size;
   }
   const Bytes file = mutated_file(std::as_bytes(std::span(data + 1, script)), random,

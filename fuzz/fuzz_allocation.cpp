@@ -1,8 +1,8 @@
-// Tests that the library handles a lack of memory: the n-th allocation of the library or of zstd
-// fails, and in some runs all later allocations, too. Checks the guarantees of shm/result.h: the
-// call throws std::bad_alloc or returns an Error; nothing leaks, and objects can be destroyed. A
-// call that succeeds nevertheless must have the same result as with enough memory. The first byte
-// chooses the allocations.
+// Tests how the library behaves when memory runs out. The n-th allocation of the library or of zstd
+// fails; in some runs, all later allocations fail too. Checks the guarantees of shm/result.h: a
+// call throws std::bad_alloc or returns an Error, nothing leaks, and all objects can be destroyed.
+// If a call succeeds nevertheless, it must have the same result as with enough memory. The first
+// byte of the input chooses the allocations that fail.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -22,8 +22,8 @@
 
 namespace {
 
-// For each thread: the number of allocations so far, the number of the allocation that fails, and
-// whether all later allocations fail, too.
+// For each thread: the count of allocations so far, the index of the allocation that fails, and
+// whether all later allocations fail too.
 thread_local std::uint64_t allocations = 0, fails_at = ~std::uint64_t{0};
 thread_local bool fails_on = false, armed = false;
 
@@ -35,8 +35,8 @@ bool fails() {
 
 }  // namespace
 
-// Calls of malloc and calloc by the program and by statically linked code (zstd) come here if the
-// linker supports that (--wrap); otherwise only calls of operator new fail.
+// If SHM_WRAPPED_MALLOC is defined, the linker (--wrap) replaces malloc and calloc, in the program
+// and in statically linked code (zstd), by these functions. Otherwise only operator new fails.
 #ifdef SHM_WRAPPED_MALLOC
 extern "C" {
 void* __real_malloc(std::size_t bytes);
@@ -60,8 +60,8 @@ namespace {
 
 using shm_fuzz::Bytes, shm_fuzz::Random;
 
-/// Runs `work` once to count its allocations, then with failures. `work` returns its result, or
-/// nothing if it fails.
+/// Runs `work` once to count its allocations, and then several times with failing allocations.
+/// `work` must return its result, or nothing if it fails.
 template <class Work>
 void check(Work&& work, Random& random) {
   allocations = 0;
@@ -72,7 +72,7 @@ void check(Work&& work, Random& random) {
   const std::uint64_t count = allocations;
   if (count == 0) return;
   for (int trial = 0; trial < 6; ++trial) {
-    // Half of the failures are early, while objects are created.
+    // In half of the trials, an early allocation fails, while objects are being created.
     fails_at = random() % (trial % 2 == 0 ? std::min<std::uint64_t>(count, 64) : count);
     fails_on = random() % 2 == 0;
     allocations = 0;
@@ -160,7 +160,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto all = std::as_bytes(std::span(data, size)).subspan(1);
   const Bytes file(all.begin(), all.end());
   Random random(data[0]);
-  // Objects left by a failed call are destroyed while memory is available again.
+  // After a failure, check() makes memory available again before it destroys the remaining results.
   switch (data[0] % 4) {
     case 0: check([&] { return read(file); }, random); break;
     case 1: check([&] { return read_pieces(file); }, random); break;

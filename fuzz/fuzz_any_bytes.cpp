@@ -1,5 +1,6 @@
-// Feeds any bytes to the Decoder. The result must be an item, an error, or a request for more
-// bytes. The Decoder must never crash, or use memory out of proportion to the input.
+// Passes arbitrary bytes to the Decoder. The Decoder must return an item, an error, or a request
+// for more bytes. It must never crash, and its memory must be in proportion to the size of the
+// input.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -9,7 +10,7 @@
 
 namespace {
 
-// Takes all items that are ready. Returns false at the first error.
+// Takes all items that the Decoder can return now. Returns false at the first error.
 bool take_all(shm::Decoder& decoder) {
   for (;;) {
     const auto progress = decoder.advance();
@@ -23,7 +24,8 @@ bool take_all(shm::Decoder& decoder) {
       if (const auto* cell = std::get_if<shm::CellEvent>(&event))
         for (const std::uint64_t corner : cell->corners) sum += corner;
     });
-    volatile std::uint64_t used = sum;  // prevents the compiler from removing the loop
+    // uses the result, so that the compiler does not remove the loop
+    volatile std::uint64_t used = sum;
     (void)used;
   }
 }
@@ -32,7 +34,7 @@ bool take_all(shm::Decoder& decoder) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  // The first byte sets the size of the pieces, so that input pauses at every possible place.
+  // The first byte sets the size of the pieces, so that pieces can end at every position of a file.
   const std::size_t piece = data[0] == 0 ? size : std::size_t{data[0]} * data[0];
   auto rest = std::as_bytes(std::span(data, size)).subspan(1);
   shm::ReadLimits limits;

@@ -1,6 +1,6 @@
-// Appends steps to a damaged file. If the old file can be read to its end, and appending reports
-// success, the new file must be readable, contain the data of the old file, and contain the new
-// steps as they were passed. The first byte chooses the appended data.
+// Appends time steps to a damaged file. If the old file can be read completely and appending
+// succeeds, the new file must be readable, and must contain the data of the old file and exactly
+// the new steps that were passed. The first byte of the input chooses the appended data.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -17,7 +17,7 @@ namespace {
 
 using shm_fuzz::Bytes;
 
-/// Returns the whole mesh, or nothing if the file cannot be read.
+/// Returns the whole mesh of a file, or nothing if the file cannot be read.
 std::optional<shm::Mesh> whole(std::span<const std::byte> file) {
   shm::MemorySource source(file);
   auto mesh = shm::read_mesh(source, shm_fuzz::small_limits());
@@ -33,7 +33,8 @@ Bytes some_values(std::uint64_t elements, const shm::ArrayInfo& info, std::uint8
   return values;
 }
 
-/// Returns false if the old file is inconsistent, or cannot accept more data.
+/// Appends time steps to `old`, and writes the new file to `sink`. Returns false if the old file is
+/// inconsistent or does not allow more data.
 bool append(shm::RandomSource& old, std::uint8_t how, shm::ByteSink& sink) {
   shm::AppendOptions options;
   options.level = static_cast<shm::Level>(how % 3);
@@ -70,7 +71,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   shm::MemorySink sink;
   if (!append(source, data[0], sink)) return 0;
   const auto before = whole(old);
-  if (!before) return 0;  // damage inside chunks that are only copied
+  if (!before) return 0;  // the damage is in chunks that the appender only copies
   const auto after = whole(sink.bytes);
   if (!after || after->schema != before->schema || after->xyz != before->xyz ||
       after->corners != before->corners || after->arrays != before->arrays)

@@ -1,7 +1,7 @@
-// Reads an archive with a wrong list of members and valid checksums: names that lead out of the
-// folder, sizes that do not fit, damaged members. Checks the guarantees of ArchiveReader on names
-// and positions; each member is readable or is refused. ArchiveWriter must accept a member name
-// only if a reader would.
+// Reads archives with valid checksums whose member list is wrong: names that lead out of the
+// folder, sizes that exceed the file, damaged members. Checks that the names and offsets that
+// ArchiveReader returns are valid. Each member must be readable or refused with an error.
+// ArchiveWriter must not accept a member name that a reader refuses.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -23,7 +23,8 @@ void expect(bool good) {
   if (!good) std::abort();
 }
 
-/// Checks independently of the library that a name stays within the folder.
+/// Returns true if a member name does not lead out of the folder. This check is independent of the
+/// library.
 bool leads_nowhere_else(const std::string& name) {
   return !name.empty() && name.size() <= 255 && name != "." && name != ".." &&
          name.find_first_of(std::string("/\\\0\n\r", 5)) == name.npos;
@@ -40,7 +41,8 @@ void read_all(shm::SectionSource& member) {
   }
 }
 
-/// Replaces a listed member, or changes another field of the list.
+/// Returns a damaged archive. Either one member is damaged, and its size in the member list is
+/// updated, or a field of the archive is changed.
 Bytes mutated(std::span<const std::byte> file, Random& random, std::size_t room) {
   auto parts = shm::take_apart(file);
   shm::Chunk* const chunk = parts.find(shm::container::ChunkKind::members);
@@ -86,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       read_all(section);
     }
   }
-  // Use the input itself as a member name.
+  // Tests the writer with the input itself as a member name.
   shm::NullSink sink;
   auto writer = shm::ArchiveWriter::create(sink);
   const std::string name(reinterpret_cast<const char*>(data), std::min<std::size_t>(size, 300));

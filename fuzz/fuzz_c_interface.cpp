@@ -1,7 +1,8 @@
-// Calls the C interface with damaged files, in any order of calls. The files come from memory, or
-// from functions that fail, report a wrong size, or return other bytes later. Targets of reads may
-// be too small. A call must return a status and, on success, the guaranteed results. It must never
-// crash, or write a byte beyond the target. The first byte chooses the calls.
+// Calls functions of the C interface for damaged files, in any order. A file comes from memory, or
+// from a source that fails, reports a wrong size, or later returns different bytes. The memory for
+// read data (a shmf_target) may be too small. A call must return a status and, on success, results
+// that meet the guarantees. It must never crash, and never write beyond a target. The first byte of
+// the input chooses the calls.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +29,7 @@ Struct sized() {
   return made;
 }
 
-/// A source whose reads may fail, change the data, or end early.
+/// A caller's source (shmf_source) that may fail, return changed data, or report a wrong size.
 struct Fetched {
   std::span<const std::uint8_t> bytes;
   std::uint64_t reads_left = ~std::uint64_t{0};
@@ -55,14 +56,15 @@ struct Fetched {
   }
 };
 
-/// A requested array, in memory of exactly the given size.
+/// A random shmf_target for shmf_read(). Its memory has exactly the given size, so that a write
+/// beyond its end is detected.
 class Wanted {
  public:
   Wanted(std::mt19937& random, std::uint32_t arrays) {
     target_ = sized<shmf_target>();
     target_.what = static_cast<std::int32_t>(random() % 10);
     target_.type = static_cast<std::int32_t>(random() % 12);
-    if (random() % 4 != 0) {  // mostly a valid combination
+    if (random() % 4 != 0) {  // in most cases, a valid combination of `what` and `type`
       constexpr std::int32_t kTypes[] = {
           0,          SHMF_FLOAT64, SHMF_INT32,  SHMF_INT64,   SHMF_UINT32,
           SHMF_UINT8, SHMF_INT64,   SHMF_UINT64, SHMF_FLOAT64, 0};
@@ -84,7 +86,8 @@ class Wanted {
   std::unique_ptr<std::uint8_t[]> room_;
 };
 
-/// Checks the guarantees for corners and their offsets after a successful call.
+/// Checks that a successful call has returned valid corners (SHMF_CORNERS) or valid offsets
+/// (SHMF_CORNER_BEGIN).
 void judge(const shmf_target& target, const shmf_counts& counts) {
   const auto end = target.what == SHMF_CORNERS ? counts.vertices : counts.corners + 1;
   const auto* numbers = static_cast<const std::int64_t*>(target.data);
@@ -99,7 +102,8 @@ void judge(const shmf_target& target, const shmf_counts& counts) {
 
 void read_some(shmf_file* file, std::mt19937& random, std::uint32_t arrays,
                const shmf_run_options* run) {
-  constexpr std::uint64_t kMostBytes = 1 << 24;  // a file may claim to contain more
+  // limit on the memory for a target, because a damaged file may claim any size
+  constexpr std::uint64_t kMostBytes = 1 << 24;
   auto counts = sized<shmf_counts>();
   auto selection = sized<shmf_selection>();
   const std::uint32_t block = random() % 3;
@@ -206,7 +210,7 @@ void ask(shmf_file* file, std::mt19937& random) {
   }
 }
 
-/// Opens the file in the way that `how` chooses, and makes calls.
+/// Opens the file from memory or from a source, depending on `how`, and makes random calls.
 void open_and_ask(std::span<const std::uint8_t> bytes, std::uint8_t how) {
   std::mt19937 random(how);
   auto options = sized<shmf_open_options>();
@@ -242,7 +246,8 @@ void open_and_ask(std::span<const std::uint8_t> bytes, std::uint8_t how) {
   expect(fetched.closed == (from_functions ? 1 : 0));
 }
 
-/// Decodes the file in pieces of `piece` bytes, until the end or a failure.
+/// Decodes the file with a shmf_decoder, in pieces of `piece` bytes, until its end or the first
+/// failure.
 void decode(std::span<const std::uint8_t> bytes, std::size_t piece) {
   shmf_decoder* decoder = nullptr;
   auto options = sized<shmf_open_options>();

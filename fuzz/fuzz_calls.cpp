@@ -1,7 +1,8 @@
-// Calls the public classes with a damaged file, in any order, including wrong calls. Only the
+// Calls the public classes for a damaged file, in any order. Some calls are invalid. Only the
 // preconditions that the documentation marks "must hold" are met. A call must return a value or an
-// error; it must never crash, or use memory out of proportion to the input. An input is a byte, a
-// file, and a script; the first byte is the length of the script.
+// error. It must never crash, and its memory must be in proportion to the size of the input. An
+// input consists of a byte, a file, and a script that chooses the calls; the byte is the length of
+// the script.
 #include <unistd.h>
 
 #include <algorithm>
@@ -31,7 +32,7 @@ namespace {
 
 using shm_fuzz::Bytes;
 
-/// Returns mostly small numbers, and some large ones.
+/// Returns a number that is usually small, but sometimes a large power of two.
 std::uint64_t number(Choices& in) {
   return in.below(16) == 0 ? std::uint64_t{1} << in.below(64) : in.below(12);
 }
@@ -42,7 +43,8 @@ std::vector<std::uint64_t> numbers(Choices& in) {
   return out;
 }
 
-/// All objects that a caller may have for one file.
+/// Makes the calls of a script for one file. Contains all objects that a caller may have for a
+/// file.
 class Caller {
  public:
   Caller(std::span<const std::byte> file, Choices in)
@@ -195,7 +197,7 @@ class Caller {
       case 5: (void)extractor_->next_values(); break;
       case 6:
       case 7: (void)extractor_->begin(piece()); break;
-      case 8:  // take all parts to the end
+      case 8:  // takes all parts of the piece
         while (true) {
           const auto part = extractor_->next();
           if (!part || *part == nullptr) break;
@@ -266,7 +268,8 @@ class Caller {
     return extra;
   }
 
-  /// Returns the schema of the file if it can be read, otherwise another schema.
+  /// Returns the schema of the file if it can be read, otherwise a small schema that does not match
+  /// the file.
   shm::Schema schema() const {
     if (segments_) return segments_->schema();
     shm::Schema schema;
@@ -358,7 +361,7 @@ class Caller {
         joiner_.reset();
         break;
       case 3: (void)shm::place(chunks_, joiner_->chunks()); break;
-      case 4: {  // data that is not chunks, or that is cut off
+      case 4: {  // chunks that are cut off, and data that does not consist of chunks
         shm::PartChunks wrong = chunks_;
         if (!wrong.bytes.empty()) wrong.bytes.pop_back();
         if (in_.flag()) wrong.bytes.assign(file_.begin(), file_.end());
@@ -373,7 +376,7 @@ class Caller {
     }
   }
 
-  /// Uses a file on disk; the temporary folder must exist.
+  /// Calls the classes for files on disk. The temporary folder must exist.
   void call_files() {
     const std::filesystem::path folder = std::filesystem::temp_directory_path();
     path_ = (folder / ("fuzz_calls." + std::to_string(::getpid()))).string();
@@ -425,7 +428,8 @@ class Caller {
         auto mesh = shm::read_mesh(source, shm_fuzz::small_limits());
         if (!mesh) break;
         if (const auto sets = shm::sets_of(*mesh)) (void)shm::extras_of_sets(*sets);
-        // A mesh that was read can be written or is refused; wrong sizes must be refused.
+        // Writing the mesh must succeed or fail with an error; it must fail if the arrays of the
+        // mesh have wrong sizes.
         if (in_.flag() && !mesh->xyz.empty()) mesh->xyz.pop_back();
         if (in_.flag() && !mesh->corners.empty()) mesh->corners[0] = number(in_);
         shm::NullSink sink;
@@ -452,7 +456,7 @@ class Caller {
   Choices in_;
   shm::MemoryRandomSource source_;
   shm::MemorySource front_;
-  std::string path_;  // path of a file on disk, once it exists
+  std::string path_;  // path of the file on disk; empty before call_files() is called
   std::uint64_t fed_ = 0;
   shm::NullSink appended_, joined_;
   shm::PartChunks chunks_;
@@ -471,7 +475,7 @@ class Caller {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::size_t script = std::min<std::size_t>(data[0], size - 1);
-  // The input is in a buffer of exactly its size, so that a read beyond its end is detected.
+  // Copies the file into a buffer of exactly its size, so that a read beyond its end is detected.
   const auto all = std::as_bytes(std::span(data, size)).subspan(1);
   const Bytes file(all.begin(), all.end() - static_cast<std::ptrdiff_t>(script));
   Caller(file, Choices(std::span(data, size).last(script))).run();

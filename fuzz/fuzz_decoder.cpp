@@ -1,9 +1,9 @@
-// Damages a file but keeps its checksums valid (damaged_file.h), and feeds it to the Decoder in
-// pieces whose sizes depend on the input. The result must be an item, an error or a request for
-// more bytes, and the same for all piece sizes. The Decoder must never crash, or use memory out of
-// proportion to the input. If both read_summary and the Decoder accept the file, their counts must
-// agree; sets of the file can be written again. An input is one byte, the random seed of the piece
-// sizes, and a file.
+// Passes damaged files with valid checksums (damaged_file.h) to the Decoder, in pieces whose sizes
+// depend on the input. The Decoder must return an item, an error or a request for more bytes, and
+// the results must be the same for all piece sizes. It must never crash, and its memory must be in
+// proportion to the size of the input. If both read_summary and the Decoder accept a file, their
+// counts must agree. Valid sets of a file must be writable again. An input consists of one byte,
+// the random seed for the piece sizes, and a file.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -24,7 +24,7 @@ using shm_fuzz::Bytes, shm_fuzz::Random;
 
 // --- the target
 
-/// A hash over all results of the Decoder.
+/// Hash of all results of the Decoder.
 class Outcome {
  public:
   void add(std::span<const std::byte> bytes) {
@@ -75,7 +75,7 @@ class Outcome {
   std::optional<shm::Totals> totals_;
 };
 
-/// Checks everything that callers may rely on without checking it themselves.
+/// Checks all properties of an item on which callers may rely without a check.
 void check_block(const shm::MeshBlock& block, const shm::Schema& schema) {
   const auto expect = [](bool good) {
     if (!good) std::abort();
@@ -135,7 +135,7 @@ Outcome decode(std::span<const std::byte> bytes, std::uint32_t seed) {
   }
 }
 
-/// Checks that valid sets can be written again.
+/// Checks that the valid sets of a file can be written again.
 void read_sets(const shm::Summary& summary) {
   const shm::Totals& totals = summary.totals;
   const auto sets = shm::sets_of_extras(

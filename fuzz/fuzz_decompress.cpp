@@ -1,6 +1,6 @@
-// Converts a hostile .shm file to every format. The writers depend on its extras, which describe
-// words and layout of the source file, and on its roles, sets and names. The result must be a whole
-// file or a Failure.
+// Converts a hostile .shm file to every format. The writers depend on the extras of the file, which
+// describe the keywords and the layout of its source, and on roles, sets and names. The result must
+// be a complete file or a Failure.
 #include <unistd.h>
 
 #include <cstddef>
@@ -23,7 +23,8 @@ namespace {
 
 using namespace shm::converters;
 
-/// Does the same as `shm decompress`, but never renames the temporary file to its final name.
+/// Does the same as `shm decompress`, except that the output remains a temporary file and is
+/// removed.
 void decompress(std::span<const std::byte> file, const Format& format,
                 std::optional<StepRange> steps) {
   static const std::string folder = std::filesystem::temp_directory_path().string();
@@ -31,7 +32,7 @@ void decompress(std::span<const std::byte> file, const Format& format,
   Spool spool(folder);
   shm::MemorySource source(file);
   StagedMesh mesh(source, "hostile.shm", spool, shm_fuzz::small_limits());
-  // The tool refuses steps that the file does not contain before it calls this code.
+  // Ignores steps that the file does not contain: the tool refuses them before it calls this code.
   if (steps && steps->end > mesh.info().step_times.size()) steps.reset();
   std::optional<Translation> translation;
   if (is_foreign(mesh.info(), format))

@@ -1,9 +1,9 @@
-// Reads any bytes as an Exodus file: the result must be a whole mesh or a Failure. The mutator
-// parses classic netCDF headers, damages dimensions, attributes, types and offsets, or numbers in
-// the data, and writes the header and the data again, so that the code after netCDF's own checks is
-// reached.
+// Reads arbitrary bytes as an Exodus file. The result must be a complete mesh or a Failure. The
+// mutator parses the header of a classic netCDF file, and damages dimensions, attributes, types or
+// offsets in it, or numbers in the data. Then it writes the header and the data again, so that the
+// code after netCDF's own checks is reached.
 //
-// HDF5 files (netCDF-4) are refused here: the behaviour of HDF5 for hostile bytes is not tested
+// HDF5 files (netCDF-4) are skipped, because the behaviour of HDF5 for hostile bytes is not tested
 // (README.md).
 #include "exodus/exodus.h"
 
@@ -32,7 +32,8 @@ namespace {
 using Random = std::minstd_rand;
 using Bytes = std::vector<std::uint8_t>;
 
-/// Reads big-endian numbers of a classic header; returns zeros after its end.
+/// Reads big-endian numbers from the header of a classic netCDF file. Returns 0 after the end of
+/// the file.
 class Input {
  public:
   explicit Input(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -101,7 +102,7 @@ std::size_t type_bytes(std::uint32_t type) {
   return type < kBytes.size() ? kBytes[type] : 0;
 }
 
-/// A classic netCDF file: header and data.
+/// A classic netCDF file, parsed into header and data.
 class Classic {
  public:
   bool get(std::span<const std::uint8_t> file) {
@@ -132,10 +133,12 @@ class Classic {
     return true;
   }
 
-  /// The data moves if the length of the header changes.
+  /// Returns the file with the changed header. If the length of the header has changed, the data
+  /// moves, and its offsets in the header are adjusted.
   Bytes put() const {
     Bytes out = put_moved(0);
-    const std::uint64_t moved = out.size() - header_;  // wraps if the header is shorter
+    // wraps around if the header is shorter than before
+    const std::uint64_t moved = out.size() - header_;
     out = put_moved(moved);
     out.insert(out.end(), data.begin(), data.end());
     return out;
@@ -152,7 +155,7 @@ class Classic {
  private:
   std::size_t wide() const { return version_ == 5 ? 8 : 4; }
   std::uint64_t list(Input& in) {
-    in.number(4);  // kind of the list
+    in.number(4);  // skips the tag of the list
     return in.number(wide());
   }
   Bytes name(Input& in) {
@@ -281,7 +284,7 @@ void mutate_variable(Classic& file, Random& random) {
   }
 }
 
-/// Changes a number of 4 bytes in the data, such as an id, a node number or a count.
+/// Changes a 4-byte number in the data, which may be an id, a node number or a count.
 void mutate_data(Classic& file, Random& random) {
   if (file.data.size() < 4) return;
   const std::size_t at = random() % (file.data.size() / 4) * 4;

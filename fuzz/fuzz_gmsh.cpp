@@ -1,4 +1,4 @@
-// Reads any bytes as a Gmsh file: the result must be a whole mesh or a Failure.
+// Reads arbitrary bytes as a Gmsh file. The result must be a complete mesh or a Failure.
 #include "gmsh/gmsh.h"
 
 #include <cstddef>

@@ -1,7 +1,7 @@
-// Tests that the used memory stays within the limits. Reads damaged files with small ReadLimits,
-// some of which the first byte chooses. Counts all memory that is allocated while reading, which
-// must not exceed the sum that the limits allow. With sanitizers the count includes memory of zstd;
-// otherwise only memory of operator new.
+// Tests that memory stays within ReadLimits. Reads damaged files with small limits; the first byte
+// of the input chooses some of them. Counts all memory that is allocated during reading. The count
+// must not exceed the sum that the limits allow. With sanitizers, it includes the memory that zstd
+// allocates; without them, it includes only memory from operator new.
 #include <malloc.h>
 
 #include <algorithm>
@@ -37,7 +37,8 @@ std::size_t __sanitizer_get_allocated_size(const volatile void* memory);
 
 namespace {
 
-// Only one thread counts: the targets read without other threads.
+// These counters are not thread-safe. This is sufficient, because the target reads without
+// additional threads.
 thread_local bool counting = false;
 std::size_t held = 0, most_held = 0;
 
@@ -46,7 +47,7 @@ void on_malloc(const volatile void*, std::size_t bytes) {
   held += bytes;
   most_held = std::max(most_held, held);
 }
-// Memory allocated before counting began does not count when it is freed.
+// Memory that was allocated before counting began is not subtracted when it is freed.
 void on_free(std::size_t bytes) {
   if (counting) held -= std::min(held, bytes);
 }
@@ -56,7 +57,7 @@ void on_free_of(const volatile void* memory) {
 }
 #endif
 
-/// Returns the largest number of bytes that `work` has allocated at any time.
+/// Runs `work`, and returns the peak number of bytes that it had allocated.
 template <class Work>
 std::size_t memory_of(Work&& work) {
 #ifdef SHM_FUZZ_HOOKS
@@ -82,8 +83,8 @@ shm::ReadLimits limits_of(std::uint8_t choice) {
   return limits;
 }
 
-/// Returns the number of bytes that these limits allow. The fixed part is for tables of columns and
-/// of zstd.
+/// Returns the number of bytes that these limits allow. A fixed part is added for tables of columns
+/// and of zstd.
 std::uint64_t allowed(const shm::ReadLimits& limits, std::size_t file) {
   constexpr std::uint64_t kTables = std::uint64_t{64} << 20, kPerComponent = 12 << 10;
   constexpr std::uint64_t kPerVertex = 1 << 10, kPerIndexByte = 64;

@@ -1,5 +1,6 @@
-// Reads a file followed by parity packets that have wrong contents and valid checksums. The packets
-// are checked, damage is healed if possible, and healed data must match its checksums.
+// Reads files that end with parity packets. The packets have wrong contents but valid checksums.
+// The target checks the packets and repairs damage if possible; repaired data must match its
+// checksums.
 #include "archive/parity.h"
 
 #include <algorithm>
@@ -45,7 +46,7 @@ void check_and_heal(shm::RandomSource& source) {
   expect(healed.size() == shape.protected_bytes);
   Bytes all(static_cast<std::size_t>(healed.size()));
   expect(bool(healed.read_at(0, all)));
-  // Read the data again in pieces that cross the borders of blocks.
+  // Reads the repaired data again, in pieces that cross the borders between parity blocks.
   for (std::size_t at = 0; at < all.size(); at += 1000) {
     Bytes piece(std::min<std::size_t>(1500, all.size() - at));
     expect(bool(healed.read_at(at, piece)));
@@ -71,13 +72,13 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   const auto file = std::as_writable_bytes(std::span(data, size));
   const auto places = shm::parity_packets(file);
   if (places.empty() || random() % 8 == 0) return LLVMFuzzerMutate(data, size, max_size);
-  if (random() % 3 == 0) {  // simulate lost sectors
+  if (random() % 3 == 0) {  // simulates lost sectors of a disk
     const std::size_t at = random() % size,
                       count = std::min<std::size_t>(size - at, random() % 5000);
     std::fill_n(data + at, count, static_cast<std::uint8_t>(random()));
     return size;
   }
-  // Make the same wrong change in one packet or in all packets: in the header, or in the payload.
+  // Changes the header or the payload of one packet, or makes the same change in all packets.
   const bool all = random() % 2 == 0, payload = random() % 3 == 0;
   const std::size_t chosen = places[random() % places.size()], field = random(), way = random();
   for (const std::size_t at : places) {

@@ -1,6 +1,6 @@
-// Reads segments, steps and pieces of damaged files with valid checksums, by the index of the file.
-// Each call must return a value or an error; it must never crash, or use memory out of proportion
-// to the input. The first byte chooses the piece.
+// Reads segments, time steps and pieces of damaged files with valid checksums, through the index of
+// the file. Each call must return a value or an error. It must never crash, and its memory must be
+// in proportion to the size of the input. The first byte of the input chooses the piece.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -70,7 +70,7 @@ shm::ExtractRequest request_of(std::uint8_t which, const shm::MeshExtractor& rea
   return request;
 }
 
-/// Checks the guarantee of next(): it returns each vertex and each cell once.
+/// Checks that next() returns each vertex and each cell only once, as it guarantees.
 void read_piece(shm::MeshExtractor& reader, const shm::ExtractRequest& request) {
   if (!reader.begin(request)) return;
   std::size_t vertices = 0, cells = 0;
@@ -114,7 +114,8 @@ void read_pieces(shm::Result<shm::MeshExtractor> reader, std::uint8_t which) {
   }
 }
 
-/// Checks that boundary surfaces are valid, whether the file is read by the index or front to back.
+/// Finds boundary surfaces, reading through the index and from front to back, and checks that they
+/// are valid.
 void find_boundary(const std::vector<std::byte>& bytes, std::uint8_t which) {
   const shm::ReadLimits limits = shm_fuzz::small_limits();
   shm::BoundaryOptions options;
@@ -134,8 +135,8 @@ void find_boundary(const std::vector<std::byte>& bytes, std::uint8_t which) {
   }
 }
 
-/// Checks that a file is restored as its damage report states, with a rebuilt index if all chunks
-/// can be decoded.
+/// Restores a damaged file, with a rebuilt index if all chunks can be decoded. Checks that the
+/// result agrees with the damage report.
 void judge(shm::RandomSource& source) {
   const shm::ReadLimits limits = shm_fuzz::small_limits();
   const auto report = shm::find_damage(source, limits);
@@ -160,7 +161,7 @@ void judge(shm::RandomSource& source) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  // The input is in a buffer of exactly its size, so that a read beyond its end is detected.
+  // Copies the file into a buffer of exactly its size, so that a read beyond its end is detected.
   const std::vector<std::byte> bytes(reinterpret_cast<const std::byte*>(data) + 1,
                                      reinterpret_cast<const std::byte*>(data) + size);
   shm::MemoryRandomSource source(bytes);

@@ -1,4 +1,4 @@
-// Reads any bytes as an AVS UCD file: the result must be a whole mesh or a Failure.
+// Reads arbitrary bytes as an AVS UCD file. The result must be a complete mesh or a Failure.
 #include "ucd/ucd.h"
 
 #include <cstddef>

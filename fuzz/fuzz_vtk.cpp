@@ -1,4 +1,4 @@
-// Reads any bytes as a legacy VTK file: the result must be a whole mesh or a Failure.
+// Reads arbitrary bytes as a legacy VTK file. The result must be a complete mesh or a Failure.
 #include "vtk/legacy/vtk.h"
 
 #include <cstddef>

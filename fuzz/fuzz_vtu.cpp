@@ -1,4 +1,4 @@
-// Reads any bytes as a VTU file: the result must be a whole mesh or a Failure.
+// Reads arbitrary bytes as a VTU file. The result must be a complete mesh or a Failure.
 #include "vtk/xml/vtu.h"
 
 #include <cstddef>

@@ -1,6 +1,7 @@
-// Writes any mesh with the Writer and reads it back; the input chooses schema, options, cells and
-// values. The mesh must be restored exactly, and writing it again, also with threads, must result
-// in the same bytes. Invalid calls must be refused without harm to the writer.
+// Writes an arbitrary mesh with the Writer and reads it back. The input of the target chooses
+// schema, options, cells and values. The mesh must be restored exactly. Writing it again, with or
+// without threads, must produce the same bytes. The Writer must refuse invalid calls, and must
+// still work afterwards.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +18,7 @@
 
 namespace {
 
-/// Adds a run of scalars: smooth values, repeated values, or any bits.
+/// Appends `count` scalars to `out`: smooth values, repeated values, or random bits.
 void add_values(std::vector<std::byte>& out, shm::ScalarType type, std::size_t count, Choices& in) {
   const std::size_t width = shm::scalar_bytes(type);
   const std::uint32_t how = in.below(3);
@@ -57,7 +58,7 @@ shm::TestMesh make_mesh(Choices& in) {
     if (info.location == shm::Location::cell && in.flag()) info.blocks = {in.below(blocks)};
     schema.arrays.push_back(info);
   }
-  // Make cells of a grid, or cells with arbitrary nodes.
+  // The cells are those of a grid; some of them have arbitrary nodes instead.
   const std::uint32_t n = 1 + in.below(5), m = n + 1;
   mesh.vertices = m * m * m;
   const std::uint32_t cells = in.below(n * n * n + 1);
@@ -96,8 +97,8 @@ shm::WriteOptions make_options(Choices& in) {
   return options;
 }
 
-/// Writes the mesh with time steps, or with rounding. The written file must be readable, and its
-/// steps must contain the given values, in any order.
+/// Writes the mesh with time steps and with rounding. The file must be readable, and its steps must
+/// contain the given values, in any order.
 void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in) {
   if (in.flag())
     mesh.schema.coordinate_quantization =
@@ -120,7 +121,7 @@ void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in
       }
     return {};
   };
-  shm::TestMesh written = mesh;  // stepped arrays have no static values
+  shm::TestMesh written = mesh;  // arrays with time steps have no static values
   for (std::size_t a = 0; a < mesh.arrays.size(); ++a)
     if (mesh.schema.arrays[a].per_step) written.arrays[a].clear();
   const auto begun = in;
@@ -156,7 +157,7 @@ void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in
     }
 }
 
-/// Makes invalid calls.
+/// Makes invalid calls of a Writer.
 void misuse(const shm::TestMesh& mesh, const shm::WriteOptions& options, Choices& in) {
   shm::NullSink sink;
   auto writer = shm::Writer::create(sink, mesh.schema, options);
@@ -193,7 +194,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   shm::NullSink none;
   if (!shm::Writer::create(none, mesh.schema, options))
-    return 0;  // for example, shifts with a delay
+    return 0;  // the options are invalid, e.g. the codec shifts with a delay
   if (in.below(4) == 0) {
     with_more(mesh, options, in);
     return 0;

@@ -54,7 +54,8 @@ std::string text_of(const std::vector<std::byte>& bytes) {
 struct Golden {
   std::string name, bytes;
 };
-/// Returns the golden files below `folder`. Their names include subfolders: "0.1-keep.shm".
+/// Returns the golden files below `folder`. A file in a subfolder has the name of the subfolder in
+/// its name, e.g. "0.1-keep.shm".
 std::vector<Golden> golden_files(const path& folder) {
   std::vector<Golden> files;
   for (const auto& file : std::filesystem::recursive_directory_iterator(folder)) {
@@ -68,7 +69,8 @@ std::vector<Golden> golden_files(const path& folder) {
   return files;
 }
 
-/// Returns a file with an array on few cells with time steps, in several segments and groups.
+/// Returns a file with time steps, several segments and several groups, in which some arrays cover
+/// only a few cells.
 shm::FeatureFile steps_on_few_cells(shm::Order order, shm::ConnectivityCodec codec) {
   shm::TestMesh mesh = shm::bent_grid(4, 4, 3);
   mesh.schema.blocks.push_back({2, "few", shm::CellShape::hexahedron, 8});
@@ -96,7 +98,8 @@ shm::FeatureFile steps_on_few_cells(shm::Order order, shm::ConnectivityCodec cod
           written(stepped)};
 }
 
-/// Adds copies of the file with damage at various places, which checksums detect.
+/// Adds copies of a file to `out`, each with one damaged byte at a different position. Checksums
+/// detect this damage.
 void add_damaged(const shm::FeatureFile& file, std::vector<shm::FeatureFile>& out) {
   constexpr std::size_t kPlaces = 12;
   for (std::size_t i = 1; i < kPlaces; ++i) {
@@ -107,10 +110,11 @@ void add_damaged(const shm::FeatureFile& file, std::vector<shm::FeatureFile>& ou
   }
 }
 
-/// Returns files with further features, for which the feature files would become too large.
+/// Returns files with features that are not in the feature files, because they would make those too
+/// large.
 std::vector<shm::FeatureFile> more_files() {
   std::vector<shm::FeatureFile> files;
-  {  // this file packs to far less than a thirtieth of its size
+  {  // a file with data that is compressed to far less than a thirtieth of its size
     shm::MemorySink sink;
     auto writer = shm::Writer::create(sink, shm::hexahedra_schema());
     for (const char* key : {"zeros", "more zeros"})
@@ -123,7 +127,7 @@ std::vector<shm::FeatureFile> more_files() {
     (void)writer->finish();
     files.push_back({"zeros", std::move(sink.bytes)});
   }
-  {  // this file has a set of each kind, and an invalid set of each kind
+  {  // a file with a set of each kind, and a file with an invalid set of each kind
     using Kind = shm::MeshSet::Kind;
     std::vector<shm::MeshSet> sets = {{Kind::nodes, 7, "inlet", {0, 3, 5}, {}, {}, {1, .5, 2}},
                                       {Kind::sides, -1, "", {0, 4, 4}, {1, 6, 2}, {}, {}},
@@ -145,7 +149,8 @@ std::vector<shm::FeatureFile> more_files() {
     }
   }
   for (const shm::Order order : {shm::Order::keep, shm::Order::stream})
-    for (const auto codec : shm::codecs_of_both_kinds()) {  // steps of vertices that no cell uses
+    // files with time steps and with vertices that no cell uses
+    for (const auto codec : shm::codecs_of_both_kinds()) {
       shm::TestMesh mesh = with_order(shm::bent_grid(4, 3, 3), order, order == shm::Order::keep, 0);
       for (int i = 0; i < 3; ++i) append_point(mesh, {2, i + .5, -1});
       for (const shm::Location location : {shm::Location::point, shm::Location::cell}) {
@@ -190,7 +195,8 @@ void write_choices(const path& folder) {
   }
 }
 
-/// Writes files followed by random calls: several scripts for each file.
+/// Writes the seeds of fuzz_calls: two for each feature file, each with a different random script
+/// of calls.
 void write_calls(const path& folder, const std::vector<shm::FeatureFile>& features) {
   shm::PlainRandom random(11);
   for (const shm::FeatureFile& feature : features)
@@ -203,7 +209,8 @@ void write_calls(const path& folder, const std::vector<shm::FeatureFile>& featur
 }
 
 #ifdef SHM_SEEDS_OF_CONVERTERS
-/// Writes the files in all formats. Formats that cannot store a mesh get no seed from it.
+/// Converts some of the feature files to all other formats. If a format cannot store a mesh, there
+/// is no seed.
 void write_formats(const path& folder, const std::vector<shm::FeatureFile>& features) {
   using namespace shm::converters;
   constexpr std::array<std::string_view, 8> kSome = {
@@ -227,7 +234,8 @@ void write_formats(const path& folder, const std::vector<shm::FeatureFile>& feat
   }
 }
 
-/// Writes .shm files from other formats, with the words and layouts of these formats.
+/// Compresses the files in `seeds`, which have other formats. The resulting .shm files contain the
+/// keywords and layouts of these formats.
 void write_converted(const path& folder, const path& seeds) {
   using namespace shm::converters;
   std::vector<path> files;
@@ -244,7 +252,7 @@ void write_converted(const path& folder, const path& seeds) {
       compress_mesh(*mesh, sink, options, spool);
       write(folder / (seeds.filename().string() + "-" + file.filename().string()),
             choice++ + text_of(sink.bytes));
-    } catch (const Failure&) {  // most files of a corpus are not whole meshes
+    } catch (const Failure&) {  // most files of a fuzzing corpus are not complete meshes
     }
   }
 }
@@ -256,7 +264,7 @@ void write_parity_files(const path& folder, const std::vector<shm::FeatureFile>&
   std::string damaged = file;
   std::fill(damaged.begin() + 100, damaged.begin() + 300, '\0');
   write(folder / "damaged", damaged);
-  // Add a file with several blocks in several stripes.
+  // Also writes a file with several parity blocks in several stripes.
   std::vector<std::byte> all;
   for (const shm::FeatureFile& feature : features)
     if (all.size() < 9000) all.insert(all.end(), feature.bytes.begin(), feature.bytes.end());

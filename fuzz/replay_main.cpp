@@ -1,5 +1,6 @@
-// main() for a fuzz target without a fuzzer: runs the target once for each given file, and for each
-// file of each given folder. It is used with compilers without libFuzzer, and with debuggers.
+// main() for a fuzz target without a fuzzer. Runs the target once for each file given on the
+// command line, and for each file in a given folder. Used with compilers that have no libFuzzer,
+// and with debuggers.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -10,7 +11,8 @@
 #include <vector>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
-/// The mutators need this function; it changes nothing here.
+/// The mutators need this function of libFuzzer to be linked. Without the fuzzer, it changes
+/// nothing.
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t*, std::size_t size, std::size_t) {
   return size;
 }

@@ -1,8 +1,8 @@
 # Common part of the toolchain files in this folder. Each toolchain file sets SHM_PROCESSOR and
-# SHM_TRIPLET. It also sets SHM_EMULATOR if this machine cannot run the programs directly, and
-# SHM_SYSTEM if the system is not Linux. Libraries for the target machine (zstd, xxHash,
-# GoogleTest) are in build/machines, which scripts/other-machines fills. The C and C++ libraries
-# come with Debian's cross compilers.
+# SHM_TRIPLET. It also sets SHM_EMULATOR if the build machine cannot run programs of the target
+# machine directly, and SHM_SYSTEM if the target system is not Linux. scripts/other-machines
+# installs libraries for the target machine (zstd, xxHash, GoogleTest) into build/machines. The C
+# and C++ libraries come with Debian's cross compilers.
 get_filename_component(SHM_SYSROOT "${CMAKE_CURRENT_LIST_DIR}/../../build/machines" ABSOLUTE)
 string(APPEND SHM_SYSROOT /${SHM_TRIPLET})
 if(NOT SHM_SYSTEM)
@@ -13,7 +13,7 @@ set(CMAKE_SYSTEM_PROCESSOR ${SHM_PROCESSOR})
 set(CMAKE_C_COMPILER ${SHM_TRIPLET}-gcc)
 set(CMAKE_CXX_COMPILER ${SHM_TRIPLET}-g++)
 set(CMAKE_LIBRARY_ARCHITECTURE ${SHM_TRIPLET})
-# A statically linked program needs no files from SHM_SYSROOT at run time.
+# Programs are linked statically, so that they need no files of SHM_SYSROOT at run time.
 set(CMAKE_EXE_LINKER_FLAGS_INIT -static)
 set(CMAKE_FIND_LIBRARY_SUFFIXES .a)
 if(SHM_EMULATOR)
