@@ -52,7 +52,8 @@ bool same_number(const std::byte* a, ScalarType type_a, const std::byte* b, Scal
 double distance(const std::byte* a, ScalarType type_a, const std::byte* b, ScalarType type_b) {
   if (!is_float(type_a) && !is_float(type_b)) {
     const auto x = whole(a, type_a), y = whole(b, type_b);
-    if (x->negative == y->negative)  // exact even for integers that a double cannot represent
+    // Subtract the magnitudes, because a double may be unable to represent the integers exactly.
+    if (x->negative == y->negative)
       return static_cast<double>(x->magnitude > y->magnitude ? x->magnitude - y->magnitude
                                                              : y->magnitude - x->magnitude);
   }

@@ -14,8 +14,8 @@ struct archive;
 
 namespace shm::converters {
 
-// Returns `path` without the extension of a compressed file, e.g. "run.e" for "run.e.gz". Returns
-// other paths unchanged.
+// Returns `path` without the extension of a compression format, e.g. "run.e" for "run.e.gz".
+// Returns other paths unchanged.
 std::string unpacked_name(const std::string& path);
 
 class UnpackedSource final : public ByteSource {
@@ -26,8 +26,8 @@ class UnpackedSource final : public ByteSource {
   UnpackedSource(const UnpackedSource&) = delete;
   UnpackedSource& operator=(const UnpackedSource&) = delete;
 
-  // Reads decompressed bytes. Returns the error of the packed source if reading it fails, or the
-  // error `corrupt` if the data cannot be decompressed.
+  // Reads decompressed bytes. If reading the compressed source fails, returns the error of that
+  // source. If the data cannot be decompressed, returns the error `corrupt`.
   Result<std::size_t> read(std::span<std::byte> into) override;
 
  private:
@@ -40,9 +40,9 @@ class UnpackedSource final : public ByteSource {
   std::unique_ptr<ByteSource> packed_;
   std::string name_;
   std::vector<std::byte> piece_;
-  Result<void> refusal_;  // error of the packed source, if it reported one
+  Result<void> refusal_;  // error of the compressed source, if it reported one
   std::unique_ptr<archive, Closed> reader_;
-  // begun_ is true if reading has begun. at_end_ is true if all bytes of the packed source have
+  // begun_ is true if reading has begun. at_end_ is true if all bytes of the compressed source have
   // been read.
   bool begun_ = false, at_end_ = false;
 };

@@ -125,7 +125,8 @@ class SiteFinder {
     const auto runs_a = static_cast<std::uint32_t>(left_a_.points.size());
     const std::size_t runs = runs_a + left_b_.points.size();
     DisjointSets groups(runs);
-    // For each run, true if there are too many runs within the tolerance to examine all of them.
+    // crowded[i] is true if so many runs lie within the tolerance of run i that they were not all
+    // examined.
     std::vector<bool> crowded(runs, false);
     for (std::uint32_t i = 0; i < runs; ++i) {
       std::size_t found = 0;
@@ -158,8 +159,8 @@ class SiteFinder {
     return i < runs_a ? left_a_.site[i] : left_b_.site[i - runs_a];
   }
 
-  // Returns a flag for each group of runs: true if no two of its runs are further apart than the
-  // tolerance, and `crowded` is false for all of them.
+  // Returns a flag for each group of runs. The flag is true if no two runs of the group are further
+  // apart than the tolerance, and `crowded` is false for each run of the group.
   std::vector<bool> close_groups(DisjointSets& groups, const std::vector<bool>& crowded) const {
     std::vector<PlainPoint> low(crowded.size()), high(crowded.size());
     std::vector<bool> close(crowded.size(), true);
@@ -177,9 +178,9 @@ class SiteFinder {
     return close;
   }
 
-  // Assigns sites to the runs that do not have a site yet. First, a run of A and a run of B share a
-  // site if each is the nearest run to the other. Then each remaining run shares the site of the
-  // nearest run of the other mesh.
+  // Assigns a site (a point that both meshes share) to each run that does not have one yet. First,
+  // a run of A and a run of B get a common site if each is the run of its mesh that is nearest to
+  // the other. Then each remaining run gets the site of the nearest run of the other mesh.
   void take_nearest(const PointTree& tree_a, const PointTree& tree_b) {
     std::vector<std::uint32_t> nearest_a(left_b_.points.size(), kNoSite);
     for (std::size_t k = 0; k < nearest_a.size(); ++k)

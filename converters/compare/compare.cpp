@@ -62,7 +62,7 @@ class Comparison {
     return std::move(report_);
   }
   // Returns the object that searches for the renumbering. It contains the candidate that run()
-  // used. Requires run().
+  // used. Precondition: run() has been called.
   const NumberingSearch& numbers() const { return numbers_; }
 
  private:
@@ -265,8 +265,9 @@ MeasuredError* Comparison::measured_error(const Column& column) {
   return &report_.measured.back();
 }
 
-// Compares the source's values and the restored values of a column. `order[i]` is the index in the
-// source of the restored element i. If `order` is null, the indices are equal in both meshes.
+// Compares the values of a column (the coordinates, or an array at one step) in the source and in
+// the restored mesh. Element i of the restored mesh is element `order[i]` of the source, or element
+// i if `order` is null.
 void Comparison::compare_column(const Column& column, NumberList* order) {
   const std::size_t stride = column.components * scalar_bytes(column.type);
   MeasuredError* measured = measured_error(column);

@@ -16,8 +16,8 @@ struct DiffOptions {
   // (exact comparison), absolute or relative.
   Lossy tolerance;
   bool match = false;       // true: match vertices and cells, whatever their order
-  bool with_roles = true;   // true: also compare arrays with a role that only their format knows,
-                            // such as number maps and attributes
+  bool with_roles = true;   // true: also compare arrays with a format-specific role, such as number
+                            // maps and attributes
   bool with_extras = true;  // true: also compare sets, titles, field data, ...
   std::vector<std::string> only;  // names of the arrays to compare; empty: all arrays
 

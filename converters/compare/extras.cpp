@@ -159,8 +159,8 @@ class ExtrasDiff {
     if (range.overall() > 0) finding.relative = finding.largest / range.overall();
   }
 
-  // Sorts the members of each set in ascending order. Other lists of the set that have one row per
-  // member are reordered in the same way.
+  // Sorts the members of each set in ascending order. Reorders the other lists of the set in the
+  // same way if they have one row per member.
   static void sort_members(std::vector<Extra>& extras) {
     std::map<std::string, std::vector<Extra*>> by_parent;
     for (Extra& extra : extras)

@@ -21,7 +21,7 @@ std::string kind_text(const Extra& extra);
 
 struct ExtrasComparison {
   std::function<bool(const std::string& key)> is_ignored;
-  // maps from vertices and cells of A to those of B; empty if the numbers are equal
+  // maps vertex and cell numbers of A to those of B; empty if both meshes use the same numbers
   Renumbering to_b;
   bool in_any_order = false;  // true: ignore the order of members of sets
   Accuracy accuracy;  // tolerance of floating-point values; a relative tolerance is multiplied by

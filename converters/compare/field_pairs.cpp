@@ -13,7 +13,7 @@
 namespace shm::converters {
 namespace {
 
-// Common name of an array that contains block ids.
+// Usual name of an array that contains block ids.
 constexpr std::string_view kBlockIds = "BlockId";
 
 std::vector<std::string> paths_of(const Schema& schema) {
@@ -74,8 +74,8 @@ class Pairing {
     return list;
   }
 
-  // Returns the arrays to pair. If the formats differ, arrays without values are left out, because
-  // the other file may lack them.
+  // Returns the arrays of one mesh that are to be paired with arrays of the other. If the formats
+  // differ, omits arrays without values, because the other format may not store such arrays.
   Arrays candidates(const MeshInfo& info) const {
     Arrays list;
     for (std::size_t i = 0; i < info.schema.arrays.size(); ++i) {
@@ -233,7 +233,7 @@ class Pairing {
     return found;
   }
 
-  // Pairs an array of block numbers of one mesh with the block ids of the other mesh.
+  // Pairs an array that contains the block ids of one mesh with the block ids of the other mesh.
   void pair_block_ids(const MeshInfo& holder, Arrays& arrays, const MeshInfo& blocks,
                       bool swapped) {
     if (format_of(blocks).capabilities.blocks_by_type) return;

@@ -59,7 +59,8 @@ struct FieldPairs {
 // ignored.
 FieldPairs pair_fields(const MeshInfo& a, const MeshInfo& b, bool one_format, bool with_roles);
 
-// Reads the values of one side of a field, and finds the vertices or cells to which they belong.
+// Reads the values of a field in one of the two meshes, and finds the vertices or cells to which
+// they belong.
 class FieldReader {
  public:
   // Borrows `mesh` and `spool`. If the block of each cell is needed, the constructor reads all
@@ -98,8 +99,8 @@ class FieldReader {
   const CommonStrings* strings_ = nullptr;
   bool is_a_ = true;
   std::vector<std::byte> piece_;
-  // Numbers of the covered cells if the field covers only some cells. Needs 16 bytes per cell in
-  // the spool.
+  // Numbers of the covered cells if the field covers only some cells. Needs 16 bytes of temporary
+  // storage per cell, in the spool.
   std::optional<NumberList> covered_;
   std::optional<NumberTable> rank_;     // 1 + element index of each cell; 0: cell not covered
   std::optional<PagedArray> block_id_;  // block id of each cell, int64

@@ -444,8 +444,8 @@ void Diff::compare_step(const StepPair& step, const FieldPair& field, FieldReade
   if (!one_format_ && !a.covers_all()) compare_uncovered(step, field, a, b, scan);
 }
 
-// Checks the values that the field has in B on cells that it does not cover in A. Called if the
-// formats differ.
+// Checks the vertices or cells that the field covers in B but not in A: their values in B should be
+// NaN or zero. Called if the formats differ.
 void Diff::compare_uncovered(const StepPair& step, const FieldPair& field, FieldReader& a,
                              FieldReader& b, ValueScan& scan) {
   std::vector<std::byte> values;

@@ -6,7 +6,7 @@
 // arrays in one mesh), strings of legacy VTK and VTU, times, and block ids (which are an array in
 // VTK). Data that only one format supports (number maps, sets, titles, field data) is not compared.
 // Different scalar types are reported as a note, not as a difference. If one format has no steps,
-// its mesh is compared with the last step of the other mesh.
+// its mesh is compared with the final step of the other mesh.
 //
 // Memory is bounded, except with the option `match` (see mesh_match.h).
 #pragma once

@@ -45,12 +45,12 @@ struct Side {
   const MeshInfo& info;
   const CellTable cells;
   const std::vector<std::uint32_t>& class_of_block;
-  std::vector<std::uint32_t> site;     // site of each vertex
-  std::vector<std::uint32_t> left_at;  // for each site: number of vertices without a counterpart
+  std::vector<std::uint32_t> site;           // site (point in space) of each vertex
+  std::vector<std::uint32_t> left_at;        // number of unmatched vertices at each site
   std::vector<std::uint32_t>* to = nullptr;  // counterpart of each vertex, or kNone
   std::vector<std::uint32_t>* cell_to = nullptr;
-  // Data about unmatched cells: the cells that use each vertex, the vertices at each site, and the
-  // key of each cell.
+  // Data about the unmatched cells and vertices: the cells that use each vertex, the vertices at
+  // each site (point in space), and the key (hash) of each cell.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> users;    // (vertex, cell), ascending
   std::vector<std::pair<std::uint32_t, std::uint32_t>> waiting;  // (site, vertex), ascending
   std::unordered_map<std::uint32_t, std::uint64_t> key_of;       // key of each cell
@@ -90,9 +90,9 @@ class Matcher {
   }
 
  private:
-  // Returns the name of a vertex, a number from which keys of cells are computed. The name of a
-  // matched vertex is its number in A. The name of an unmatched vertex is derived from its site. If
-  // the other mesh has no unmatched vertex at that site, the name is kNowhere.
+  // Returns the "name" of a vertex: a number from which keys (hashes) of cells are computed. The
+  // name of a matched vertex is its number in A. The name of an unmatched vertex is derived from
+  // its site. If the other mesh has no unmatched vertex at that site, the name is kNowhere.
   static constexpr std::uint64_t kNowhere = ~std::uint64_t{0};
   std::uint64_t name_of(const Side& side, std::uint32_t vertex) const {
     const std::uint32_t other = (*side.to)[vertex];
@@ -126,7 +126,8 @@ class Matcher {
     ++result_.matched_vertices;
   }
   void match_lone_vertices() {
-    // For each site at which each mesh has exactly one unmatched vertex: the vertex of A.
+    // lone[s] is the unmatched vertex of A at site s if each mesh has exactly one unmatched vertex
+    // there, otherwise kNone.
     std::vector<std::uint32_t> lone(a_.left_at.size(), kNone);
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)
       if (a_.left_at[a_.site[v]] == 1 && b_.left_at[a_.site[v]] == 1) lone[a_.site[v]] = v;
@@ -143,8 +144,8 @@ class Matcher {
     return keys;
   }
 
-  // Calls visit(cells of A, cells of B) for each key that unmatched cells of both meshes have.
-  // Passes the unmatched cells with this key.
+  // Calls visit(a, b) for each key that occurs among the unmatched cells of both meshes: `a` and
+  // `b` are the unmatched cells of A and of B with this key.
   template <class KeyOf, class Visit>
   void join(KeyOf&& key, Visit&& visit) {
     const std::vector<Keyed> a = keys_of_unmatched(a_, key), b = keys_of_unmatched(b_, key);
@@ -188,10 +189,10 @@ class Matcher {
     return 2 * static_cast<std::size_t>(nowhere) <= names.size();
   }
 
-  // Matches two cells that have the same key, and their vertices. For this, searches for a rotation
-  // of cell `a` that makes the names of its nodes equal to those of cell `b`. Returns false if
-  // there is no such rotation. If several rotations result in different matches of vertices, uses
-  // the first of them if `any` is true, and returns false if `any` is false.
+  // Matches two cells that have the same key, and their vertices. To do so, searches for a rotation
+  // of cell `a` after which its node names equal those of cell `b`. Returns false if there is no
+  // such rotation. If several rotations are possible and would match different vertices, uses the
+  // first one if `any` is true, and returns false otherwise.
   bool match_cells(std::uint32_t a, std::uint32_t b, bool any) {
     std::vector<std::uint64_t> names_a, names_b;
     name_nodes(a_, a, names_a);
@@ -243,10 +244,11 @@ class Matcher {
   }
 
   // Matches the remaining cells one by one, together with their vertices. If a key belongs to
-  // exactly one cell of each mesh, these two cells are matched. The matched vertices change the
-  // keys of neighbouring cells, so that more cells can be matched. If no such key is left, matches
-  // the first cell of A and the first cell of B that have the same key. Cells of a mesh have the
-  // same key if they are copies of each other, or if the meshes differ.
+  // exactly one cell of each mesh, these two cells are matched. Their newly matched vertices change
+  // the keys of neighbouring cells, so that more cells can be matched. If no such key is left,
+  // matches the first cell of A and the first cell of B that have the same key. Several cells of
+  // one mesh share a key only if they are copies of each other at the same place, or if the meshes
+  // differ.
   void match_rest_by_cells() {
     for (std::uint32_t site = 0; site < one_sided_.size(); ++site)
       one_sided_[site] = is_one_sided(site);
@@ -318,8 +320,9 @@ class Matcher {
         fresh_.pop_back();
         rename(a_, a);
         rename(b_, b);
-        // If a site has become one-sided, the name of its unmatched vertices is now kNowhere.
-        // Recompute the keys of the cells that use these vertices, once per site.
+        // If no more than one mesh still has unmatched vertices at a site, the site has become
+        // one-sided, and the name of these vertices is now kNowhere. Recompute the keys of the
+        // cells that use these vertices, once per site.
         for (const std::uint32_t site : {a_.site[a], b_.site[b]}) {
           if (one_sided_[site] || !is_one_sided(site)) continue;
           one_sided_[site] = true;
@@ -374,7 +377,7 @@ class Matcher {
   }
 
   // Matches cells that have the same vertices, but in another order or in another block. Such cells
-  // count as changed cells.
+  // are reported as changed.
   void match_cells_of_same_vertices() {
     join(
         [this](const Side& side, std::uint32_t cell) {

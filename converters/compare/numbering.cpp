@@ -26,11 +26,11 @@ NumberingSearch::NumberingSearch(MeshSource& source, MeshSource& restored, Spool
       wanted_(restored.info().schema.order != Order::keep &&
               source.info().schema.order == Order::keep) {}
 
-// Adopts the candidate renumbering with index `guess`. In the first candidate, all numbers are
-// unchanged. Each further candidate results from encoding the source again, in one of the known
-// cell orders that match the restored cells. A candidate may match the cells but not their vertices
-// and values, because cells may coincide or look the same after a rotation. The caller then tries
-// the next candidate.
+// Adopts the candidate renumbering with index `guess`. In the first candidate, all vertex and cell
+// numbers are unchanged. Each further candidate results from encoding the source again, in one of
+// the known cell orders that match the restored cells. A candidate may match the cells but still be
+// wrong for vertices and values, because several cells may coincide, or a cell may match in several
+// rotations. The caller then tries the next candidate.
 void NumberingSearch::take(std::size_t guess) {
   const bool as_they_are = same_as_they_are() || same_within_blocks();
   if (as_they_are) has_more_ = true;
@@ -49,15 +49,15 @@ bool NumberingSearch::same_as_they_are() {
   return true;
 }
 
-// Returns true if each block contains the same cells in the same order. If a format stores the
-// blocks one after the other, the order of the cells in the whole mesh may change, but the order of
-// the vertices does not. Adopts the resulting cell numbers.
+// Returns true if each block contains the same cells in the same order in both meshes. This happens
+// if a format stores the cells block by block: the order of the cells across blocks may then
+// change, but the order of the vertices does not. If true, adopts the resulting cell numbers.
 bool NumberingSearch::same_within_blocks() {
   const MeshInfo& info = source_->info();
   const Schema& schema = restored_->info().schema;
   const bool cells_move = schema.delay > 0 || schema.order == Order::free;
   if (!cells_move || info.block_cells.size() < 2) return false;
-  std::vector<std::uint64_t> next;  // for each block: index in source_cell of its next cell
+  std::vector<std::uint64_t> next;  // for each block, the index of its next cell in source_cell
   for (std::uint64_t sum = 0; const std::uint64_t count : info.block_cells) {
     next.push_back(sum);
     sum += count;
@@ -123,7 +123,7 @@ bool NumberingSearch::replay_free_order(std::size_t guess) {
   return true;
 }
 
-// Replaces the source with a renumbered copy in a spool.
+// Replaces the source with a renumbered copy in a spool (temporary storage, on disk if large).
 void NumberingSearch::take_up_spooled() {
   if (spooled_ == nullptr) spooled_ = std::make_unique<SpooledSource>(*source_, *spool_, progress_);
   in_spool_ = &spooled_->mesh;
@@ -186,8 +186,8 @@ std::string NumberingSearch::corners_text(std::span<const std::uint64_t> corners
 }
 
 std::size_t NumberingSearch::cache_bytes() const {
-  // The cache is small, because the spool of a spooled mesh already caches the pages that are
-  // needed.
+  // A small cache suffices, because the spool that contains the mesh already caches the pages that
+  // are needed.
   return in_spool_ == nullptr ? kCacheBytes : spooled_->memory.cache_bytes / 4;
 }
 

@@ -27,8 +27,9 @@ struct Numbering {
   std::shared_ptr<NumberList> vertices, cells;
 };
 
-// A renumbered copy of the source in a spool, and a second spool for tables. Used if the source
-// does not fit in memory. Created once, and shared by all candidates.
+// A renumbered copy of the source in a spool (temporary storage, on disk if large), and a second
+// spool for tables. Used if the source does not fit in memory. Created once, and shared by all
+// candidates.
 struct SpooledSource {
   SpooledSource(MeshSource& source, const Spool& spool, const Progress& progress)
       : memory(spool.memory_budget()),
@@ -43,25 +44,27 @@ struct SpooledSource {
 
 class NumberingSearch {
  public:
-  // Borrows all arguments. If `given_order` is not null, it is the only order of cells in which the
-  // source is encoded again. Otherwise all known orders are tried. `spooled` receives the
+  // Borrows all arguments. If `given_order` is not null, the source is encoded again only with its
+  // cells in this order. Otherwise all known orders of the cells are tried. `spooled` receives the
   // renumbered source, which is created when it is first needed.
   NumberingSearch(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
                   const CellSequence* given_order, std::unique_ptr<SpooledSource>& spooled);
 
-  // Returns true if the numbers may differ. This is the case if the restored mesh was encoded in an
-  // order other than `keep`, and the source was not.
+  // Returns true if the source and the restored mesh may number their vertices and cells
+  // differently. This is the case if the restored mesh was encoded in an order other than `keep`,
+  // and the source was not.
   bool is_wanted() const { return wanted_; }
   // Adopts the candidate with index `guess`. Throws Failure if the candidate is not a bijection.
   void take(std::size_t guess);
-  // Returns true if there may be another candidate. Requires take().
+  // Returns true if there may be another candidate. Precondition: take() has been called.
   bool has_more() const { return has_more_; }
 
   // Returns the source. After take(), this may be the renumbered copy. In this case, the functions
   // below use the vertex and cell numbers of the copy as numbers of the source.
   MeshSource& source() { return *source_; }
-  // Returns the spool that the comparison should use; the search uses the same spool. If there is a
-  // renumbered copy of the source, this spool has a smaller budget.
+  // Returns the spool (temporary storage) that the comparison should use. The search for the
+  // renumbering uses it too. If there is a renumbered copy of the source, this spool has a smaller
+  // memory budget.
   Spool& spool() { return *spool_; }
   // Return a list that contains, for each restored vertex, cell, or array element, its number in
   // the source. Null means that the numbers are equal in both meshes.

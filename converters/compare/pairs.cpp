@@ -44,8 +44,8 @@ class BlockPairing {
   }
 
  private:
-  // Pairs unpaired blocks that have the same key. If several blocks of a mesh have the same key,
-  // they are paired in their order.
+  // Pairs blocks of A and B that have the same key and are not paired yet. If several blocks of a
+  // mesh have the same key, these blocks are paired in ascending order.
   template <class Key, class May>
   void pair_by(Key&& key, May&& may) {
     std::map<decltype(key(blocks_b_.front())), std::deque<std::size_t>> left;

@@ -1,5 +1,5 @@
-// Converts the values of two string arrays. These values are indices into two lists of strings, and
-// become indices into one common list.
+// Converts the values of two string arrays. These values are indices into two different lists of
+// strings. They are converted to indices into one common list.
 #pragma once
 
 #include <cstddef>

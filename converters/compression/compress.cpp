@@ -26,13 +26,13 @@
 namespace shm::converters {
 namespace {
 
-// Cache size in bytes (no limit) if the whole mesh is in memory anyway. The cache holds vertex
-// records, or the values of one step.
+// Size limit, in bytes, of the cache for vertex records or for the values of one step. There is no
+// limit if the whole mesh is in memory anyway.
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 
-// Creates a Writer. If the user chose a codec, the Writer returns the error `misuse` if this codec
-// cannot encode the mesh, and the error is passed on. If the user did not choose a codec, the cause
-// is the mesh, and `misuse` becomes `unsupported`.
+// Creates a Writer. The Writer returns the error `misuse` if the codec cannot encode the mesh. If
+// the user chose the codec, this error is passed on. Otherwise the mesh is the cause, and the error
+// is changed to `unsupported`.
 Writer writer_to(ByteSink& sink, Schema schema, const WriteOptions& options) {
   return options.connectivity == ConnectivityCodec::automatic
              ? checked(Writer::create(sink, std::move(schema), options))
@@ -153,7 +153,8 @@ bool rounds_something(const Lossy& lossy) {
 }
 
 // Receives the coding order of a reordered mesh, whose vertices may also have been renumbered.
-// Converts the numbers to numbers of the original mesh, and forwards them to another receiver.
+// Converts the vertex and cell numbers to those of the original mesh, and forwards them to another
+// receiver.
 class FormerNumbers final : public CodingOrder {
  public:
   // All arguments must outlive this object. `in_spool` is the mesh with renumbered vertices. It is
@@ -228,7 +229,7 @@ std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const Compress
   });
 }
 
-// Returns the largest distance between key steps. The default is 1 for a mesh with one step. The
+// Returns the largest distance between key steps. The default is 1 for a mesh with one step. This
 // step is then a key step, so neither the encoder nor the decoder needs to keep its values as a
 // reference for other steps.
 std::uint32_t key_steps_of(const MeshSource& mesh, const CompressOptions& options) {
@@ -241,8 +242,8 @@ WriteOptions heard_by(CodingOrder* coding_order, WriteOptions options) {
   return options;
 }
 
-// Compresses a mesh in Order::free if it does not fit in memory; the mesh is copied to a spool. The
-// resulting file is the same as when the mesh is in memory.
+// Compresses a mesh in Order::free if the mesh does not fit in memory: copies it to a spool
+// (temporary storage, on disk if large). The resulting file is the same as for a mesh in memory.
 SizeReport compress_free_in_spool(MeshSource& mesh, ByteSink& sink, const Schema& schema,
                                   const CompressOptions& options, Spool& spool) {
   const SpooledSearch search(spool.memory_budget());
@@ -308,7 +309,8 @@ bool needs_corner_order(const MeshInfo& info) {
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   Schema schema = mesh.info().schema;
   schema.order = options.order;
-  // trend is the most general step reference. The Writer selects a simpler one if that suffices.
+  // `trend` (extrapolation of the two previous steps) is the most general reference for predicting
+  // a step. The Writer selects a simpler one if that suffices.
   schema.step_references = StepReference::trend;
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());

@@ -2,9 +2,10 @@
 //
 // Needs two passes over the cells. A third pass is needed if there is a delay buffer and an array
 // that covers only some blocks. Another pass is needed to try delay buffers on a sample. Memory
-// grows with the active surface, not with the mesh. Order::free needs the whole mesh at once: the
-// mesh and its data are in memory if the spool's budget allows that, and otherwise in the spool.
-// The resulting file is the same in both cases. See free_order.h.
+// grows with the active surface (the vertices that later cells still need), not with the size of
+// the mesh. Order::free needs the whole mesh at once: the mesh and its data are in memory if the
+// memory budget allows that, and otherwise on disk, in the spool. The resulting file is the same in
+// both cases. See free_order.h.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +31,7 @@ namespace shm::converters {
 struct CompressOptions {
   Order order = Order::keep;
   // Number of cells in the delay buffer. Order::free has no delay buffer. If this option is not
-  // set, Order::stream uses the result of find_delay(), and no delay buffer at Level::fast.
+  // set, Order::stream uses the result of find_delay(), or no delay buffer at Level::fast.
   std::optional<std::uint32_t> delay = 0;
   Level level = Level::standard;
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
@@ -57,8 +58,9 @@ struct CompressOptions {
 // pass over these values). Does not search for a delay: the delay is 0 unless the options set it.
 Schema schema_for(MeshSource& mesh, const CompressOptions& options);
 
-// Returns the same schema as schema_for(), but with the delay that compress_mesh() uses. If the
-// options do not set the delay, it may be searched for on a sample of the mesh.
+// Returns the same schema as schema_for(), but with the delay (the size of the delay buffer) that
+// compress_mesh() uses. If the options do not set the delay, this function may test delays on a
+// sample of the mesh.
 Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& spool);
 // Returns the options that compress_mesh() passes to a Writer.
 WriteOptions write_options_for(const MeshSource& mesh, const CompressOptions& options);
@@ -74,8 +76,8 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
                          Spool& spool);
 
 // Estimates the size in bytes that the file would have in Order::free, from a sample of the mesh.
-// `sizes` are the sizes of the file that was written with `options`. Returns nothing if the mesh
-// does not fit in memory.
+// `sizes` is the size report of the file that was written with `options`. Returns nothing if the
+// mesh does not fit in memory.
 std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const CompressOptions& options,
                                                  const SizeReport& sizes, Spool& spool);
 

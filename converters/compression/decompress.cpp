@@ -278,8 +278,8 @@ FileSummary summarize_stream(ByteSource& source, const std::string& name,
   WatchedSource watched(source, 0, progress);
   ReadOptions options;
   options.threads = 0;
-  // The neighbourhoods of cells in small meshes fit into this limit, so they are derived only once.
-  // In larger meshes they are derived again for each array and step.
+  // Memory limit for the neighbourhoods of cells. If the neighbourhoods of all cells fit into 4
+  // MiB, they are derived only once. Otherwise they are derived again for each array and step.
   options.kept_topology_bytes = std::size_t{4} << 20;
   Reader reader = unwrap(Reader::open(watched, {}, options), name);
   Summary summary;

@@ -1,4 +1,4 @@
-// Decompresses a .shm file to a MeshSource whose data is staged in a spool.
+// Decompresses a .shm file to a MeshSource whose data is kept in a spool (temporary storage).
 //
 // All data is staged in coding order, the order in which it arrives. Tables convert the numbers of
 // vertices and cells to positions in coding order. Memory is never allocated according to a count
@@ -52,8 +52,8 @@ class StagedMesh final : public MeshSource {
                                                    // `values`
     std::uint64_t staged = 0;                      // number of elements staged
 
-    // Position in coding order of each element. Set only if cells are reordered, and only for cell
-    // arrays that do not cover all blocks.
+    // Position of each element in the coding order. Set only if cells are reordered, and only for
+    // cell arrays that do not cover all blocks.
     std::unique_ptr<NumberTable> positions;
   };
   void stage_mesh(const MeshBlock& block);

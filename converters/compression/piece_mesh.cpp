@@ -23,7 +23,7 @@ std::vector<std::byte> nans(std::size_t count) {
   return {bytes.begin(), bytes.end()};
 }
 
-// Returns the value of an element that replaces a lost value: NaN for floating-point types,
+// Returns the values that replace a lost element of the array: NaN for floating-point types,
 // otherwise 0.
 std::vector<std::byte> lost_value_of(const ArrayInfo& array) {
   if (array.type == ScalarType::float32) return nans<float>(array.components);
@@ -137,7 +137,8 @@ void PieceMesh::add_part(const MeshBlock& part) {
   }
 }
 
-// Sorts the data of vertices and cells by their numbers, unless the data arrived in this order.
+// Sorts the data of vertices and cells by their numbers, unless the data already arrived in
+// ascending order.
 void PieceMesh::settle() {
   const Schema& schema = file_->schema();
   if (cells_moved_) {
@@ -182,7 +183,8 @@ PagedArray PieceMesh::settled(PagedArray& arrived, std::size_t stride, NumberLis
   return out;
 }
 
-// Returns the vertices or cells that the array covers, as numbers of the file, in ascending order.
+// Returns the vertices or cells that the array covers, identified by their numbers in the file, in
+// ascending order.
 const std::vector<std::uint64_t>& PieceMesh::elements(std::uint32_t source) {
   const ArrayInfo& array = file_->schema().arrays[source];
   if (array.location == Location::point) return vertex_numbers();
@@ -295,8 +297,8 @@ void PieceMesh::cut_sets(const std::vector<MeshSet>& sets, bool flat) {
     cut.id = set.id;
     cut.name = set.name;
     std::optional<std::size_t> each;
-    // Sets of decomposed meshes have no distribution factors. A part whose factors are all 1 would
-    // not store them, but all parts must have the same structure.
+    // Drop the distribution factors of all sets if a mesh is decomposed. The parts must all have
+    // the same structure, but a part in which all factors of a set are 1 would not store them.
     if (!set.factors.empty()) {
       if (!decomposed_) each = factors_of_each(set, flat);
       if (!each) without_factors_.push_back(label_of(set));

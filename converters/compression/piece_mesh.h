@@ -1,7 +1,7 @@
-// PieceMesh: a mesh that consists of some cells of a .shm file. Its data is staged in a spool.
-// Vertices and cells are renumbered in ascending order of their numbers in the file. Values of a
-// step are read when they are first requested. In addition to the spool, needs 8 to 16 bytes of
-// memory per vertex and cell of the piece.
+// PieceMesh: a mesh that consists of some cells of a .shm file. Its data is kept in a spool
+// (temporary storage). Vertices and cells are renumbered in ascending order of their numbers in the
+// file. Values of a step are read when they are first requested. In addition to the spool, needs 8
+// to 16 bytes of memory per vertex and cell of the piece.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,8 @@
 
 namespace shm::converters {
 
-// Names of the arrays that contain the file's number of each vertex and cell of a piece. Numbers
-// start at 0.
+// Names of the arrays that contain, for each vertex or cell of a piece, its number in the file.
+// Numbers start at 0.
 inline constexpr const char* kVertexNumbers = "shm_vertex_number";
 inline constexpr const char* kCellNumbers = "shm_cell_number";
 
@@ -48,14 +48,15 @@ struct PieceOptions {
   // Indices of the arrays to extract, ascending. If not set, all arrays are extracted. Number maps
   // are always extracted.
   std::optional<std::vector<std::uint32_t>> arrays;
-  // Arrays in which the format of the piece stores number maps; these numbers start at 1. They are
-  // added unless the source already has such arrays. If this pointer is null, the arrays
-  // kVertexNumbers and kCellNumbers are used instead. Borrowed.
+  // Names and roles of the arrays in which the format of the piece stores number maps. Their
+  // numbers start at 1. The arrays are added unless the source already has them. If this pointer is
+  // null, the arrays kVertexNumbers and kCellNumbers are used instead. Borrowed.
   const NumberMaps* maps = nullptr;
   // True if the piece is one of the parts into which the whole mesh is decomposed. All blocks,
-  // arrays and sets are then kept, even if they become empty. The number maps always contain
-  // numbers of the whole mesh, and have the same type in all parts. If the source already has
-  // number maps, they get the role of original numbers. Requires `maps`.
+  // arrays and sets are then kept, even if they become empty. The number maps always contain global
+  // numbers (the numbers in the whole mesh), and have the same type in all parts. If the source
+  // already has number maps, they get the role of original numbers. Precondition: `maps` is not
+  // null.
   bool decomposed = false;
   // True if the source is a damaged file. Lost floating-point step values then become NaN, and lost
   // integer step values 0.
@@ -85,11 +86,12 @@ class PieceMesh final : public MeshSource {
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
-  // Returns the labels of the sets whose distribution factors were left out. Factors are left out
+  // Returns the labels of the sets whose distribution factors the piece omits. Factors are omitted
   // if they cannot be assigned to members, e.g. because the sides have different numbers of nodes.
   const std::vector<std::string>& without_factors() const { return without_factors_; }
 
-  // Return the number in the file of each vertex (or cell) of the piece, in ascending order.
+  // Return the numbers that the vertices (or cells) of the piece have in the file, in ascending
+  // order.
   const std::vector<std::uint64_t>& vertex_numbers() const { return file_->vertex_numbers(); }
   const std::vector<std::uint64_t>& cell_numbers() const { return file_->cell_numbers(); }
 
@@ -145,8 +147,8 @@ class PieceMesh final : public MeshSource {
 
   // Values of the static arrays. The key is the index of the array in the file.
   std::map<std::uint32_t, PagedArray> staged_;
-  // The key is a list of blocks; the value contains the file's numbers of the cells in these
-  // blocks.
+  // The key is a list of blocks; the value contains the numbers that the cells of these blocks have
+  // in the file.
   std::map<std::vector<std::uint32_t>, std::vector<std::uint64_t>> covered_;
   std::vector<Array> arrays_;
   std::uint64_t next_cell_ = 0;
@@ -154,8 +156,8 @@ class PieceMesh final : public MeshSource {
   std::vector<std::string> without_factors_;
 };
 
-// Returns the index of `number` in `sorted`, or nothing if `sorted` does not contain `number`.
-// Converts numbers of the file to numbers of the piece.
+// Returns the index of `number` in `sorted`, or nothing if `sorted` does not contain `number`. Used
+// to convert vertex and cell numbers of the file to those of the piece.
 std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
                                      std::uint64_t number);
 

@@ -25,8 +25,8 @@ class SetSides final : public ForwardingMesh {
   void rewind_cells() override { next_side_ = 0; }
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
-  // Returns the number of sides that are left out. A side is left out if the sides of its cell are
-  // not known.
+  // Returns the number of sides that this mesh omits. A side is omitted if the sides of its cell
+  // are not known.
   std::uint64_t left_out() const { return left_out_; }
 
  private:
@@ -42,8 +42,8 @@ class SetSides final : public ForwardingMesh {
   std::vector<Side> sides_;
   std::vector<std::uint64_t> vertices_;  // vertex numbers of the source, ascending
 
-  // Indices of the source's point arrays. They are the first arrays of this mesh; two arrays with
-  // values of sides follow.
+  // Indices of the source's point arrays. They are the first arrays of this mesh. The two cell
+  // arrays shm_cell_number and shm_side follow.
   std::vector<std::size_t> arrays_;
   std::size_t next_side_ = 0;
   std::uint64_t left_out_ = 0;

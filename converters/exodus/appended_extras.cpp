@@ -90,7 +90,7 @@ class StepJoiner {
     for (const Variable& variable : old_skeleton_.variables) {
       const std::string key = extra_key(variable.name);
       if (has_steps(old_skeleton_, variable) && old_keys_.contains(key))
-        does_not_fit(key, "has a value for each step, which SOURCE lacks");
+        does_not_fit(key, "has a value for each step, but SOURCE has no such values");
     }
     set_steps(old_.step_times.size() + steps);
     return result();
@@ -179,8 +179,8 @@ class StepJoiner {
       parts.push_back(std::move(part));
     }
     for (std::size_t p = 1; old_keys_.contains(part_key(key, p)); ++p)
-      // Insert an empty list, which removes the old extra. Its values are among the new parts,
-      // which are all in the entry of the first part.
+      // Replace the old extra with an empty list, which removes it. Its values are already in the
+      // new extras, all of which replace the extra of the first part.
       grown_parts_[part_key(key, p)];
     for (std::size_t p = 0; new_keys_.contains(part_key(key, p)); ++p)
       joined_.insert(part_key(key, p));

@@ -201,8 +201,8 @@ void Description::read_extras() {
                     Reference::nothing,
                     {text.size()},
                     {bytes, bytes + text.size()}});
-  // The members of sets are read first, because other variables may be derived from them. The
-  // resulting extras are in the order of the variables.
+  // Read the members of sets first, because other variables may be derived from them. The extras
+  // are nevertheless stored in the order of the variables.
   std::vector<std::vector<Extra>> values(skeleton_.variables.size());
   ExtraIndex known;
   const auto read_all = [&](bool members) {
@@ -221,9 +221,8 @@ void Description::read_extras() {
                         std::make_move_iterator(list.end()));
 }
 
-// Reads a variable and returns it as one extra, or as several extras with some of the rows each if
-// the variable is large. Returns an empty list if the variable can be derived from the rest of the
-// mesh.
+// Reads a variable and returns it as an extra. A large variable becomes several extras, each with
+// some of the rows. Returns an empty list if the variable can be derived from the rest of the mesh.
 std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& known) const {
   const Variable& one = skeleton_.variables[v];
   const Reference refers = reference_of(one.name);

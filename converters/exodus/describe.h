@@ -13,8 +13,8 @@
 
 namespace shm::converters::exodus {
 
-// Interface that returns the values of the variables of a skeleton. A variable is identified by its
-// index in the skeleton.
+// Interface that returns the values of variables. A variable is identified by its index in the
+// skeleton (the netCDF structure of the file).
 class VariableValues {
  public:
   virtual ~VariableValues() = default;

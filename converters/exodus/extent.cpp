@@ -1,11 +1,11 @@
-// Checks a netCDF file before netCDF opens it. Reads the positions of the values from the header,
-// and checks that all values are inside the file. Also overwrites the gaps between the values with
-// zeros.
+// Checks a netCDF file before the netCDF library opens it. Reads the positions of the values from
+// the header, and checks that all values are inside the file. Also overwrites the gaps between the
+// values with zeros.
 //
 // Classic files (CDF-1, CDF-2, CDF-5) have big-endian numbers; names and attributes are padded to 4
-// bytes. netCDF-4 files are HDF5 files, which are little-endian. netCDF overruns its buffers if the
-// length of a name or the number of dimensions in the header is wrong. These are therefore checked
-// here.
+// bytes. netCDF-4 files are HDF5 files, which are little-endian. The netCDF library overruns its
+// buffers if the header contains an invalid name length or number of dimensions. Both are therefore
+// checked here.
 #include <netcdf.h>
 
 #include <algorithm>
@@ -176,8 +176,8 @@ class Header {
     skip(padded(length) - length);
     return text;
   }
-  // Checks that an HDF5 file is not truncated. The superblock states where the file ends. The
-  // offsets below are valid if addresses have 8 bytes.
+  // Checks that an HDF5 file is not truncated. The superblock states the end of the file. The
+  // offsets below assume 8-byte addresses.
   void check_hdf5() {
     constexpr std::uint64_t kVersion = 8, kOldEnd = 40, kNewEnd = 28;
     skip(kVersion - at_);
@@ -227,8 +227,8 @@ class Header {
     if (bytes == 0)
       fail(ErrorCode::corrupt, "netCDF header", "variable '" + extent.name + "' has no known type");
     extent.bytes = product(extent.bytes, bytes);
-    // Skips the size of the values in the header. This size is redundant, and is wrong if the
-    // values need more than 4 GiB.
+    // Skips the header field that contains the size of the values. This size is redundant, and is
+    // wrong if the values need more than 4 GiB.
     count();
     extent.begin = number(version_ == 1 ? 4 : 8);
     extents_.push_back(std::move(extent));

@@ -22,8 +22,8 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Returns the largest ids of blocks and sets that are written unchanged. Half of the range of block
-// ids is reserved for new ids. `is_wide` is true if the file has 64-bit integers.
+// Returns the largest block id and the largest set id that are written unchanged. The upper half of
+// the block ids is reserved for new ids. `is_wide` is true if the file has 64-bit integers.
 Capabilities::MostNumbers most_numbers_of(bool is_wide) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;
   constexpr std::int64_t kNarrow = std::numeric_limits<std::int32_t>::max();
@@ -472,9 +472,8 @@ class ForeignWriter {
           info.name);
   }
 
-  // Defines the maps with original numbers, for nodes and for elements, if the mesh has them. The
-  // mesh is then a part of a decomposed mesh, and the maps contain the numbers of its nodes and
-  // elements in the whole mesh. The name of the maps is the name that nem_spread uses.
+  // Defines the maps with the original global numbers of nodes and elements. Only a part of a
+  // decomposed mesh has such maps. Their name is the one that nem_spread uses.
   void define_original_maps() {
     int counts[2] = {0, 0};
     for (const std::size_t map : maps_) {
@@ -503,7 +502,7 @@ class ForeignWriter {
       }
       return;
     }
-    // Number of the first element of each group, followed by the number of all elements.
+    // Number of the first element of each group, followed by the total number of elements.
     std::vector<std::uint64_t> begin(1);
     for (const CellGroup& group : grouping_.groups()) begin.push_back(begin.back() + group.cells);
     grouping_.deal_values(
@@ -538,8 +537,8 @@ class ForeignWriter {
   std::uint64_t source_step(const Column& column, std::size_t step) const {
     return info_.schema.arrays[column.array].per_step ? step : 0;
   }
-  // Returns true if the column has values. An array that changes with time has no values if the
-  // mesh has no steps.
+  // Returns true if the column (one component of an array) has values. An array that changes with
+  // time has no values if the mesh has no steps.
   bool has_values(const Column& column) const {
     return !info_.schema.arrays[column.array].per_step || !info_.step_times.empty();
   }

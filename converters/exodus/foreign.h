@@ -12,8 +12,8 @@ namespace shm::converters::exodus {
 
 inline constexpr std::size_t kLongestName = 255;
 
-// Returns the largest ids of blocks and sets that write_foreign() keeps. Larger ids are replaced by
-// new ids.
+// Returns the largest block id and the largest set id that write_foreign() keeps. Larger ids are
+// replaced with new ids.
 Capabilities::MostNumbers most_numbers(const MeshInfo& info);
 
 // Writes a mesh that has no Exodus structure. Called by write_exodus().

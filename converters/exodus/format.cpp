@@ -162,8 +162,8 @@ constinit const Format kExodusFormat = {
     .roles = exodus::kRoles,
     .source = &exodus::kSource,
     .translate_old_extras = exodus::translate_old_extras,
-    // Temporary files of this format need a name. HDF5 resolves the link in /proc through which an
-    // unnamed file would have to be opened, and cannot open the file that the link names.
+    // Temporary files of this format need a name. An unnamed file could be opened only through a
+    // link in /proc, but HDF5 resolves the link, and the path to which it points does not exist.
     .temporary = FileSink::Temporary::named,
     .load = [] { exodus::netcdf(); }};
 

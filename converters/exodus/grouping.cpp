@@ -43,7 +43,8 @@ CellGrouping::CellGrouping(MeshSource& mesh, Spool& spool, bool keep_whole)
 }
 
 std::uint64_t CellGrouping::position(std::uint64_t cell) {
-  std::uint64_t low = 0, high = runs_.size();  // the index of the cell's run is in [low, high)
+  // Binary search: the run that contains the cell is in runs_[low, high).
+  std::uint64_t low = 0, high = runs_.size();
   while (high - low > 1) {
     const std::uint64_t middle = low + (high - low) / 2;
     (runs_.get<Run>(middle).first_cell <= cell ? low : high) = middle;

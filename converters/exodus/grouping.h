@@ -21,7 +21,7 @@ struct CellGroup {
   std::uint32_t block;           // index of the mesh's block
   std::uint32_t nodes_per_cell;  // 0: varies
   std::uint64_t cells = 0, nodes = 0;
-  // Number of the group's first cell if cells are numbered group by group.
+  // Number of the group's first cell when all cells are numbered group by group.
   std::uint64_t first_cell = 0;
 };
 
@@ -33,7 +33,8 @@ class CellGrouping {
   CellGrouping(MeshSource& mesh, Spool& spool, bool keep_whole);
 
   const std::vector<CellGroup>& groups() const { return groups_; }
-  // Converts the number of a cell in the mesh to its number if cells are numbered group by group.
+  // Converts the number of a cell in the mesh to its number when all cells are numbered group by
+  // group.
   std::uint64_t position(std::uint64_t cell);
 
   // Reads the cells of the mesh and distributes them to the groups. Calls put(group, first, cells,
@@ -65,7 +66,8 @@ class CellGrouping {
 
   static constexpr std::uint32_t kSplit = ~std::uint32_t{0};
   std::vector<CellGroup> groups_;
-  std::vector<std::uint32_t> whole_blocks_;  // index of the group of each block, or kSplit
+  // Index of the group of each block; kSplit if the block has several groups.
+  std::vector<std::uint32_t> whole_blocks_;
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> split_;
   PagedArray runs_;
   std::uint64_t cells_ = 0;
@@ -119,8 +121,8 @@ void CellGrouping::deal_values(MeshSource& mesh, std::size_t array, std::uint64_
   const std::uint64_t elements = mesh.info().array_elements(array);
   std::vector<std::byte> values(std::min(kPieceElements, elements) * stride);
   std::map<std::uint64_t, Hand> hands;
-  // `read` is the number of elements that have been read so far. The `held` elements that were read
-  // most recently are in `values`; the first `used` elements of `values` have been distributed.
+  // `read` is the number of elements read so far. `values` contains the most recent batch of `held`
+  // elements. The first `used` elements of this batch have been distributed.
   std::uint64_t read = 0, held = 0, used = 0;
   for (std::uint64_t r = 0; r < runs_.size(); ++r) {
     const Run run = runs_.get<Run>(r);

@@ -49,8 +49,8 @@ std::uint64_t number_at_end(std::string_view name) {
 }
 
 // Returns the position in the list of all names at which `name`, a new name of a part, must be
-// inserted. To keep the order of names in the part, this position must be at or after `next`, and
-// at or before `end`. Within this range, names are sorted by the numbers at their ends.
+// inserted. The position is in the range from `next` to `end`, so that the list keeps the order of
+// names in the part. Within this range, names are sorted by the numbers at their ends.
 template <class Item, class Name>
 typename std::list<Item>::iterator place_for(std::string_view name,
                                              typename std::list<Item>::iterator next,
@@ -60,8 +60,9 @@ typename std::list<Item>::iterator place_for(std::string_view name,
   return next;
 }
 
-// Returns one position in the list of all names for each name of a part: the position of the first
-// name, at or after this name in the part, that is already in the list.
+// For each name of a part, returns a position in the list of all names. If the list contains the
+// name, this is the position of the name. Otherwise it is the position of the next name of the part
+// that the list contains, or `end` if there is none.
 template <class Items, class Iterator, class Name>
 std::vector<Iterator> next_known(const Items& items, const std::map<std::string, Iterator>& known,
                                  Iterator end, Name&& name_of) {
@@ -123,8 +124,8 @@ bool uses(const Skeleton& skeleton, const Variable& variable, bool (*is_it)(std:
   return false;
 }
 
-// Returns the kind of netCDF file for the whole mesh: the kind of the parts, or a kind for larger
-// variables if the variables need it.
+// Returns the kind of netCDF file for the whole mesh. This is the kind of the parts, unless the
+// variables of the whole mesh are too large for it.
 Kind kind_for(const Skeleton& skeleton) {
   constexpr std::uint64_t kClassic = (std::uint64_t{1} << 31) - 4,
                           kOffset64 = (std::uint64_t{1} << 32) - 4;
@@ -271,7 +272,7 @@ void SkeletonJoin::add_variable(const Skeleton& part, const Variable& variable,
   next = std::next(found->second);
   const Named& known = *found->second;
   // The attributes of a connectivity contain the element type, which defines the meaning of the
-  // nodes. They must therefore be equal.
+  // nodes. The attributes must therefore be equal in all parts.
   const bool typed = variable.name.starts_with("connect");
   if (known.variable.type != variable.type || known.dimensions != named.dimensions ||
       (typed && known.variable.attributes != variable.attributes))

@@ -20,7 +20,7 @@ namespace shm::converters::exodus {
 // Specifies how the values of a variable of the whole mesh are formed from its values in the parts.
 enum class Joining : std::uint8_t {
   dropped,   // the variable is omitted from the whole mesh
-  elements,  // values of nodes or elements: sorted by the node or element numbers in the whole mesh
+  elements,  // values of nodes or elements: sorted by global node or element number
   members,   // data of members of a set: the rows of all parts are combined
   any,       // status of blocks and sets, truth tables: 1 if the value is 1 in any part
   first,     // QA and info records: the values in the first part that has the variable

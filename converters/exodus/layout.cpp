@@ -449,8 +449,8 @@ std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
   const auto identity = [&] {
     for (std::uint8_t i = 0; i < nodes; ++i) places.push_back(i);
   };
-  // Exodus lists the edge nodes in the order bottom edges, upright edges, top edges. VTK's order is
-  // bottom, top, upright.
+  // Exodus lists the edge nodes in the order bottom edges, vertical edges, top edges. VTK's order
+  // is bottom, top, vertical.
   if (shape == CellShape::hexahedron && (nodes == 20 || nodes == 27)) {
     identity();
     for (std::uint8_t i = 0; i < 4; ++i) {
@@ -458,8 +458,8 @@ std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
       places[16U + i] = static_cast<std::uint8_t>(12 + i);
     }
     if (nodes == 27) {
-      // Exodus lists the last nodes in the order centre, then the faces -z +z -x +x -y +y. VTK's
-      // order is -x +x -y +y -z +z, then the centre.
+      // Exodus lists the remaining nodes in this order: the cell centre, then the face centres -z
+      // +z -x +x -y +y. VTK's order is the face centres -x +x -y +y -z +z, then the cell centre.
       constexpr std::array<std::uint8_t, 7> kLast{23, 24, 25, 26, 21, 22, 20};
       std::copy(kLast.begin(), kLast.end(), places.begin() + 20);
     }

@@ -89,8 +89,8 @@ void narrow_connectivity(const Skeleton& skeleton, Layout& layout, std::uint32_t
 std::uint32_t node_columns(const Skeleton& skeleton, const BlockLayout& block);
 
 CellShape shape_of(std::string_view element_type, std::uint32_t nodes);
-// Converts node orders: element i of the result is the index in Exodus' order of node i in VTK's
-// order. Returns an empty list if the two orders are equal.
+// Returns the permutation between two node orders: node i in VTK's order is node result[i] in
+// Exodus' order. Returns an empty list if the two orders are equal.
 std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes);
 
 // A netCDF hyperslab: the start index and the count in each dimension of a variable. slab_of()
@@ -128,10 +128,10 @@ std::optional<std::vector<std::int64_t>> integers_of(ScalarType type,
 // cannot represent the value.
 bool append_integer(std::vector<std::byte>& out, ScalarType type, std::int64_t value);
 
-// Returns the values of a variable that is determined by the rest of the mesh: ids, names, times,
-// truth table, flags that state whether blocks and sets have members, distribution factors that are
-// all 1. Returns nothing if the values of `variable` cannot be derived, or if its type cannot
-// represent them.
+// Returns the values of a variable, derived from the rest of the mesh. This is possible for ids,
+// names, times, the truth table, flags that state whether blocks and sets have members, and
+// distribution factors that are all 1. Returns nothing if the values of `variable` cannot be
+// derived, or if its type cannot represent them.
 std::optional<std::vector<std::byte>> derived_values(const Skeleton& skeleton, const Layout& layout,
                                                      std::size_t variable, const MeshInfo& info,
                                                      const ExtraIndex& extras);

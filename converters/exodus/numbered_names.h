@@ -1,5 +1,5 @@
-// Abbreviates names that contain consecutive numbers. Files with different numbers of blocks, sets
-// and so on then have the same lines, which compress well with the dictionary.
+// Abbreviates names that contain consecutive numbers. The skeleton text of files with more or fewer
+// blocks, sets and so on then consists of the same lines, which compress well with the dictionary.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,8 @@ class NumberedNames {
 // number is very long. Very long numbers are excluded because a small file with many '#' could
 // otherwise expand to far more text than it contains.
 std::string last_number(std::string_view name);
-// Abbreviates the name of a dimension that is listed after the name of its variable. `own` is the
-// last number in the name of the variable. Replaces each number that equals `own` with '#'.
+// Abbreviates a dimension name in the line of a variable. `own` is the last number in the name of
+// the variable. Each number that equals `own` is replaced with '#'.
 std::string shortened_beside(const std::string& own, std::string_view name);
 std::string expanded_beside(const std::string& own, std::string_view text);
 

@@ -34,7 +34,8 @@ std::string new_key(std::string_view key) {
         key.substr(set->format.size() + set->kind.size() + set->number.size() + 3);
     std::string now(old.now->folder);
     now.append(set->number).append("/");
-    if (field.starts_with(old.members)) {  // also true for keys of further parts, e.g. "cells/1"
+    // This is also true for further parts of a large variable, e.g. "cells/1".
+    if (field.starts_with(old.members)) {
       now.append(kMembersField);
       field.remove_prefix(old.members.size());
     }

@@ -36,8 +36,8 @@ struct FaceBlock {
   std::uint64_t faces = 0;
   std::uint64_t size = 0;
 };
-// Returns the face blocks of the file, up to the first face block that lacks a variable it needs.
-// Throws Failure if a variable has a wrong shape.
+// Returns the face blocks of the file. Stops at the first face block that lacks a required
+// variable. Throws Failure if a variable has the wrong shape.
 std::vector<FaceBlock> face_blocks(const Skeleton& skeleton, const Place& place);
 
 // Changes the shape of all blocks of polyhedra to `faces`. Variables that can be derived from the

@@ -282,7 +282,7 @@ bool ExodusMesh::faces_follow(FaceUses& faces) const {
 }
 
 // Returns true if no two faces have the same list of nodes, and no face contains its first node
-// again.
+// twice.
 bool ExodusMesh::faces_are_unlike() const {
   FaceTable table;
   std::vector<std::uint64_t> nodes;

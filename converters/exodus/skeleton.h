@@ -18,7 +18,7 @@ namespace shm::converters::exodus {
 // Context for error messages: the name of the file, and a default error code.
 struct Place {
   std::string file;
-  ErrorCode code;  // code of errors for which there is no more specific code
+  ErrorCode code;  // error code to use if there is no more specific one
 
   // Throws Failure if `status`, the result of a netCDF call, is an error.
   void check(int status, const std::string& section) const;
@@ -127,12 +127,12 @@ std::string to_text(const Skeleton& skeleton);
 // Parses the lines of a skeleton. Throws Failure (corrupt).
 Skeleton from_text(std::string_view text, const Place& place);
 
-// Checks a netCDF file before netCDF opens it. Throws Failure with the code `truncated` if the
-// header or the values extend beyond the end of the file; netCDF itself would read zeros there.
-// Throws Failure with the code `corrupt` if the header is invalid.
+// Checks a netCDF file before the netCDF library opens it. Throws Failure with the code `truncated`
+// if the header or the values extend beyond the end of the file; the library itself would read
+// zeros there. Throws Failure with the code `corrupt` if the header is invalid.
 void check_extent(const std::string& path);
-// Writes zeros to the gaps between the values of a classic file. netCDF leaves arbitrary bytes in
-// these gaps, but equal meshes must produce equal files.
+// Writes zeros to the gaps between the values of a classic file. The netCDF library leaves
+// arbitrary bytes in these gaps, but equal meshes must produce equal files.
 void clear_padding(const std::string& path);
 
 // Limits netCDF's caches for chunked variables in netCDF-4 files. By default, netCDF keeps tens of

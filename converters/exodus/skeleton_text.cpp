@@ -319,9 +319,10 @@ class TextParser {
     skeleton.variables.back().storage.filters.push_back(std::move(one));
   }
 
-  // Maximum ratio between the total size of the dimension names to which variables refer and the
-  // size of the text. In a damaged file, many variables could refer to a dimension with a long
-  // name. The skeleton with names would then be far larger than the file.
+  // Limit on the total size of all dimension names to which variables refer, as a multiple of the
+  // size of the text. The limit is needed because many variables of a damaged file could refer by
+  // index to a dimension with a long name. With names instead of indices, the skeleton would be far
+  // larger than the file.
   static constexpr std::size_t kMostGrowth = 32;
 
   const Place* place_;

@@ -267,8 +267,9 @@ class SkeletonWriter {
                  section(id));
   }
 
-  // Returns the values that the array in the variable `variable_of_array` has on the cells of a
-  // block, in the cell order of the new file. The array must have one integer per cell.
+  // Returns the values of an array on the cells of a block, in the cell order of the new file.
+  // `variable_of_array` is the index of the variable that stores the array. The array must have one
+  // integer per cell.
   std::vector<std::int64_t> numbers_on(std::uint32_t block, int variable_of_array) {
     std::vector<std::int64_t> numbers(layout_.blocks[block].cells);
     for (std::size_t a = 0; a < layout_.arrays.size(); ++a) {
@@ -463,8 +464,8 @@ class SkeletonWriter {
     write_rows(block.faces, 0, size, moved);
   }
 
-  // Converts the vertex or cell references in an extra to numbers of the file. These numbers start
-  // at 1 and have the type `stored`; cells are numbered block by block.
+  // Converts the vertex or cell references in an extra to the vertex or cell numbers used in the
+  // file. These numbers start at 1 and have the type `stored`; cells are numbered block by block.
   std::vector<std::byte> counted_from_one(const Extra& extra, ScalarType stored) {
     const bool cells = extra.refers == Reference::cell;
     const std::uint64_t count = cells ? info_.cells() : info_.vertices;

@@ -152,7 +152,7 @@ const Format* format_of_name(std::string_view path) {
     for (const Format& format : formats())
       for (const std::string_view extension : format.extensions)
         if (!extension.empty() && is_extension(part, extension)) return &format;
-    // If the last part of the name is a number, as in out.e.4.0, the extension precedes it.
+    // In a name such as out.e.4.0, the numbers at the end are ignored, and ".e" is the extension.
     if (part.empty() || part.find_first_not_of("0123456789") != std::string_view::npos)
       return nullptr;
     name = name.substr(0, dot);
@@ -181,8 +181,8 @@ std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, S
   for (const std::string& file : files)
     if (format_of_file(file) != format_named(kExodusFormat.name))
       throw Failure(ErrorCode::unsupported,
-                    "is not an Exodus file; only Exodus files contain the numbers of their "
-                    "vertices and cells in the whole mesh",
+                    "is not an Exodus file; only Exodus files contain global vertex and cell "
+                    "numbers",
                     file);
   return std::make_unique<MergedMesh>(files, spool);
 }

@@ -62,8 +62,8 @@ const SourceFormat& source_format(const MeshInfo& info);
 // Returns the Role with the properties of the role of an array. If the role is empty or unknown,
 // returns a Role with default values.
 const Role& role_of(const ArrayInfo& array);
-// Converts the extras of a mesh that was read from an old .shm file to the extras that the current
-// version writes. `info` must be complete.
+// For a mesh from an old .shm file: replaces its extras with the extras that the current version
+// would write. `info` must be complete.
 void translate_old_extras(MeshInfo& info);
 
 // Returns true if a mesh came from a format other than `format` and must be translated before it

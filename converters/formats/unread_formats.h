@@ -1,5 +1,5 @@
-// Detects mesh formats that this library cannot read. Thus an error message can name the format,
-// and a file in such a format is not mistaken for a file in another format with the same extension.
+// Detects mesh formats that this library cannot read. Error messages can then name the format, and
+// such a file is not mistaken for one in another format with the same extension.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@ namespace shm::converters {
 // input". Returns an empty string if the format is unknown, or if this library can read it.
 std::string_view unread_format(std::span<const std::byte> head);
 
-// Returns true if a file that begins with `head` is a CGNS file, stored in HDF5 or in its
-// predecessor ADF.
+// Returns true if a file that begins with `head` is a CGNS file, stored in HDF5 or in CGNS's older
+// file format ADF.
 bool is_cgns(std::span<const std::byte> head);
 
 }  // namespace shm::converters

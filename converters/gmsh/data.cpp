@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t kMaxComponents = 65535;  // largest number of components of an array
 
 // Maximum number of entries of a view that is sorted in memory. Larger views are sorted with a
-// table in the spool.
+// table on disk, in the spool.
 constexpr std::uint64_t kFewEntries = 1 << 16;
 
 struct Header {
@@ -169,8 +169,8 @@ class DataReader {
   }
 
   // For a section $ElementNodeData, returns true if all elements in the section have the same
-  // number of nodes, and this is also the number of nodes per cell in the blocks of these elements.
-  // Returns true for other sections.
+  // number of nodes, and the blocks of these elements have the same number of nodes per cell. For
+  // other sections, always returns true.
   bool uniform_nodes() {
     if (!by_node_) return true;
     nodes_ = sizes_.get<std::uint32_t>(0);

@@ -1,5 +1,5 @@
-// The Format of Gmsh files: functions that recognize, open and write files, and the capabilities
-// and losses of the format.
+// The Format of Gmsh files: functions that recognize, open and write files, the features that the
+// format supports, and the data that is lost in conversions from it.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -50,7 +50,8 @@ void add_sections(const MeshInfo& info, const Keys& used, LossList& losses) {
     } else if (name == "Entities") {
       if (gmsh_entities_have_bounds(info)) losses.push_back("boundaries of entities ($Entities)");
     } else if (name == "PhysicalNames") {
-      continue;  // not a loss, because the blocks and sets have the names of this section
+      continue;  // not a loss, because the names in this section are also the names of blocks and
+                 // sets
     } else if (kind == "raw" || kind == "links" || kind == "ghosts") {
       losses.push_back("section $" + name);
     } else if (kind == "between") {
@@ -124,8 +125,8 @@ class SectionsOfSteps {
 
   const MeshInfo& info_;
   const StepRange steps_;
-  // The arrays with time steps. The first element of a pair is true for a point array and false for
-  // a cell array; the second element is the name of the array.
+  // The arrays with time steps, as pairs: whether the array is a point array (otherwise it is a
+  // cell array), and the name of the array.
   std::set<std::pair<bool, std::string>> stepped_;
 
   // Maps the old line number (as text) of each remaining section to its new line number.
@@ -135,9 +136,9 @@ class SectionsOfSteps {
 
 class GmshSource final : public SourceFormat {
  public:
-  // Returns the physical groups as sets. Returns nothing if the extras contain the groups as
-  // element sets, which is the case unless there are too many groups. Leaves out a group if all its
-  // blocks have the name of the group.
+  // Returns the physical groups as sets. Returns no sets if the extras already contain the groups
+  // as element sets, which is the case unless there are too many groups. Omits each group whose
+  // blocks all have the name of the group.
   std::vector<MeshSet> sets(const MeshInfo& info, Keys&) const override {
     std::vector<MeshSet> sets;
     if (std::any_of(info.extras.begin(), info.extras.end(),

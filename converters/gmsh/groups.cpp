@@ -80,7 +80,7 @@ std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
 
 std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
   // Check the number of groups before calling groups_of(). If an entity has very many blocks and
-  // groups, listing all groups of the entity for each block would be slow.
+  // groups, it would be slow to call groups_of() for each block.
   if (row.size() == 3) {
     const auto entity = groups.find({row[0], row[1]});
     if (entity == groups.end() || entity->second.size() != 1) return {};

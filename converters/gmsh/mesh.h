@@ -18,7 +18,7 @@
 
 namespace shm::converters {
 
-// A mesh whose large arrays are in the spool.
+// A mesh whose large arrays are in the spool (temporary storage, on disk if large).
 class GmshMesh final : public MeshSource {
  public:
   explicit GmshMesh(Spool& spool);
@@ -33,7 +33,8 @@ class GmshMesh final : public MeshSource {
   PagedArray points_;       // 3 doubles per point
   PagedArray cell_blocks_;  // uint32, block of each cell
 
-  // Number of nodes (uint32) of each cell in a block of varying size, in cell order.
+  // Node counts (uint32) of the cells in blocks whose cells have different numbers of nodes, in
+  // cell order.
   PagedArray cell_sizes_;
   PagedArray corners_;                           // uint64
   std::vector<std::vector<PagedArray>> values_;  // [array][step], one scalar per element

@@ -31,10 +31,10 @@ struct GmshPlannedSection {
   std::string key;        // prefix of the keys of the section's extras
   std::string header;     // header of a view
   std::string content;    // content of a raw section
-  std::size_t array = 0;  // array that a view shows
+  std::size_t array = 0;  // array whose values the view contains
   std::uint64_t step = 0;
-  std::uint32_t first_component = 0;  // index of the first component of `array` that the view shows
-  std::uint32_t components = 0;       // number of components that the view shows; 0 means all
+  std::uint32_t first_component = 0;  // index of the first component of `array` in the view
+  std::uint32_t components = 0;       // number of components of `array` in the view; 0 means all
   std::uint32_t padding = 0;          // number of zeros appended to each value of the view
 };
 
@@ -45,14 +45,14 @@ struct GmshPlan {
   std::vector<GmshPlannedSection> sections;
   std::vector<std::array<std::int32_t, 3>> node_entities;  // dimension, tag, parametric
 
-  // Groups of elements. Group b contains the elements of block b; the groups in sized_groups follow
-  // after the groups of all blocks.
+  // Groups of elements. If all cells of block b have the same number of nodes, group b contains the
+  // elements of block b. The groups in sized_groups come after these groups.
   std::vector<GmshElementGroup> groups;
   // Indices of the groups for blocks whose cells have different numbers of nodes. Such a block has
   // one group for each number of nodes. The key is (block, number of nodes).
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> sized_groups;
   // Indices of the arrays that contain the tags, entities and parametric coordinates of nodes, and
-  // the tags of elements. A missing array has no index.
+  // the tags of elements. An index is not set if the mesh does not have this array.
   std::optional<std::size_t> node_tags, node_entity, node_parameters, element_tags;
   std::int64_t first_node_tag = 1, first_element_tag = 1;
   std::array<std::optional<std::size_t>, 64> tag_arrays;  // MSH 1 and 2

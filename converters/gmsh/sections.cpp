@@ -5,8 +5,8 @@
 namespace shm::converters {
 namespace {
 
-// Appends the index of the item with tag `tag` to `out`. Returns false if the mesh has no such
-// item.
+// Appends the index of the node or element with tag `tag` to `out`. Returns false if the mesh has
+// no such node or element.
 bool append_places(GmshTags& tags, std::int64_t tag, std::vector<std::int64_t>& out) {
   const auto place = tags.find(tag);
   if (place) out.push_back(static_cast<std::int64_t>(*place));

@@ -7,8 +7,8 @@
 namespace shm::converters {
 namespace {
 
-// Maximum number of blocks when each combination of element type and tags becomes a block. If there
-// are more combinations, gmsh.h describes the blocks.
+// Maximum number of blocks when each combination of element type and tags becomes a block. gmsh.h
+// describes the blocks of a mesh that has more combinations.
 constexpr std::size_t kMaxTagBlocks = 1024;
 
 // Maximum number of entity blocks. Real models have far fewer.
@@ -305,8 +305,8 @@ class ElementReader {
     return last_block_;
   }
 
-  // Replaces the blocks with one block for each element type and number of tags. Called if there
-  // would be too many blocks with one block for each combination of type and tags.
+  // Replaces the blocks with one block for each element type and number of tags. Called if the
+  // number of combinations of type and tags exceeds the maximum number of blocks.
   void merge_blocks() {
     const std::vector<TagKey> old = std::move(by_block_);
     const std::vector<std::uint64_t> old_cells = std::move(info_.block_cells);

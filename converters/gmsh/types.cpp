@@ -8,7 +8,8 @@ namespace {
 struct Run {  // consecutive type numbers of one dimension
   std::int32_t first;
   int dimension;
-  std::array<std::uint16_t, 8> nodes;  // number of nodes of each type; 0 after the last type
+  // number of nodes of each type of the run; the remaining entries are 0
+  std::array<std::uint16_t, 8> nodes;
 };
 
 // Element types without a shape in the model: types of order 0, types of order 3 and above, and
@@ -95,8 +96,8 @@ GmshType gmsh_type(std::int64_t type) {
   if (type == 69) return {2, 0, CellShape::other, {}};  // border of a polygon
   for (const Run& run : kRuns) {
     if (type < run.first || type >= run.first + 8) continue;
-    // A run has at most 7 types, and the remaining entries of `nodes` are 0. If the entry of `type`
-    // is 0, `type` is after the end of this run, but a later run may contain `type`.
+    // A run of consecutive type numbers has at most 7 types. If the entry of `type` in `nodes` is
+    // 0, `type` is not in this run, but it may be in a later run.
     const std::uint32_t nodes = run.nodes[static_cast<std::size_t>(type - run.first)];
     if (nodes != 0) return {run.dimension, nodes, CellShape::other, {}};
   }

@@ -267,8 +267,8 @@ class ElementWriter {
     while (begun < w_.plan.groups.size()) begin_group(begun++);
   }
 
-  // Sorts the cells by group: stores the number and the corners of each cell in the spool, and then
-  // writes the cells group by group.
+  // Sorts the cells by group: stores the number and the corners of each cell in temporary storage
+  // (the spool), and then writes the cells group by group.
   void write_cells_sorted() {
     std::vector<PagedArray> of_group;
     for (std::size_t g = 0; g < w_.plan.groups.size(); ++g) of_group.emplace_back(w_.spool, 8);

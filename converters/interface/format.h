@@ -24,9 +24,9 @@
 
 namespace shm::converters {
 
-// Names and roles of number maps. A number map is an array that contains the number of each vertex
-// or cell of a mesh in another numbering, such as that of the whole mesh. The numbers in the map
-// start at 1.
+// Names and roles of number maps. A number map is an array that contains, for each vertex or cell
+// of a mesh, its number in another numbering, e.g. its global number in the whole mesh. The numbers
+// in the map start at 1.
 struct NumberMaps {
   // Names of the two arrays, e.g. "node_num_map" and "elem_num_map".
   std::string_view vertices, cells;
@@ -37,7 +37,7 @@ struct NumberMaps {
 };
 
 // The features that a format can represent. When a mesh of another format is written in this
-// format, these features are kept; all other features are lost and reported as losses.
+// format, these features are kept. All other features are lost, and the tool reports them.
 struct Capabilities {
   // Representation of node sets, side sets and groups of elements: as sets, as arrays (see
   // set_arrays.h), or as separate cells (see set_cells.h).
@@ -82,7 +82,7 @@ struct Capabilities {
   bool (*name)(const std::string& name) = nullptr;
   // Name of the sibling format, or empty if there is no sibling. The writer of this format can
   // write meshes of the sibling directly, because it understands their extras. losses_of_sibling()
-  // describes the data that is lost when it writes such a mesh.
+  // describes the data that is lost when a mesh of the sibling is written in this format.
   std::string_view sibling = {};
   LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
 };
@@ -171,8 +171,8 @@ class SourceFormat {
   // Returns true if an extra is a list of strings that strings() returns.
   virtual bool is_list_of_strings(std::string_view /*key*/) const { return false; }
 
-  // Returns descriptions of the extras that no other format can represent. Leaves out extras whose
-  // key is in `used`.
+  // Returns descriptions of the extras that no other format can represent. Omits extras whose key
+  // is in `used`.
   virtual LossList losses(const MeshInfo& info, const Keys& used) const {
     return losses_by_key(info, used);
   }
@@ -230,14 +230,14 @@ struct Format {
   std::span<const Role> roles = {};
   const SourceFormat* source = nullptr;  // null: the default implementations of SourceFormat apply
 
-  // Converts extras that older versions of shm wrote to the extras that the format's reader creates
-  // now. A null pointer means that the extras have not changed.
+  // Converts the extras in .shm files from older versions to the form that the format's reader
+  // creates now. A null pointer means that this form has not changed.
   void (*translate_old_extras)(MeshInfo& info) = nullptr;
   FileSink::Temporary temporary = FileSink::Temporary::unnamed;  // how temporary files are created
 
   // Loads the libraries that the format needs. open() and write() also load them, but a program
-  // that forks calls this function before it forks. A null pointer means that the program is linked
-  // to all libraries that the format needs. Throws Failure.
+  // that forks must call this function before it forks. A null pointer means that the program is
+  // linked to all libraries that the format needs. Throws Failure.
   void (*load)() = nullptr;
 };
 

@@ -34,8 +34,8 @@ class LossCollector {
   std::set<std::string> listed_;
 };
 
-// Returns the keys of the extras that are lost. Leaves out keys in `used`, and keys that start with
-// an entry of `known`.
+// Returns the keys of the extras that are lost. Omits keys in `used`, and keys that start with an
+// entry of `known`.
 LossList losses_by_key(const MeshInfo& info, const Keys& used,
                        std::span<const std::string_view> known = {});
 

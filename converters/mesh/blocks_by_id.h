@@ -17,8 +17,8 @@ inline constexpr const char* kBlockIdRole = "block_id";
 
 class BlocksById final : public ForwardingMesh {
  public:
-  // Key of a resulting block: the index of the block of the source that contains the cells, and the
-  // value of the array for these cells.
+  // Key of a resulting block. All its cells are in the same block of the source (`block`) and have
+  // the same value in the array (`number`).
   struct Key {
     std::uint32_t block = 0;
     std::int64_t number = 0;

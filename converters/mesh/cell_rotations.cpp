@@ -9,8 +9,9 @@
 namespace shm::converters {
 namespace {
 
-// The nodes of a cell that are not corners, in VTK's order. Each node is at the center of an edge,
-// of a face or of the cell. The list contains the corners of this edge, face or cell.
+// The nodes of a cell that are not corners, in VTK's order. Each of these nodes is at the centre of
+// an edge, of a face or of the cell, and is represented by the list of the corners of this edge,
+// face or cell.
 using Between = std::vector<std::vector<std::uint8_t>>;
 
 struct Kind {
@@ -19,8 +20,8 @@ struct Kind {
   std::vector<Rotation> generators;  // rotations from which all other rotations can be composed
   Between between;                   // the nodes that are not corners
 
-  // Numbers of nodes that a cell of this kind may have. A cell with n nodes has the first n nodes
-  // of the list that consists of the corners and `between`.
+  // Valid node counts of a cell of this kind. A cell with n nodes has the first n nodes of this
+  // list: the corners, followed by `between`.
   std::vector<std::size_t> sizes;
 };
 

@@ -1,7 +1,8 @@
-// CellStore: cells with any number of corners, stored in the spool. Cells are appended one after
-// the other and can be read in any order. A corner uses 4 bytes if the vertex numbers of its cell
-// fit into 4 bytes, otherwise 8. Consecutive cells of the same block and size form a run, which is
-// described only once, so a regular mesh needs little memory in addition to its corners.
+// CellStore: cells with any number of corners, stored in the spool (temporary storage, on disk if
+// large). Cells are appended one after the other and can be read in any order. A corner uses 4
+// bytes if the vertex numbers of its cell fit into 4 bytes, otherwise 8. Consecutive cells of the
+// same block and size form a run, which is described only once, so a regular mesh needs little
+// memory in addition to its corners.
 #pragma once
 
 #include <cstddef>

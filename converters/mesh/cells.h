@@ -23,10 +23,10 @@ class Cells {
   virtual std::uint64_t vertices() const = 0;
   virtual std::uint32_t block(std::uint32_t cell) const = 0;
   virtual bool one_block() const = 0;
-  // Returns true if the cell's first eight corners form a hexahedron with six faces.
+  // Returns true if the cell is a hexahedron. Its first eight nodes are then its corners.
   virtual bool is_hexahedron(std::uint32_t cell) const = 0;
   virtual bool all_hexahedra() const = 0;
-  // Returns the eight corners of a hexahedron. Requires is_hexahedron(cell).
+  // Returns the eight corners of a hexahedron. Precondition: is_hexahedron(cell) is true.
   virtual std::array<std::uint32_t, 8> hexahedron(std::uint32_t cell) const = 0;
   // Returns all nodes of a cell. The result is valid until the next call.
   virtual std::span<const std::uint32_t> cell(std::uint32_t cell) const = 0;
@@ -36,7 +36,7 @@ class Cells {
   virtual std::uint32_t with_number(std::uint32_t number) const = 0;
 };
 
-// Returns true if the cells of a block are hexahedra, that is, if is_hexahedron() is true for them.
+// Returns true if is_hexahedron() is true for the cells of the block.
 inline bool holds_hexahedra(const BlockInfo& block) {
   return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
 }

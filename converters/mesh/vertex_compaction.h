@@ -32,7 +32,7 @@ class CompactedMesh {
   // Called for cell `index` of the batch. Bit i of `last_use` (i < 64) is set if this cell is the
   // last one that uses the vertex at corner i. If the vertex occurs at several corners of the cell,
   // only the bit of the first of these corners is set. `finalized` is the number of all vertices
-  // that this cell uses last, including those at corners beyond 63.
+  // whose last use is in this cell, including those at corners beyond 63.
   virtual void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
                     std::uint64_t finalized) = 0;
 };

@@ -93,7 +93,7 @@ class PolygonMaker {
       const std::array<std::uint32_t, 3> triangle = {ring_[turn], ring_[(turn + i) % count],
                                                      ring_[(turn + i + 1) % count]};
       // If a polygon contains a vertex twice, some of its triangles may have two equal corners.
-      // These triangles are left out.
+      // These triangles are omitted.
       if (different(triangle) == 3) add_polygon(f, triangle);
     }
   }
@@ -123,8 +123,8 @@ class CornerJoiner {
     list_edges();
     taken_out_.assign(polygons_.face_count(), false);
     join_along_edges();
-    // A fan may contain two corners of the same face, which is not allowed. Such faces are removed
-    // from their fans, and the remaining faces are joined again.
+    // If a fan contains two corners of the same face, which is not allowed, this face is removed
+    // from its fans. The remaining faces are then joined again.
     if (take_out_rejoined()) join_along_edges();
     number();
   }

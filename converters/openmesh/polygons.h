@@ -38,9 +38,9 @@ struct Polygons {
 
   // Number of vertices that were duplicated to separate the faces around them.
   std::uint64_t copies = 0;
-  // Counts of the faces that are left out: `lines_and_points` counts faces with one or two corners,
-  // `collapsed` counts faces with fewer than three different corners, and `not_finite` counts faces
-  // with a coordinate that is not finite or exceeds the range of float32.
+  // Counts of the faces that the result omits: `lines_and_points` counts faces with one or two
+  // corners, `collapsed` counts faces with fewer than three different corners, and `not_finite`
+  // counts faces with a coordinate that is not finite or exceeds the range of float32.
   std::uint64_t lines_and_points = 0, collapsed = 0, not_finite = 0;
 
   std::size_t face_count() const { return faces.size(); }

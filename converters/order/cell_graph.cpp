@@ -63,8 +63,8 @@ CellGraph::CellGraph(const Cells& cells, const Progress& progress, Spool* spool,
     join_sorted(*spool, sort_bytes, progress);
     return;
   }
-  // Each pass finds the equal faces whose lowest vertex number is in one range (slice), so that the
-  // table of faces stays small.
+  // Each pass matches only the faces whose lowest vertex number is in one range (slice), so that
+  // the table of faces stays small.
   constexpr std::uint64_t kSliceCells = 1 << 18, kMostSlices = 8;
   const std::uint64_t slices =
       std::clamp<std::uint64_t>(cells.size() / kSliceCells, 1, kMostSlices);
@@ -92,8 +92,8 @@ void CellGraph::for_each_face(Visit&& visit) const {
   }
 }
 
-// Finds equal faces among all faces whose lowest vertex is in [begin, end), and makes their cells
-// neighbours.
+// Finds faces with the same four vertices among the faces whose lowest vertex is in [begin, end),
+// and makes their cells neighbours.
 void CellGraph::join_slice(std::uint64_t begin, std::uint64_t end) {
   // Bucket sort by lowest vertex: first count the faces, then distribute them.
   std::vector<std::uint32_t> end_of(end - begin + 1, 0);
@@ -110,8 +110,8 @@ void CellGraph::join_slice(std::uint64_t begin, std::uint64_t end) {
     join(std::span(faces).subspan(first, end_of[v] - first));
 }
 
-// Finds all equal faces and makes their cells neighbours, as join_slice() does for a part of the
-// faces. Uses an external sort, which needs a bounded amount of memory.
+// Finds all faces with the same four vertices and makes their cells neighbours, as join_slice()
+// does for some of the faces. Uses an external sort, which needs a bounded amount of memory.
 void CellGraph::join_sorted(const Spool& spool, std::size_t sort_bytes, const Progress& progress) {
   ExternalSorter sorted(spool.directory(), sizeof(Candidate), sort_bytes);
   if (progress) progress("joining faces", 0, 2);
@@ -134,8 +134,8 @@ void CellGraph::join_sorted(const Spool& spool, std::size_t sort_bytes, const Pr
   join(faces);
 }
 
-// Finds equal faces in `faces` and makes their cells neighbours. All faces must have the same
-// lowest vertex.
+// Finds faces with the same four vertices in `faces`, and makes their cells neighbours. All of
+// `faces` must have the same lowest vertex.
 void CellGraph::join(std::span<Candidate> faces) {
   constexpr std::size_t kManyFaces = 64;
   if (faces.size() > kManyFaces) return join_many(faces);
@@ -169,8 +169,8 @@ void CellGraph::join_many(std::span<Candidate> faces) {
   }
 }
 
-// `faces` are the occurrences of one face in several cells. Makes these cells neighbours in pairs,
-// in the mesh's order of cells.
+// `faces` are the occurrences of one face in several cells. Pairs these cells in the mesh's order
+// of cells, and makes the two cells of each pair neighbours.
 void CellGraph::join_same(std::span<CellFace> faces) {
   if (faces.size() < 2) return;
   if (faces.size() > 2)

@@ -2,7 +2,8 @@
 // directions in the neighbouring hexahedron across a face. Needs 24 bytes of memory per cell. While
 // the graph is built, it needs additional memory: half a byte per vertex, and up to 96 bytes for
 // each of 2^18 hexahedra (or for an eighth of all hexahedra, if that is more). All tables may be in
-// a spool. In that case, neighbouring cells should have close numbers, so that access is fast.
+// a spool (temporary storage, on disk if large). In that case, neighbouring cells should have close
+// numbers, so that access is fast.
 #pragma once
 
 #include <array>
@@ -52,10 +53,10 @@ class CellGraph {
   CellFace across(std::uint32_t cell, std::uint32_t face) const {
     return neighbours_[6 * std::uint64_t{cell} + face];
   }
-  // Converts `frame`, a frame of `cell`, to the corresponding frame of the neighbour `to` across
-  // `face`. The direction that crosses `face` continues straight ahead in the neighbour. Each of
-  // the two other directions becomes the direction of the neighbour's face that meets the original
-  // face at an edge of `face`.
+  // Converts `frame`, a local coordinate system of `cell`, to the corresponding one of the
+  // neighbour `to` across `face`. The direction that crosses `face` continues straight ahead in the
+  // neighbour. Each of the two other directions becomes the direction of the neighbour's face that
+  // meets the original face at an edge of `face`.
   Frame carried(std::uint32_t cell, const Frame& frame, std::uint32_t face, CellFace to) const;
   int degree(std::uint32_t cell) const;
 

@@ -83,8 +83,9 @@ class Traversal {
  private:
   const CellGraph* graph_;
   std::vector<bool> visited_;
-  BigArray<std::uint8_t> frames_;   // frame of each visited cell
-  BigArray<std::uint32_t> passed_;  // for each cell, the number of the last walk that passed it
+  BigArray<std::uint8_t> frames_;  // frame of each visited cell
+  BigArray<std::uint32_t>
+      passed_;  // for each cell, the number of the most recent walk that passed it
   std::uint32_t walk_ = 0;
   CellList order_;
 };
@@ -140,8 +141,9 @@ Frame frame_at(const CellGraph& graph, Traversal& traversal, std::uint32_t cell,
   return {frame[3 - above - beside], frame[beside], frame[above]};
 }
 
-// Calls start(cell, frame) for a cell at the rim of each connected component, in the mesh's order
-// of cells. `start` must visit all cells of the component.
+// Calls start(cell, frame) for one cell at the rim of each connected component. Components are
+// visited in the order of their first cells in the mesh. `start` must visit all cells of the
+// component.
 template <class Start>
 void for_each_component(const CellGraph& graph, Traversal& traversal, std::size_t layers_along,
                         Spool* spool, Start&& start) {
@@ -261,8 +263,8 @@ CellList breadth_first_order(const CellGraph& graph, Spool* spool) {
 CellList enclosed_first_order(const CellGraph& graph, Spool* spool) {
   Traversal walk(graph, spool);
   BigArray<std::uint8_t> shared(spool, graph.cells().size());
-  // waiting[n] lists unvisited cells that share n faces with visited cells. When n changes, the old
-  // entry stays in its list.
+  // waiting[n] lists unvisited cells that share n faces with visited cells. When a cell is added to
+  // another list because its n has changed, its old entry is not removed.
   std::vector<BigArray<CellFace>> waiting;
   for (int faces = 0; faces <= 6; ++faces) waiting.emplace_back(spool);
   const auto come = [&](std::uint32_t cell, const Frame& frame) {
@@ -301,9 +303,9 @@ CellList with_others_in_place(const Cells& cells, CellList hexahedra, Spool* spo
   for (std::uint64_t position = 0; position < hexahedra.size(); ++position)
     for (const std::uint32_t v : cells.cell(hexahedra[position]))
       if (birth[v] == 0) birth.set(v, static_cast<std::uint32_t>(position + 1));
-  // Sorts the other cells by the hexahedron after which they are inserted. Cells that are inserted
-  // after the same hexahedron stay in the mesh's order. Cells with a vertex that no hexahedron uses
-  // come last.
+  // Sorts the cells that are not hexahedra by the hexahedron after which they are inserted. Cells
+  // that are inserted after the same hexahedron stay in the mesh's order. Cells with a vertex that
+  // no hexahedron uses come last.
   constexpr std::uint32_t kNever = ~std::uint32_t{0};
   ExternalSorter others(spool != nullptr ? spool->directory() : std::string(), sizeof kNever,
                         spool != nullptr ? sort_bytes : std::numeric_limits<std::size_t>::max());

@@ -1,7 +1,7 @@
 // Functions that order the cells of a mesh so that the mesh compresses better. The result is the
-// same on every machine, and does not depend on whether the cells are in memory or in a spool: all
-// computations use integers (coordinates are rounded to integers first), and ties are resolved by
-// the lower cell number.
+// same on every machine, and does not depend on whether the cells are in memory or on disk (in a
+// spool). This is because all computations use integers (coordinates are rounded to integers
+// first), and ties are resolved by the lower cell number.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ namespace shm::converters {
 
 // Cell numbers of the mesh, in a new order.
 using CellSequence = std::vector<std::uint32_t>;
-// Cell numbers of a Cells object, in a new order. The list may be in a spool.
+// Cell numbers of a Cells object, in a new order. The list may be on disk, in a spool.
 using CellList = BigArray<std::uint32_t>;
 
 // The functions below store their tables and the result in `spool`. If `spool` is null, everything
@@ -48,8 +48,8 @@ CellList hilbert_order(const Cells& cells, MeshSource& mesh, Spool* spool = null
                        std::size_t sort_bytes = 0);
 
 // Returns the list `hexahedra` with all other cells of the mesh inserted. Each of these cells is
-// inserted as early as possible: directly after the hexahedron with which the last of its vertices
-// occurs.
+// inserted as soon as preceding hexahedra have used all its vertices. Cells with a vertex that no
+// hexahedron uses come last.
 CellList with_others_in_place(const Cells& cells, CellList hexahedra, Spool* spool = nullptr,
                               std::size_t sort_bytes = 0);
 

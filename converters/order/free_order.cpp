@@ -135,8 +135,8 @@ CellList CellOrderer::operator()(const CellOrdering& ordering) {
   if (room_.spool == nullptr) return order(ordering, nullptr);
   using Kind = CellOrdering::Kind;
   if (ordering.kind != Kind::stored && ordering.kind != Kind::hilbert)
-    graph(ordering.within_blocks);  // build the graph before `scratch` exists, because the graph
-                                    // needs the memory
+    graph(ordering.within_blocks);  // build the graph before `scratch` occupies the memory that
+                                    // this needs
   Spool scratch(room_.spool->directory(), room_.memory / 2);
   const CellList made = order(ordering, &scratch);
   CellList kept(room_.spool);
@@ -178,7 +178,7 @@ std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, Me
   CellList order = whole(first.ordering);
   if (trials.is_whole() || first.ordering.kind != CellOrdering::Kind::swept) return order;
   // The best order of the sample has layers along one axis, e.g. the longest axis of the sample.
-  // This need not be the best choice for the whole mesh, because the sample may have other
+  // This need not be the best choice for the whole mesh, because the sample may have different
   // proportions. Therefore the order of the whole mesh is computed with layers along each of the
   // three axes, and these orders are compared on the sample.
   Trial best = trials.trial_of_whole(first.ordering, order, code);

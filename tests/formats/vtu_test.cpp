@@ -1,4 +1,4 @@
-// Tests of VTU files: round trips, comparisons by VTK itself, and hostile files.
+// Tests of VTU files: round trips, comparisons with VTK's own reader, and hostile files.
 #include "vtk/xml/vtu.h"
 #include "files/mesh_files.h"
 
@@ -133,8 +133,8 @@ class VtuTest : public FolderTest {
       EXPECT_NE(std::string(failure.what()).find(words), std::string::npos) << failure.what();
     }
   }
-  // Returns true if the file is read completely, and false if reading it throws Failure. Any other
-  // exception is a bug.
+  // Returns true if the file can be read completely, and false if reading it throws Failure. Any
+  // other exception is a bug and makes the test fail.
   bool readable(const std::string& bytes) {
     try {
       Spool spool(fs::temp_directory_path().string());
@@ -260,8 +260,8 @@ TEST_F(VtuTest, PiecesComeBackAsTheyWere) {
        {"NumberOfPoints=\"4\"", "NumberOfPoints=\"0\"", "NumberOfPoints=\"6\"", "Name=\"only\""})
     EXPECT_NE(back.find(part), std::string::npos) << part;
   if (!has_oracle()) GTEST_SKIP() << "the rest needs python3-vtk9";
-  // VTK's result contains undefined values if a piece lacks an array. The comparison therefore
-  // leaves this array out.
+  // For an array that is missing in some piece, VTK returns undefined values. Such an array is
+  // therefore removed before the file is compared with VTK.
   round_trip_text(replaced(text, point_array("only", "7 8 9 10"), ""));
   EXPECT_EQ(oracle("'" + path("in.vtu") + "' '" + path("back.vtu") + "'"), 0);
 }
@@ -296,8 +296,8 @@ TEST_F(VtuTest, PolyhedraAsStreamsOfFaces) {
                                         point_array("faceoffsets", "17 34", "Int64"));
   const auto mesh = open_text(text);
   EXPECT_EQ(mesh->info().schema.blocks.at(0).shape, CellShape::faces);
-  // The file lists the points of the first polyhedron in a different order from its faces, so the
-  // list is stored as an extra.
+  // The point list of the first polyhedron is not in the order in which its faces use the points.
+  // It can therefore not be computed from the faces and is stored as an extra.
   ASSERT_NE(find_extra(mesh->info(), "vtu/polyhedron/points"), nullptr);
   EXPECT_EQ(find_extra(mesh->info(), "vtu/polyhedron/points")->shape.at(0), 4u);
   const std::string back = round_trip_text(text);
@@ -342,7 +342,8 @@ TEST_F(VtuTest, PolyhedraAsListsOfFaces) {
   EXPECT_NE(back.find("0 1 2 3 4 5"), std::string::npos) << back;
   EXPECT_NE(back.find("3 6 9 12 15 18"), std::string::npos) << back;
   EXPECT_EQ(find_extra(open_text(own)->info(), "vtu/data/0"), nullptr);
-  // Here two polyhedra share a face, so the face tables are stored unchanged as an extra.
+  // In this file, two polyhedra refer to the same entry of the face table. The writer cannot
+  // recompute such tables from the cells, so they are stored unchanged as an extra.
   const std::string shared = tables(
       "0 1 2 3 3 4 5 6", "4 8", "0 1 2 0 1 3 0 2 3 1 2 3 1 2 4 1 3 4 2 3 4", "3 6 9 12 15 18 21");
   back = round_trip_text(shared);
@@ -499,8 +500,8 @@ TEST_F(VtuTest, LyingHeadersOfCompressedArrays) {
 }
 
 TEST_F(VtuTest, BombsStayWithinTheirBlocks) {
-  // The array has five floats, but its first compressed block unpacks from 64 KiB to 64 MiB of
-  // zeros. Only the first block is read.
+  // The array has five floats. Its first compressed block has 64 KiB and unpacks to 64 MiB of
+  // zeros. The five floats are in the first block, so no other block is read.
   const std::vector<std::byte> zeros(vtu::kMostBlockBytes);
   const auto packed = vtu::compress(vtu::Compressor::zlib, zeros.data(), zeros.size());
   const std::string block(reinterpret_cast<const char*>(packed.data()), packed.size());
@@ -548,8 +549,8 @@ TEST_F(VtuTest, BrokenSkeletonsAreFailures) {
     copy.mesh.extras = {extra};
     write_vtu(copy, path("out.vtu"), spool_);
   };
-  // The skeleton text belongs to another mesh. Pieces and arrays in the text that do not fit this
-  // mesh are left out.
+  // The skeleton (the XML of a VTU file without its numbers) belongs to another mesh. The writer
+  // must not write those pieces and arrays of the skeleton that do not fit this mesh.
   write_with(valid);
   EXPECT_EQ(open_vtu(path("out.vtu"), spool_)->info().vertices, 8u);
   EXPECT_THROW(write_with(""), Failure);

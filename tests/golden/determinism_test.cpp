@@ -2,9 +2,10 @@
 // and in every version, unless the coders are changed on purpose. The test runs under g++ -O0, -O1
 // and -O3 (presets same-gcc-O0, tsan, release) and clang -O1 and -O3 (dev, same-clang-O3), with one
 // thread and with two. On a mismatch it prints the new table. If the change is intended, this table
-// replaces the old table, and the commit states which stream became smaller or larger. Data that
-// passes through zstd (schema, extras, steps) may change with the version of zstd and is left out.
-// For groups coded as shifts or patterns, the input of zstd is compared.
+// replaces the old table, and the commit states which stream became smaller or larger. Data
+// compressed with zstd (schema, extras, steps) may depend on the version of zstd, so the test does
+// not compare it. For groups coded as shifts or patterns, the test compares the data before zstd
+// compresses it.
 #include <xxhash.h>
 #include <zstd.h>
 
@@ -132,9 +133,9 @@ TestMesh large_cut_grid() {
   return mesh;
 }
 
-/// Returns value `i` of an array whose character changes every 5000 elements: smooth, random,
-/// constant, a repetition of earlier values, or smooth with outliers. The changes force the encoder
-/// to switch predictors.
+/// Returns the next value of an array. The kind of values changes every 5000 elements: smooth,
+/// random, constant, a repetition of earlier values, or smooth with outliers. The changes force the
+/// encoder to switch predictors.
 double changing_value(std::vector<double>& values, PlainRandom& random) {
   const std::size_t i = values.size();
   const auto x = static_cast<double>(i % 5000) / 4096;
@@ -150,8 +151,8 @@ double changing_value(std::vector<double>& values, PlainRandom& random) {
   return value;
 }
 
-/// Returns a grid of more than 40,000 cells with arrays of doubles, floats and integers whose
-/// character changes along the array, and a copy of the first array with small differences.
+/// Returns a grid of more than 40,000 cells with arrays of doubles, floats and integers (see
+/// changing_value), and a copy of the first array with small differences.
 TestMesh changing_arrays() {
   TestMesh mesh = bent_grid(36, 35, 33, ScalarType::float64);
   PlainRandom random(11);
@@ -177,8 +178,8 @@ TestMesh changing_arrays() {
   return mesh;
 }
 
-/// Returns files that are larger than the feature files. They have several groups, reuse slots, and
-/// give adaptive models time to adapt.
+/// Returns files that are larger than the feature files. They have several groups, so many vertices
+/// that slots of finalized vertices are reused, and enough data for adaptive models to adapt.
 std::vector<FeatureFile> larger_files() {
   using enum Order;
   std::vector<FeatureFile> files;

@@ -1,7 +1,7 @@
 // Tests of golden files. Every version of the library must be able to read the files of all earlier
 // versions, with exactly the same contents. A text file next to each golden file states its
-// contents. Faulty files must be refused forever; list.txt states the reason for each file.
-// make_golden.cpp adds new files.
+// contents. Every version must also refuse the faulty files; list.txt states the reason for each of
+// them. make_golden.cpp adds new files.
 #include <gtest/gtest.h>
 
 #include <filesystem>

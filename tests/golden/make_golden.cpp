@@ -36,7 +36,7 @@ bool write_new(const std::filesystem::path& path, const std::vector<std::byte>& 
   return write_new(path, reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
-/// Appends the lines of new faulty files to the list. Existing lines must not change.
+/// Writes the new faulty files and adds their lines to list.txt. Existing lines must not change.
 bool write_faulty(const std::filesystem::path& folder) {
   std::string list;
   {

@@ -48,9 +48,9 @@ SETTINGS = [options.split() for options in (
     "--order keep --codec patterns", "--order stream --level fast --segment-cells 41 --key-steps 3",
     "--order stream --codec patterns --segment-cells 29",
     "--order keep --rel 1e-3", "--order stream --bits 12 --level best")]
-# Time in seconds for all small files together.
+# Time limit in seconds for the tests of all small files together.
 SECONDS = 25 if SHARE == 1 else 12
-# Largest size in bytes of a small file.
+# A file is small if it has at most this number of bytes.
 LARGEST = 60000
 ARGUMENTS = None
 
@@ -70,8 +70,8 @@ def content(path):
 
 
 def without_trailing(path):
-    """Returns the bytes of a file up to the end of the mesh. The golden text states only the number of bytes
-    that follow the mesh."""
+    """Returns the bytes of a golden file without the bytes that follow the mesh. The number of these trailing
+    bytes is taken from the golden text."""
     trailing = int(content(path[:-4] + ".txt").rsplit(b"trailing bytes ", 1)[1])
     data = content(path)
     return data[: len(data) - trailing]
@@ -161,8 +161,8 @@ class Changed(unittest.TestCase):
 
 
 def stream_places(data):
-    """Returns the begin and end offsets of each bitstream of each group, and of the step values that follow
-    each header of a part."""
+    """Returns the offsets of all bytes of coded data: the bitstreams of each group, and the values in each
+    chunk of step values."""
     places, at, sequence = [], 16, 0
     while True:
         chunk = reference_decoder.file.read_chunk(data, at, sequence)
@@ -201,8 +201,8 @@ class BothAgree(unittest.TestCase):
 
 class Generated(BothAgree):
     def test_mesh_of_two_tiles(self):
-        """The mesh has more cells than fit into a tile, and enough coding decisions that rare states of the
-        mixer's tables occur."""
+        """The mesh has more cells than fit into a tile. It is so large that even rare states of the mixer's
+        tables occur during decoding."""
         with tempfile.TemporaryDirectory() as scratch:
             mesh = os.path.join(scratch, "mesh.vtk")
             subprocess.run([ARGUMENTS.shm_make_mesh, "ogrid", "5000", mesh, "--fields", "basic"], check=True,
@@ -223,8 +223,8 @@ class Generated(BothAgree):
         self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper"))
 
     def test_grids_full_of_holes(self):
-        """The codec discards records of hexahedra in a certain order. In irregular meshes, this order affects
-        the result."""
+        """Tests irregular meshes. In such a mesh, the decoded result depends on the order in which the codec
+        discards its records of earlier hexahedra."""
         n, m = 8, 9
         points = [(x, y, z) for z in range(m) for y in range(m) for x in range(m)]
         for seed in range(6):
@@ -311,7 +311,7 @@ class Corpus(BothAgree):
                             break
                     tried += times
             else:
-                # Tests each file with several settings, until the time is used up.
+                # Tests each small file with several settings, until the time limit is reached.
                 small = [path for path in sample_of(files) if os.path.getsize(path) <= LARGEST]
                 for turn in range(len(SETTINGS)):
                     for number, source in enumerate(small):

@@ -72,8 +72,8 @@ bool parse_hex(const std::string& text, std::vector<std::byte>& out) {
   return true;
 }
 
-/// Returns the bytes that the tables of the text list. Their rows have the form "| offset | `hex` |
-/// field | ... |".
+/// Returns the bytes that the tables of spec/examples.md list. The table rows have the form "|
+/// offset | `hex` | field | ... |".
 std::vector<std::byte> stated_bytes() {
   std::ifstream text(SHM_SOURCE_DIR "/spec/examples.md");
   EXPECT_TRUE(text) << "spec/examples.md cannot be read";

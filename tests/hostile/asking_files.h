@@ -1,5 +1,5 @@
-// Asking files: small files that ask for much memory. Each file has correct checksums and a large
-// count in one field. There is one file for each field that contains a count.
+// Asking files: small files that try to make a reader allocate much memory. Each file has correct
+// checksums and a large count in one field. There is one file for each field that contains a count.
 #pragma once
 
 #include <algorithm>
@@ -52,7 +52,7 @@ inline std::vector<std::byte> put_together_with_index(FileParts parts) {
   return put_together(std::move(parts));
 }
 
-/// Returns a file of a small cube of hexahedra. The given chunks are inserted before its index.
+/// Returns a file of a small cube of hexahedra, with the given chunks inserted before the index.
 inline std::vector<std::byte> asking_mesh(
     const std::vector<std::pair<container::ChunkKind, std::vector<std::byte>>>& chunks,
     std::uint8_t version_of_extras = 1) {
@@ -92,15 +92,17 @@ inline ByteWriter schema_head() {
   return head;
 }
 
-/// Returns a file of two sheets of hexahedra. All vertices that the sheets share are live at the
-/// same time. The array of the file has no stream, so all of its values are zero.
+/// Returns a file of two layers of hexahedra. A reader must keep all vertices between the two
+/// layers in memory at the same time. The file has an array without a stream, so all values of the
+/// array are zero.
 inline std::vector<std::byte> asking_columns(std::uint32_t side, Location location,
                                              std::uint32_t components) {
   TestMesh mesh = grid(side, side, 2);
   MemorySink sink;
   WriteOptions options;
   options.connectivity = ConnectivityCodec::rows;
-  options.group_cells = 400;  // so that each group is a single tile, even with the array
+  options.group_cells =
+      400;  // so that each group is a single tile, even with the array that is added below
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   FileParts parts = take_apart(sink.bytes);
   mesh.schema.arrays.push_back(array_of("zeros", location, ScalarType::uint8, components));
@@ -119,8 +121,9 @@ inline std::vector<std::byte> asking_columns(std::uint32_t side, Location locati
   return put_together_with_index(std::move(parts));
 }
 
-/// Returns a file of a sheet of hexahedra in two layers. All vertices that the layers share are
-/// active at the same time. The step values are coded with predictions from mesh neighbours.
+/// Returns a file of two layers of hexahedra. A reader must keep all vertices between the two
+/// layers in memory at the same time. If there are step values, they are predicted from mesh
+/// neighbours.
 inline Bytes asking_sheet(std::uint32_t side, ConnectivityCodec codec,
                           std::uint32_t components = 0) {
   Stepped stepped{grid(side, side, 2), {}, {}};
@@ -142,8 +145,8 @@ struct AskingFile {
   std::vector<std::byte> bytes;
 };
 
-/// Writes the beginning of an unnamed extra of uint8 values: an empty key, the type, and zeros for
-/// the kind of reference and the reference distance.
+/// Writes the beginning of an extra of uint8 values with an empty key. The extra does not refer to
+/// mesh elements, and its values are not coded as differences.
 inline void put_unnamed(ByteWriter& blob) {
   blob.put_text("");
   blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
@@ -174,7 +177,7 @@ inline std::vector<AskingFile> asking_files() {
     files.push_back({"small extras of version " + std::to_string(version),
                      asking_mesh({2000, {ChunkKind::extra, small}}, version)});
   }
-  {  // each value needs one byte in the file, as a difference, and eight bytes in memory
+  {  // in the file, each value is a difference of one byte; in memory, each value needs eight bytes
     constexpr std::uint64_t kValues = std::uint64_t{60} << 20;
     ByteWriter head;
     head.put_varint(1);
@@ -253,9 +256,9 @@ inline std::vector<AskingFile> asking_files() {
   return files;
 }
 
-/// Returns functions that create larger files, by name: sheets with more active vertices than the
-/// limit, or nearly that number, and steps with many components. Each function needs several
-/// seconds.
+/// Returns pairs of a name and a function that creates a larger file. Most of these files have
+/// nearly as many active vertices as the limit allows, or more. One file has steps with many
+/// components. Each function takes several seconds.
 inline std::vector<std::pair<std::string, std::function<Bytes()>>> asking_sheets() {
   using enum ConnectivityCodec;
   return {{"sheet in paper", [] { return asking_sheet(480, paper); }},

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that eight commands of the tool use at most 300 MB with default options, for each small file that
-asks for much memory.
+"""Checks that no command of the tool uses more than 300 MB for any of the asking files: small files that try
+to make a reader allocate much memory. Tests eight commands with default options.
 
 Usage: asking_files_test.py PATH_OF_SHM PATH_OF_MAKE_ASKING
 """
@@ -43,7 +43,8 @@ class AskingFilesTest(FolderTest):
                         ["extract", name, "piece.shm", "--cells", "0:1", "-f"],
                         ["repair", name, "-o", "whole.shm", "-f"], ["join", name, "-o", "joined.shm", "-f"],
                         ["append", name, "more.vtk", "-o", "longer.shm", "-f"], ["diff", name, "more.vtk"]]
-            # These files take long to read. The commands that are left out would read them in the same way.
+            # Reading these files takes long, so the test runs only four commands. The other commands would
+            # read the files in the same way.
             if name.startswith(("components", "stepped", "sheet", "larger")):
                 commands = commands[:4]
             for words in commands:

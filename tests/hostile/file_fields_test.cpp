@@ -1,6 +1,7 @@
 // Tests wrong values in every field of a file, with correct checksums. FieldWalk (file_fields.h),
-// which the mutators of the fuzz targets also use, finds the fields of every section, and together
-// they cover every byte. Whatever value replaces a field, no reader reports a wrong checksum.
+// which the mutators of the fuzz targets also use, finds the fields of every section. The fields
+// found must cover every byte of the file. After any change, the checksums must still be correct,
+// so no reader may report a wrong checksum.
 #include "support/file_fields.h"
 
 #include <gtest/gtest.h>
@@ -42,8 +43,8 @@ std::size_t bytes_of_all(const std::vector<Bytes>& streams) {
   for (const Bytes& stream : streams) sum += stream.size();
   return sum;
 }
-/// Returns the number of coded bytes that follow the fields of a payload. Returns 0 for the chunk
-/// of an extra.
+/// Returns the number of bytes of coded data that follow the header fields in the payload of a
+/// chunk. Only groups and step values have such data.
 std::size_t coded_bytes(const Chunk& chunk) {
   constexpr std::size_t kChecksum = 4;
   if (chunk.is(ChunkKind::group))
@@ -79,8 +80,8 @@ TEST(FileFields, LeaveNoByteOut) {
   }
 }
 
-// Replacing a field with its current value does not change the file, except that packed data may be
-// packed differently.
+// Replacing a field with its current value must not change the contents of the file. Only the
+// compressed form of packed data may change.
 TEST(FileFields, PutBackAreTheSame) {
   for (const FeatureFile& file : files()) {
     const std::string text = text_of(decode_in_pieces(file.bytes));

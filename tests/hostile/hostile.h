@@ -42,7 +42,7 @@ inline ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& lim
   return decoded.error().code;
 }
 
-/// Returns a file that consists of a file start and of chunks with the given payloads.
+/// Returns a file that consists of a file start and chunks with the given payloads.
 inline Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
   FileParts parts;
   for (const auto& [kind, payload] : chunks) {
@@ -55,7 +55,8 @@ inline Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
   return put_together(parts);
 }
 
-/// Returns the index of the first group of the second segment, counted from 0 over all groups.
+/// Returns the index of the first group of the second segment. Groups are numbered from 0 across
+/// the whole file.
 inline std::size_t second_segment(const FileParts& parts) {
   std::size_t nth = 0;
   for (const Chunk& chunk : parts.chunks) {
@@ -66,8 +67,8 @@ inline std::size_t second_segment(const FileParts& parts) {
   return nth;
 }
 
-/// Returns the file "shifts", or the file `name`, after `change` has changed the first group of the
-/// second segment.
+/// Applies `change` to the first group of the second segment of the feature file `name`, and
+/// returns the changed file.
 inline Bytes shifts_with(const std::function<void(GroupParts&)>& change,
                          const char* name = "shifts") {
   FileParts parts = take_apart(file(name));

@@ -1,5 +1,5 @@
-// Tests memory limits: a small file that asks for much memory receives little, whichever reader is
-// used, and a valid file receives all the memory that it needs.
+// Tests memory limits. No reader may allocate much memory for a small file, whatever counts the
+// file contains. A valid file must not be refused because of a limit.
 #include <string>
 
 #include "hostile/asking_files.h"
@@ -51,8 +51,8 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
     ASSERT_LT(file.bytes.size(), kMostFile);
     EXPECT_LE(memory_of([&] { read_all(file.bytes); }), kMostMemory);
     if (file.name.starts_with("components"))
-      continue;  // The other readers need not be tested: they decode this file in the same way as
-                 // the Reader.
+      continue;  // The other readers are not tested, because they decode this file in the same way
+                 // as the Reader.
     EXPECT_LE(memory_of([&] {
                 MemorySource source(file.bytes);
                 (void)read_mesh(source);
@@ -68,8 +68,8 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
   }
 }
 
-/// Reads the asking file with this name, a small file that asks for much memory. Returns the error
-/// message.
+/// Reads the asking file with this name (see asking_files.h). Returns the error message, or an
+/// empty string if there is no error.
 std::string complaint(const std::string& name, const ReadLimits& limits = {}) {
   for (const AskingFile& file : asking())
     if (file.name == name) {
@@ -90,8 +90,8 @@ TEST(Budget, WhatIsRefusedIsNamed) {
   says("empty extras", "takes more than the limit of ");
 }
 
-// A caller can raise the limit. Even with a limit of 0, a reader may use an amount of memory that
-// is proportional to the size of the file.
+// A caller can raise the limit on unpacked data. Even with a limit of 0, a reader may use memory in
+// proportion to the size of the file.
 TEST(Budget, IsTheCallers) {
   const auto of = [](std::size_t count, std::uint64_t most) {
     ByteWriter head;
@@ -145,8 +145,8 @@ TEST(Budget, HasRoomForWhatAWriterWrites) {
   EXPECT_EQ(summary->extras.size(), kExtras);
 }
 
-// The blobs contain zeros, which zstd compresses very strongly. If the ratio would exceed the limit
-// for a blob, the writer packs the blob in another way.
+// The blobs contain only zeros, so zstd achieves a very high compression ratio. If the ratio would
+// exceed the ratio that readers accept, the writer packs the blob in another way.
 TEST(Budget, BlobsOfZerosStayWithinTheirBound) {
   for (const Packing packing : {Packing::plain, Packing::with_dictionary, Packing::bounded})
     for (const std::size_t size : {std::size_t{100}, std::size_t{1} << 20, std::size_t{40} << 20}) {
@@ -161,8 +161,9 @@ TEST(Budget, BlobsOfZerosStayWithinTheirBound) {
     }
 }
 
-/// Decodes the file with a limit of `most` bytes for columns, which forces columns to save memory.
-/// Returns the decoded contents as text.
+/// Decodes the file with the small value `most` for max_column_bytes, the memory limit for array
+/// values of active elements. Columns (the decoders of arrays) must then use their memory-saving
+/// form. Returns the decoded contents as text.
 std::string sparingly(std::span<const std::byte> bytes, std::uint64_t most) {
   ReadLimits limits;
   limits.max_column_bytes = most;
@@ -174,15 +175,15 @@ TEST(Budget, SparingColumnsGiveTheSame) {
     SCOPED_TRACE(file.name);
     if (file.name == "archive") continue;
     const std::string usual = text_of(decode_in_pieces(file.bytes));
-    // Even with a limit of 0, columns may use memory proportional to the size of the file. This
-    // memory is sufficient if each column saves memory.
+    // Even if max_column_bytes is 0, columns may use memory in proportion to the size of the file.
+    // In their memory-saving form, they need no more than that.
     EXPECT_TRUE(sparingly(file.bytes, 0) == usual);
     EXPECT_TRUE(sparingly(file.bytes, 4000) == usual);
   }
 }
 
-/// The mesh consists of two sheets with arrays of few different values. All values are equal,
-/// except that in some of the tests, every 20000th or every seventh value differs.
+/// The mesh consists of three layers of cells. All values of its arrays are equal, except that in
+/// some of the tests, every 20000th or every seventh value differs.
 TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
   constexpr std::uint32_t kSide = 70, kComponents = 8;
   for (const Location location : {Location::point, Location::cell})
@@ -206,16 +207,17 @@ TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
       ASSERT_TRUE(write_mesh(mesh, sink, options));
       const std::string usual = text_of(decode_in_pieces(sink.bytes));
       ASSERT_NE(usual.find("array"), std::string::npos);
-      // The small limit, a third of the memory that all columns can need, is enough for the
-      // coordinates and some columns. The large limit is enough for all columns even if all of them
-      // differ.
+      // The small limit is a third of the memory that all columns can need. It suffices for the
+      // coordinates and some columns, and columns with equal values need no memory. The large limit
+      // suffices for all columns, even if the values in each column differ.
       const std::string sparing = sparingly(sink.bytes, every == 7 ? 1 << 24 : 1200000);
       EXPECT_TRUE(sparing == usual) << sparing.substr(0, 300);
     }
 }
 
-// Columns with different values need more memory. The file is refused if its columns need more
-// memory than the limit for a file of its size.
+// A column whose values differ from each other needs more memory than a column of equal values. A
+// file is refused if its columns need more memory than the limit, which depends on the size of the
+// file.
 TEST(Budget, ColumnsTakeNoMoreThanIsAllowed) {
   const auto bytes = asking_columns(66, Location::point, 256);
   ReadLimits limits;
@@ -258,8 +260,8 @@ TEST(Limits, OfActiveVertices) {
   }
 }
 
-// The limit for columns also applies to the columns of time steps, whether the file is read front
-// to back or by the index.
+// The memory limit for array values also applies to step values, whether the file is read front to
+// back or by the index.
 TEST(Limits, OfWhatColumnsOfStepsKeep) {
   const Bytes bytes = asking_sheet(60, ConnectivityCodec::rows, 16);
   for (const bool fits : {false, true}) {

@@ -102,12 +102,13 @@ TestMesh with_components(TestMesh mesh, std::uint32_t arrays, std::uint32_t comp
 }
 struct Components {
   std::uint32_t arrays, components;
-  bool any_tables;  // true if there are arrays whose columns have tables
+  bool any_tables;  // true if some array is coded with match tables, which need much memory
 };
 constexpr std::array<Components, 4> kManyComponents = {
     {{1, 4096, false}, {4096, 1, true}, {256, 16, true}, {64, 64, false}}};
 
-// A component without tables needs only a few kilobytes of memory, and few components have tables.
+// Only a limited number of components is coded with match tables, which need much memory. Each of
+// the other components needs only a few kilobytes.
 TEST(Hostile, ManyComponentsTakeLittleMemory) {
   constexpr std::size_t kPerComponent = 12 << 10, kTables = 32 << 20;
   for (const Components& many : kManyComponents)
@@ -151,8 +152,8 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
     }
 }
 
-// In groups coded as shifts, only a few components keep their previous values in memory; the other
-// components are coded with zstd only.
+// In groups coded as shifts, a limited number of components is predicted from earlier values, which
+// are kept in memory. The other components are coded with zstd only.
 TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
   constexpr std::size_t kPerComponent = 4 << 10, kRings = 34 << 20;
   for (const Components& many : kManyComponents) {
@@ -231,8 +232,9 @@ TEST(Hostile, QuantizedComponentsShareTheirSchema) {
   EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(bytes)); }), std::size_t{64} << 20);
 }
 
-// While a Writer tries codecs, it keeps several copies of each component, but tables of only a few
-// components. Writing 1.3 MB of values in 4096 components therefore does not need gigabytes.
+// While a Writer tries codecs, it keeps several copies of the coder of each component, but it
+// limits the number of components with match tables. Writing 1.3 MB of values in 4096 components
+// therefore does not need gigabytes.
 TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
   for (std::size_t i = 0; i < kManyComponents.size(); i += every(2)) {
     const Components& many = kManyComponents[i];
@@ -247,8 +249,8 @@ TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
   }
 }
 
-// The memory of columns in groups coded as shifts is proportional to the number of ring positions,
-// which is limited by the number of cells.
+// In groups coded as shifts, columns (the decoders of arrays) need memory in proportion to the size
+// of the ring of recent elements. The number of cells limits this size.
 TEST(Hostile, ColumnsOverShiftsTakeLittleMemory) {
   const Bytes bytes = written(with_components(bent_grid(2, 2, 2), 1, 28, ScalarType::float32),
                               65536, ConnectivityCodec::shifts);

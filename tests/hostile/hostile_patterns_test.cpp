@@ -77,8 +77,9 @@ Bytes with_words(const char* name, const std::function<void(PatternWords&)>& lie
       name);
 }
 
-/// Returns a reference to one of the two bytes that describe a node of a pattern: its source if
-/// `which` is 0, its position if `which` is 1.
+/// A pattern describes each node of a cell by two bytes: the source of the vertex, and its position
+/// in that source. Returns a reference to the source byte if `which` is 0, and to the position byte
+/// if `which` is 1.
 std::byte& op(PatternWords& words, std::size_t pattern, std::size_t node, std::size_t which) {
   return words.ops[(2 * node + which) * static_cast<std::size_t>(words.patterns) + pattern];
 }
@@ -133,8 +134,8 @@ void expect_patterns_refuse_lies(const char* name) {
 TEST(Hostile, LyingPatterns) { expect_patterns_refuse_lies("patterns"); }
 TEST(Hostile, LyingPatternsOfOrderStream) { expect_patterns_refuse_lies("patterns_stream"); }
 
-/// Returns the file "patterns" after `lie` has made one of its streams of values inconsistent. The
-/// values are coded as terms.
+/// Returns the file "patterns" after `lie` has changed its first stream of values, which is coded
+/// as terms.
 Bytes with_values(const std::function<void(Bytes&)>& lie) {
   return shifts_with([&](GroupParts& group) { lie(group.streams[1]); }, "patterns");
 }
@@ -158,8 +159,8 @@ TEST(Hostile, LyingTerms) {
     EXPECT_EQ(code_of(with_values(lies[i])), ErrorCode::corrupt) << "lie " << i;
 }
 
-// The first files declare a megabyte of patterns or numbers that the file does not contain. The
-// last file represents much data in few bytes.
+// Each file contains a list of millions of equal numbers. The packed list is small, but the list is
+// far longer than this group allows. The reader must refuse the file without using much memory.
 TEST(Hostile, PatternsTakeMemoryAsTheyAreStated) {
   for (const auto& lie : std::vector<std::function<void(PatternWords&)>>{
            [](PatternWords& w) { w.distances.assign(1 << 22, 1); },

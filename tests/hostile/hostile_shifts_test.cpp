@@ -214,8 +214,8 @@ TEST(Hostile, RingsOfShiftsAreNoLargerThanTheirGroups) {
     }
     // Values are in columns that need neighbourhoods.
     EXPECT_EQ(code_of(with_ring(nth, 0)), ErrorCode::unsupported);
-    // A smaller ring is valid, but decoding with it returns other values or reports inconsistent
-    // data.
+    // A smaller ring size is valid in itself. Decoding with a ring of the wrong size either returns
+    // wrong values or fails, but must not crash.
     for (int bits = 1; bits < ring; ++bits) (void)decode_in_pieces(with_ring(nth, bits));
   }
 }
@@ -250,7 +250,8 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
         is = is == codec ? static_cast<container::Codec>(98) : codec;
       });
   }
-  // In one segment, a group coded with another codec follows or precedes a group coded as shifts.
+  // Within one segment, a group coded with another codec must neither precede nor follow a group
+  // coded as shifts.
   for (const auto codec : {container::Codec::predictive, container::Codec::paper}) {
     FileParts parts = take_apart(file("shifts"));
     for (const std::size_t nth : {0u, 1u}) {
@@ -265,7 +266,8 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
   }
 }
 
-// The file contains shifts although its schema does not allow them.
+// The file contains a group coded as shifts, but the schema either forbids this codec or
+// contradicts the group.
 TEST(Hostile, ShiftsOfAnotherSchema) {
   const auto code_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);
@@ -290,8 +292,8 @@ TEST(Hostile, ShiftsOfAnotherSchema) {
             ErrorCode::corrupt);
 }
 
-// A program that appends steps decodes the groups again. It must refuse shifts that the schema does
-// not allow, with the same error as a reader.
+// A program that appends steps decodes the groups again. If the schema forbids this codec or
+// contradicts a group coded as shifts, the program must report the same error as a reader.
 TEST(Hostile, ShiftsOfAnotherSchemaAreNotDecodedAgain) {
   const auto appends_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);

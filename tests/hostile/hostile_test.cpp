@@ -31,8 +31,8 @@ TEST(Hostile, WholeFilesAreReadInPiecesOfAnySize) {
   }
 }
 
-/// Returns true if the test truncates and changes the file at every position. To save time, other
-/// files are tested only at some positions.
+/// Returns true if the tests truncate and change this file at every position. To save time, the
+/// tests damage all other files only at some positions.
 bool is_thorough(const FeatureFile& feature) {
   return feature.name == "one_hexahedron" || feature.name == "stream_turned" ||
          feature.name == "arrays_on_some_blocks" || feature.name == "steps_and_extras" ||
@@ -202,8 +202,8 @@ TEST(Hostile, ChunksMissingRepeatedOrSwapped) {
         if (at == 0) continue;
         parts = whole;
         std::swap(parts.chunks[at], parts.chunks[at - 1]);
-        // Two neighbouring chunks may be exchanged and renumbered only if both are extras, times or
-        // step values.
+        // If two neighbouring chunks are swapped and renumbered, the file is valid only if both are
+        // extras, step times or step values.
         const auto movable = [](const Chunk& chunk) {
           return chunk.is(ChunkKind::extra) || chunk.is(ChunkKind::step_times) ||
                  chunk.is(ChunkKind::step_values);
@@ -309,8 +309,8 @@ TEST(Hostile, LyingSchema) {
         s.arrays.assign(3, array_of("a", Location::point, ScalarType::int8, 65535));
       },
       ErrorCode::over_limit);
-  // Tests the schema truncated at every position, and with additional data at its end: an invalid
-  // byte for the step references, or more than one byte.
+  // Truncates the schema at every position, and also appends data to it: one byte, which is an
+  // invalid value of the field for step references, or two bytes.
   Schema schema = mixed_cells().schema;
   schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
   ByteWriter blob;
@@ -380,8 +380,9 @@ TEST(Hostile, LyingGroupHeader) {
     refused(name, [](Header& h) { h.streams.back().checksum ^= 1; });
     refused(name, [](Header& h) { h.streams.pop_back(); });
     refused(name, [](Header& h) { h.streams.push_back(h.streams.back()); });
-    // Exchanges the kinds and codecs of the first two streams. The codec for values in groups coded
-    // as shifts is refused as unknown unless the connectivity of the group is coded as shifts.
+    // Swaps the kinds and codecs of the first two streams. One codec for values is allowed only in
+    // groups whose connectivity is coded as shifts. In any other group, a reader refuses it as an
+    // unsupported codec.
     refused(
         name,
         [](Header& h) {
@@ -410,8 +411,8 @@ TEST(Hostile, LyingGroupHeader) {
   refused("unmarked", [](Header& h) { h.unused_vertices -= 1; });
 }
 
-// To decode step values, StepTopology derives the mesh data from the groups again, without the
-// checks of a Reader.
+// To decode step values, StepTopology decodes the groups a second time. It does not make the checks
+// of a Reader, so it must detect wrong vertex counts itself.
 TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
   for (const char* name :
        {"keep", "groups", "mixed_cells", "segments", "shifts", "shifts_stream"}) {
@@ -419,7 +420,8 @@ TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
     const auto decoded = decode_in_pieces(file(name));
     ASSERT_TRUE(decoded);
     const bool shifts = std::string(name).starts_with("shifts");
-    // In groups coded as shifts, neighbourhoods exist only if the group has a ring.
+    // A group coded as shifts provides neighbourhoods only if it has a ring of recent elements. The
+    // test therefore does not request neighbourhoods from such groups.
     const ElementNeeds wants{!shifts, !shifts, true, true};
     const auto replayed = [&](const std::function<void(container::GroupHeader&)>& lie) {
       StepTopology replay(decoded->schema, std::uint64_t{1} << 30, wants);
@@ -445,8 +447,9 @@ TEST(Hostile, ImportsOfVerticesThatAreNotThere) {
   for (const char* name : {"segments", "segments_stream"})
     for (const auto kind :
          {container::StreamKind::imports, container::StreamKind::vertex_numbers}) {
-      // A missing stream is read as zeros. Without one of the streams, all vertices are imported;
-      // without the other stream, the same vertex is imported repeatedly.
+      // A missing stream is read as zeros. If the stream of imports is missing, every vertex counts
+      // as imported. If the stream of vertex numbers is missing, the same vertex is imported
+      // repeatedly.
       FileParts parts = take_apart(file(name));
       Chunk* chunk = parts.find(ChunkKind::group, 2);
       auto group = take_group_apart(chunk->payload);
@@ -622,8 +625,8 @@ TEST(Hostile, DamagedBitstreams) {
       Decoder decoder(limits);
       ASSERT_TRUE(decoder.feed(put_together(parts)));
       decoder.end_of_input();
-      std::unordered_set<std::uint64_t>
-          alive;  // live vertices; in order `stream`, every corner must be one of them
+      std::unordered_set<std::uint64_t> alive;  // vertices not yet finalized; in order `stream`,
+                                                // cells may use only these vertices
       for (auto progress = decoder.advance();
            progress && *progress == Decoder::Progress::item_ready; progress = decoder.advance()) {
         const Item item = decoder.take();

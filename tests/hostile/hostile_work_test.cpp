@@ -1,7 +1,8 @@
 // Files designed to be expensive to read, and an ordinary file to compare them with. This program
 // only checks that the files are read without an error. After each call to counted_run(), the
-// program prints a line: "counted", the name of the file, "by item" or "by index", and the number
-// of bytes read and delivered. hostile_work_test.py counts the instructions of these calls.
+// program prints a line: "counted", the name of the file, the way in which it was read ("by item"
+// or "by index"), and the number of bytes read and delivered. hostile_work_test.py counts the
+// instructions of these calls.
 #include <cstdio>
 #include <string>
 
@@ -31,8 +32,9 @@ std::uint64_t bytes_of(const Item& item) {
   return 0;
 }
 
-/// Reads all items of a file. No topology is kept in memory, as for meshes of many millions of
-/// cells. Returns the number of bytes delivered.
+/// Reads all items of a file. With kept_topology_bytes = 0, the Reader keeps no topology in memory;
+/// by default, this happens only for meshes of many millions of cells. Returns the number of bytes
+/// delivered.
 std::uint64_t read_all(const Bytes& file) {
   MemorySource source(file);
   ReadOptions options;

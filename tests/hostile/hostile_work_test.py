@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that a file designed to be expensive does not need much more work to read than an ordinary file, per
-byte read and delivered.
+"""Checks that reading a file designed to be expensive does not need much more work per byte than reading an
+ordinary file. Bytes are those read from the file plus those delivered to the caller.
 
   hostile_work_test.py PROGRAM     (exit code 77, skipped: no valgrind)
 
@@ -13,9 +13,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 from counted_runs import counted_runs, instructions_of
 
-# The largest allowed work per byte, divided by that of the ordinary file. Each limit is twice the ratio
-# measured with g++ 12 at -O3, but at least 0.2. A reader that loops over all steps, chunks, blocks, arrays or
-# extras for each of them exceeds these limits.
+# For each file: the limit on the work per byte, divided by the work per byte of the ordinary file. Each limit
+# is twice the ratio measured with g++ 12 at -O3, but at least 0.2. A reader whose work is quadratic in the
+# number of steps, chunks, blocks, arrays or extras exceeds these limits.
 MOST = {"by item": {"ordinary": 1, "one cell in rows": 3, "one cell in shifts": 2, "one cell in tiny groups": 2.6,
                     "one cell in tiny segments": 4, "tiny segments": 9, "empty chunks": .5, "extras": 1.7, "blocks": 1.1,
                     "arrays": 43},

@@ -1,6 +1,7 @@
-// make_asking DIR [SHEET...]: writes the files that ask for much memory, each as NAME.shm, for
-// tests of whole programs. Sheets take long to create, so it writes only those that are named.
-// Without arguments, it prints the names of the sheets.
+// make_asking DIR [SHEET...]: writes the asking files of asking_files.h (small files that try to
+// make a reader allocate much memory) as DIR/NAME.shm, for tests of whole programs. Files called
+// sheets take long to create, so only the sheets named as arguments are written. Without arguments,
+// the program prints the names of the sheets.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -10,7 +11,7 @@
 
 namespace {
 
-// Returns the name of an asking file as part of a file name.
+// Replaces the spaces in the name of an asking file, so that it can be part of a file name.
 std::string file_name(std::string name) {
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;

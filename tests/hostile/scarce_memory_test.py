@@ -15,7 +15,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from folder_test import tell
 
 SHM = SCARCE = None
-# Number of failures to test for each command and each kind of failure.
+# Number of tested positions of the first failing allocation while a command runs, for each command and each
+# kind of failure.
 FALLS = 24
 # Commands that are also tested with failing allocations of C libraries. Commands that use netCDF and HDF5 are
 # not in the list, because these libraries crash without memory.
@@ -88,7 +89,8 @@ class ScarceMemory(unittest.TestCase):
             total, code, text, written = self.count(*words, **scarce)
             self.assertIn(code, (0, 3), name)
             self.assertGreater(total, start)
-            # A few failures occur before a command starts; most failures occur while it runs.
+            # A few of the tested failures occur before the tool starts the command; most of them occur while
+            # the command runs.
             places = {start * k // 6 for k in range(6)}
             places |= {start + (total - start) * k // FALLS for k in range(FALLS)} | {total - 1}
             for allowed in sorted(places):

@@ -312,8 +312,8 @@ TEST(Appender, GivesTheMeshWithoutSteps) {
     }
 }
 
-// Coordinates are quantized to 10 bits within a box. Values outside the box are within the error
-// bound, too. Values that are not finite are restored exactly.
+// Coordinates are quantized to 10 bits within a box. Values outside the box must be within the same
+// error bound. Values that are not finite are restored exactly.
 TEST(Appender, QuantizedArraysKeepTheirBound) {
   Stepped stepped;
   stepped.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);

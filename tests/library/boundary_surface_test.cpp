@@ -1,7 +1,7 @@
-// Tests of the boundary surface. For each shape, and for meshes of all kinds, the faces found are
-// compared with the expected faces, which are computed by counting all sides of all cells. The
-// tests also check the values on the surface. The memory that the search needs must depend only on
-// the size of the active surface.
+// Tests of the boundary surface. For each cell shape, and for meshes of all kinds, the faces found
+// are compared with the expected faces: the cell sides that occur only once in the mesh, and the
+// cells that are faces themselves. The tests also check the array values on the surface. The memory
+// that the search needs must depend only on the size of the active surface.
 #include "shm/boundary_surface.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,8 @@ Result<BoundarySurface> boundary_of_stream(std::span<const std::byte> bytes,
   return read_boundary(source, options);
 }
 
-/// Finds the boundary surface in three ways and checks that the results are equal.
+/// Finds the boundary surface in three ways (with random access, front to back, and with two
+/// threads) and checks that the results are equal.
 BoundarySurface boundary_of(std::span<const std::byte> bytes, const BoundaryOptions& options = {}) {
   const auto surface = boundary_anywhere(bytes, options);
   const auto streamed = boundary_of_stream(bytes, options);
@@ -82,7 +83,7 @@ Cycle least(Cycle cycle) {
   return best;
 }
 
-// --- expected faces, found by counting all sides
+// --- expected faces, computed by counting how often each cell side occurs
 
 /// Returns the sides of a cell according to VTK's tables.
 std::vector<Cycle> sides_of_cell(const BlockInfo& block, const Cycle& v) {
@@ -131,7 +132,8 @@ std::size_t corners_itself(const BlockInfo& block, std::size_t nodes) {
   return corners <= nodes ? corners : 0;
 }
 
-/// Set of pairs of a cell and one of its faces, with the cell and vertex numbers of the source.
+/// Set of pairs: a cell number, and the vertex numbers of one face of the cell. The numbers are
+/// those of the source mesh.
 using Faces = std::multiset<std::pair<std::uint64_t, Cycle>>;
 
 Faces counted_faces(const TestMesh& mesh) {
@@ -181,8 +183,7 @@ void expect_sound(const BoundarySurface& surface) {
   EXPECT_EQ(numbers.size(), surface.vertex_count()) << "a vertex occurs twice";
 }
 
-/// Writes `mesh`, reads it back, and compares its boundary with the faces expected from counting
-/// all sides.
+/// Writes `mesh`, reads it back, and compares its boundary with the result of counted_faces().
 BoundarySurface expect_counted(const TestMesh& mesh, WriteOptions options = {}) {
   RecordedOrder order;
   options.coding_order = &order;
@@ -261,8 +262,8 @@ TEST(BoundarySurface, OfOneCellOfEachSolidShape) {
       {one_cell(CellShape::tetrahedron, 4, corners_of_cube({0, 1, 3, 4})), {3, 3, 3, 3}, 1},
       {one_cell(CellShape::pyramid, 5, corners_of_cube({0, 1, 2, 3, 4})), {3, 3, 3, 3, 4}, 2},
       {one_cell(CellShape::wedge, 6, corners_of_cube({0, 1, 3, 4, 5, 7})), {4, 4, 4, 3, 3}, 3},
-      // The node order of a wedge in VTK's manual, in which the first triangle is counter-clockwise
-      // when seen from outside.
+      // This wedge has the node order of VTK's manual: the first triangle is counter-clockwise when
+      // seen from outside.
       {one_cell(CellShape::wedge, 6, corners_of_cube({0, 3, 1, 4, 7, 5})), {4, 4, 4, 3, 3}, 3}};
   for (const Solid& solid : solids)
     for (const ScalarType type : {ScalarType::float32, ScalarType::float64}) {
@@ -506,8 +507,9 @@ TestMesh hub(std::uint64_t cells, bool with_polyhedra) {
   return mesh;
 }
 
-// All cells share vertex 0, so all open sides at that vertex are kept until the end of the mesh.
-// Finding a side must not become slower as the number of open sides grows.
+// All cells share vertex 0. The search therefore keeps the open sides at that vertex (those found
+// only once so far) until the end of the mesh. Looking up a side must not become slower as the
+// number of open sides grows.
 TEST(BoundarySurface, OfManyCellsAroundAVertex) {
   expect_counted(hub(300, false));
   expect_counted(hub(300, true));
@@ -517,8 +519,9 @@ TEST(BoundarySurface, OfManyCellsAroundAVertex) {
 
 // --- memory
 
-/// Passes the mesh to the search block by block. Returns the largest number of open sides and the
-/// largest number of vertices that the search keeps in memory after a block.
+/// Passes the mesh to the search block by block. Returns two maxima over all blocks: the number of
+/// open sides (those found only once so far), and the number of vertices that the search keeps in
+/// memory.
 std::pair<std::size_t, std::size_t> most_kept(const TestMesh& mesh) {
   WriteOptions options;
   options.group_cells = 64;
@@ -819,7 +822,7 @@ TEST(BoundaryFinder, RefusesBlocksThatMakeNoSense) {
   EXPECT_FALSE(other->add(piece));
 }
 
-// Reading a file with a damaged byte must either return an error or a valid surface.
+// For a file with a damaged byte, the search must return either an error or a valid surface.
 TEST(BoundarySurface, OfDamagedFiles) {
   const auto bytes = written(with_steps(every_shape(), Order::keep));
   BoundaryOptions options;

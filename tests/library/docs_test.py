@@ -223,7 +223,7 @@ def faults_of_headers():
     for line in done.stderr.splitlines() or ([done.stdout] if done.returncode else []):
         yield line.removeprefix(f"{ROOT}/")
     for page, words in (("shmformat_8h.html", "Fills all targets in one pass"),
-                        ("classshm_1_1MeshExtractor.html", "Starts a request, and drops the previous piece.")):
+                        ("classshm_1_1MeshExtractor.html", "Starts a request for a piece, and cancels the previous request.")):
         if words not in re.sub("<[^>]+>", "", (ROOT / "build/api/html" / page).read_text(encoding="utf-8")):
             yield f"{page} lacks: {words}"
 

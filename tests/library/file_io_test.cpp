@@ -75,8 +75,8 @@ TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   EXPECT_EQ(write_mesh(mesh, **sink).error().code, ErrorCode::output);
 }
 
-// If the sink must not replace existing files, it does not replace a file that another program
-// creates while the new file is being written.
+// A sink that must not replace existing files also refuses to replace a file that another program
+// creates while the sink writes its data.
 TEST_F(FileIo, NothingIsReplacedWhereThatIsRefused) {
   using enum FileSink::Existing;
   for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {

@@ -124,7 +124,7 @@ std::set<std::uint64_t> unused(const ByNumber& whole) {
   return numbers;
 }
 
-/// Numbers of the cells of a segment, and numbers of the vertices of the segment that no cell of
+/// The cell numbers of a segment, and the vertex numbers of those of its vertices that no cell of
 /// the mesh uses.
 struct SegmentOfWhole {
   std::set<std::uint64_t> cells, unused;
@@ -543,8 +543,8 @@ Stepped bar(Order order) {
   return stepped;
 }
 
-/// Returns the number of bytes that extracting the request reads, without step values and without
-/// the bytes that open() reads.
+/// Extracts the request, except step values. Returns the number of bytes that this reads from the
+/// file, not counting the bytes that open() has read.
 std::uint64_t bytes_of(CountedSource& source, MeshExtractor& file, const ExtractRequest& request) {
   source.bytes = 0;
   const auto begun = file.begin(request);
@@ -646,8 +646,8 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
     EXPECT_EQ(file->cell_numbers().size(), quarter);
   }
   // Blocks 1 and 2 alternate from group to group, so the cells of one block are spread across the
-  // whole file. The extractor needs only connectivity to determine that a segment contains no cells
-  // of a block.
+  // whole file. To determine that a segment contains no cells of a block, the extractor must read
+  // only the connectivity of the segment.
   Stepped stepped = bar(Order::keep);
   stepped.options.segment_cells = kBarGroup;
   stepped.mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
@@ -717,8 +717,8 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
       refused("no box", [](IndexEntry& e) { e.box.fill(std::nan("")); });
       refused("far box", [](IndexEntry& e) { e.box = {50, 50, 50, 51, 51, 51}; });
     }
-    // If the index states a wrong box for a group, and that box does not intersect the requested
-    // box, an extractor cannot detect this. It leaves the group out.
+    // The index states wrong bounding boxes, which do not intersect the requested box. An extractor
+    // cannot detect this, so it skips the groups and returns an empty piece.
     const Bytes hidden = with_index(bytes, [](container::Index& index) {
       for (IndexEntry& entry : index.entries) entry.box = {50, 50, 50, 51, 51, 51};
     });

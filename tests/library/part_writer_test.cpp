@@ -48,8 +48,8 @@ TestMesh used_only(TestMesh mesh) {
   return mesh;
 }
 
-/// The state of one part. Outside of tests, each part is written by a separate process, which has
-/// only this state.
+/// The data that the writer of one part has. Outside of tests, a separate process writes each part,
+/// and it does not have the data of the other parts.
 struct Part {
   std::uint64_t first = 0, end = 0;  ///< range of cells
   RecordedOrder order;
@@ -136,8 +136,8 @@ class Joined {
   Bytes file_;
 };
 
-/// Writes a mesh in parts of `segments` segments each and returns the resulting file. `options`
-/// contains the number of cells per segment. `values` are in coding order.
+/// Writes a mesh in parts of `segments` segments each and returns the resulting file. The number of
+/// cells per segment is options.segment_cells. `values` are in coding order.
 Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t segments,
                        const Values& values = {}, const std::vector<double>& times = {}) {
   const Uses uses(mesh);
@@ -296,8 +296,9 @@ TEST(PartWriter, RefusesWhatCannotFit) {
     return !writer && writer.error().code == ErrorCode::misuse;
   };
   WriteOptions options;
-  // If a budget determines the beginnings of segments, they are not known in advance. In this case,
-  // a mesh cannot be divided into parts, because each part begins with a segment.
+  // By default, restart_budget determines the cells at which segments begin, so these cells are not
+  // known in advance. The mesh can then not be divided into parts, because each part must begin
+  // with a segment.
   EXPECT_TRUE(refused(options, {}));
   options.segment_cells = 4;
   EXPECT_TRUE(refused(options, {1, 5, 0}));
@@ -339,8 +340,8 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
     EXPECT_TRUE(refuses(
         Bytes(chunks.index.begin(), chunks.index.begin() + static_cast<std::ptrdiff_t>(cut)),
         chunks.bytes.size()));
-  // The chunks of this part belong to another mesh: the joiner expects one more array, and the same
-  // number of blocks.
+  // The chunks of this part belong to another mesh: it has as many blocks as the mesh of the
+  // joiner, but one array fewer.
   Schema other = mesh.schema;
   other.arrays.push_back(ArrayInfo{});
   other.arrays.back().name = "one more";

@@ -1,6 +1,6 @@
-// Tests of RecordedOrder, which records the order in which a Writer codes a mesh. A caller uses the
-// record to pass values in the order that the Writer expects, and to find which vertex and cell
-// numbers a Reader returns.
+// Tests of RecordedOrder, which records the order in which a Writer codes a mesh. A caller needs
+// this order to pass values in the order that the Writer expects, and to determine which vertex and
+// cell numbers a Reader will return.
 #include "shm/recorded_order.h"
 
 #include "support/feature_files.h"

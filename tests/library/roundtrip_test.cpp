@@ -398,7 +398,8 @@ TEST(RoundTrip, StepsTimesAndExtras) {
     to.insert(to.end(), piece.values.begin(), piece.values.end());
   }
   EXPECT_EQ(p2, p);
-  // Point values are returned in coding order, which is the order of the source in this file.
+  // Point values are returned in coding order. In this file, the coding order of the points equals
+  // their order in the source.
   for (std::uint64_t step = 0; step < 3; ++step) {
     std::vector<std::byte> expected = u[step];
     EXPECT_EQ(u2[step], expected);
@@ -426,8 +427,8 @@ TEST(RoundTrip, PatternsThatReachFarBack) {
   EXPECT_EQ(bits, (std::vector<int>{16, 16, 17}));
 }
 
-// The numbers of these vertices have the same position in the hash table of live vertices.
-// Finalizing a vertex moves another vertex within the table. The moved vertex must still be found.
+// The numbers of these vertices hash to the same slot in the table of live vertices. When a vertex
+// is finalized and removed, another vertex moves to its slot. The moved vertex must still be found.
 TEST(RoundTrip, ShiftsOfNumbersThatCollide) {
   std::vector<std::uint64_t> numbers;
   for (std::uint64_t word = 0; numbers.size() < 4; ++word)
@@ -486,7 +487,8 @@ TEST(Events, FollowTheGrammar) {
   EXPECT_EQ(cells, back->totals.cells);
 }
 
-// Tests several thousand small meshes. Their cells are of every kind, degenerate or irregular.
+// Tests several thousand small random meshes, with cells of every shape, degenerate cells and
+// irregular connectivity.
 TEST(RoundTrip, RandomSmallMeshes) {
   const auto codecs = codecs_for(hexahedra_schema()), without_delay = codecs_without_delay();
   for (std::uint64_t seed = 0; seed < 3000; seed += every(13)) {

@@ -218,7 +218,8 @@ TEST(Rules, EachModuleIncludesOnlyWhatItMay) {
   }
 }
 
-// A module has few enough files for a reader to survey, and enough files to justify a folder.
+// A module has three to thirty files: enough to justify a folder, and few enough for a reader to
+// get an overview.
 TEST(Rules, ModulesHoldThreeToThirtyFiles) {
   for (const char* root : {"libshmformat/src", "libshmformat/include", "converters", "tests"}) {
     std::map<std::string, std::size_t> files;
@@ -367,8 +368,8 @@ class FreeFunctions {
 };
 
 // A function that a header declares must be defined in the module of the header. The #include lines
-// then show all modules that a module depends on. The build generates the functions that no source
-// defines.
+// then show all modules that a module depends on. Declared functions without a definition in the
+// sources are ignored, because the build generates their definitions.
 TEST(Rules, ModulesDefineWhatTheirHeadersDeclare) {
   for (const Tree& tree : trees()) {
     std::map<std::string, std::set<std::string>> declared, defined;  // functions: their folders
@@ -500,8 +501,9 @@ TEST(Rules, TheLibraryThrowsNothingAndKeepsNoGlobals) {
   for (const char* folder : {"libshmformat/src", "libshmformat/include"})
     for (const Source& source : sources_in(folder)) {
       for (const char* word : {"throw", "catch", "thread_local"}) {
-        // std::thread reports a lack of threads only by an exception, and memory may run out in a
-        // thread that has no caller. These sources may therefore catch exceptions.
+        // If the system cannot start a thread, std::thread throws an exception. If memory runs out
+        // in a worker thread, the exception cannot propagate to a caller. These sources may
+        // therefore catch exceptions.
         const bool threads = source.name() == "workers.cpp" || source.name() == "ordered_tasks.h";
         if (threads && word == std::string("catch")) continue;
         // If memory runs out, zstd returns a null pointer. This source file throws std::bad_alloc

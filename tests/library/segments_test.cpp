@@ -102,15 +102,17 @@ std::uint64_t segments_of(const TestMesh& mesh, double budget, std::uint64_t* im
 
 TEST(Segments, CutsKeepTheBudget) {
   // After each layer of 400 cells, 21 x 21 vertices are live. That is 2 % of the vertices that 50
-  // layers introduce. However, a segment has at least 131072 cells.
+  // layers introduce, so the budget of 2 % alone would allow a cut every 50 layers. The cuts are
+  // farther apart, because a segment has at least 131072 cells.
   const TestMesh slim = grid(20, 20, 700);
   std::uint64_t imported = 0;
   EXPECT_EQ(segments_of(slim, .02, &imported), 3u);
   EXPECT_LE(imported, 2 * 470u);
   EXPECT_EQ(segments_of(slim, 0), 1u);
   if (kSanitized) return;
-  // With a budget of 20 %, a wide mesh is cut into several segments. With a budget of 2 %, it can
-  // be cut only near its end, because few vertices are live there.
+  // The budget limits the vertices that a new segment imports. With a budget of 20 %, a wide mesh
+  // is cut into several segments. With a budget of 2 %, it can be cut only near its end, because
+  // few vertices are live there.
   const TestMesh wide = grid(80, 80, 62);
   EXPECT_LE(segments_of(wide, .02, &imported), 2u);
   EXPECT_LE(imported, wide.vertices / 50);
@@ -359,8 +361,8 @@ TEST_P(SegmentsReadAlone, DamageIsNoticed) {
   ASSERT_TRUE(read_all(bytes));
   for (std::size_t size = 0; size < bytes.size(); size += 3)
     EXPECT_FALSE(read_all(std::span(bytes).first(size))) << size;
-  // The index is inconsistent, but its checksums are correct. Reading must either return an error
-  // or the same blocks. It must never crash.
+  // The index is inconsistent, but its checksums are correct. Reading must return either an error
+  // or the correct blocks. It must never crash.
   PlainRandom random(11);
   for (int n = 0; n < 300; ++n) {
     FileParts parts = take_apart(bytes);

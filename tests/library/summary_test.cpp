@@ -154,8 +154,8 @@ TEST(Summary, EveryFlippedBitThatIsReadIsFound) {
       EXPECT_NE(summary.error().offset, kNoOffset) << summary.error().message();
       continue;
     }
-    // Either the flipped bit was not read, or it is in step values that were read together with the
-    // header before them but not used.
+    // read_summary() has not used the flipped bit: either it did not read the bit, or the bit is in
+    // step values that it read together with the preceding header.
     expect_same(*summary, *expected, "byte " + std::to_string(at));
     ++unread;
   }
@@ -434,8 +434,8 @@ TEST(Summary, ChunksThatNobodyKnows) {
   }
 }
 
-// The summary must return the codec of the cells of a segment, even if the first group of the
-// segment contains no cells and therefore no codec.
+// For each segment, the summary states the codec of its cells. This must work even if the first
+// group of the segment has no cells and therefore no such codec.
 TEST(Summary, AGroupOfUnusedVerticesComesFirst) {
   const TestMesh mesh = with_order(grid(2, 2, 2), Order::stream, true, 0);
   MemorySink sink;

@@ -85,7 +85,8 @@ Checker check(MemoryMesh& mesh) {
 TEST(Compaction, GridNeedsTwoSlicesOfVertices) {
   MemoryMesh mesh = grid_mesh(10, 8, 12);
   const Checker checker = check(mesh);
-  // At most this number of vertices is live: one slice, one row, and four more corners of a cell.
+  // Upper bound on the number of live vertices: one layer of vertices, one row, and four more
+  // corners of a cell.
   EXPECT_LE(checker.widest, 11u * 9u + 11u + 4u);
   EXPECT_EQ(checker.order.front(), mesh.cells[0][0]);
 }

@@ -1,6 +1,6 @@
-// Tests of trials that choose the size of the delay buffer. A trial encodes a sample, which
-// contains runs of cells with their data. It chooses a delay buffer only if the buffer makes the
-// file smaller.
+// Tests of trials that choose the size of the delay buffer. A trial encodes a sample of the mesh:
+// runs of consecutive cells with their data. It chooses a delay buffer only if the buffer makes the
+// encoded sample smaller.
 #include "order/delay_trial.h"
 
 #include <gtest/gtest.h>
@@ -29,8 +29,9 @@ TEST(DelayTrial, RunsKeepTheirOrderAndData) {
   CellBatch batch;
   ASSERT_TRUE(sample.next_cells(batch, 1000));
   ASSERT_EQ(batch.size(), wanted.size());
-  // The test identifies vertices by coordinates, tags and heat, and cells by their values in two
-  // arrays: one on all blocks, and one on some of the blocks.
+  // To identify vertices, the test compares their coordinates and their values in the arrays "tag"
+  // and "heat". To identify cells, it compares their values in two arrays: one on all blocks, and
+  // one on some of the blocks.
   std::uint64_t level = 0, stress = 0;
   std::vector<std::uint64_t> level_before(mesh.cells.size()), stress_before(mesh.cells.size());
   for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
@@ -69,8 +70,8 @@ TEST(DelayTrial, RunsKeepTheirOrderAndData) {
   }
 }
 
-// The numbers of the sample's vertices are far apart, so the vertices are in more than one piece of
-// the mesh.
+// The numbers of the sample's vertices are far apart, so a SampleMesh must read the vertices in
+// several pieces.
 TEST(DelayTrial, VerticesThatLieApart) {
   MemoryMesh mesh;
   const std::uint32_t block = mesh.add_block(CellShape::hexahedron, 8);
@@ -100,8 +101,8 @@ TEST(DelayTrial, CellsWithVerticesThatAreNone) {
   EXPECT_THROW(SampleMesh(mesh, std::vector<CellRun>{{7, 20}}), Failure);
 }
 
-// Returns the delay that find_delay() chooses if `bytes` contains the size of the file for each
-// delay. Stores in `tried` the delays that find_delay() tried.
+// Returns the delay that find_delay() chooses. Instead of encoding, the test uses the encoded size
+// that `bytes` contains for each delay. Stores the delays that find_delay() tried in `tried`.
 std::uint32_t found(MeshSource& mesh, const std::map<std::uint32_t, std::uint64_t>& bytes,
                     std::vector<std::uint32_t>* tried = nullptr,
                     double worthwhile = kWorthwhileAtBest) {

@@ -45,9 +45,10 @@ std::vector<Item> sorted(const std::vector<Item>& list, std::size_t memory,
   return out;
 }
 
-// A record needs 20 bytes of memory. With memory for 1000 records, the lists are one record shorter
-// than a run, exactly as long as a run, or longer. Runs are merged in one or several rounds. A run
-// may consist of a single record.
+// A record needs 20 bytes of memory, so a memory limit of 20,000 bytes allows sorted runs of 1000
+// records. The tested lists include one that is a record shorter than such a run, one that is
+// exactly as long, and longer ones. Other memory limits result in several rounds of merging, or in
+// runs of a single record.
 TEST(ExternalSorter, SortsAsAStableSortWhateverTheMemory) {
   TemporaryFolder folder;
   for (const std::uint64_t keys : {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{50}})
@@ -64,7 +65,8 @@ TEST(ExternalSorter, SortsAsAStableSortWhateverTheMemory) {
 
 TEST(ExternalSorter, MergesInSeveralRounds) {
   TemporaryFolder folder;
-  // The list forms about 19 runs. With 320 kB of memory, five runs can be merged at a time.
+  // With 320 kB of memory, the sorter divides the list into about 19 sorted runs, and it can merge
+  // five runs at a time.
   const std::vector<Item> list = items(300'000, 1000, 3);
   std::vector<Item> expected = list;
   std::stable_sort(expected.begin(), expected.end(),

@@ -56,12 +56,14 @@ class ScatteredBlock final : public MeshSource {
   void read_array(std::size_t, std::uint64_t, std::uint64_t, std::uint64_t, std::byte*) override {}
 
  private:
-  // Step of the pseudorandom order: a prime that divides neither the number of vertices nor the
-  // number of cells. inverse() returns its multiplicative inverse modulo the number of vertices.
+  // The pseudorandom order multiplies each number by kStep, modulo the number of vertices or cells.
+  // kStep is a prime that divides neither of these numbers. inverse() returns the multiplicative
+  // inverse of kStep modulo the number of vertices.
   static constexpr std::uint64_t kStep = 1000003;
   static constexpr std::uint64_t inverse() {
     constexpr std::uint64_t kCount = (kSide + 1) * (kSide + 1) * (kSide + 1);
-    std::uint64_t power = 1;  // kStep^n for ascending n; the power just before 1 is the inverse
+    std::uint64_t power = 1;  // computes kStep, kStep^2, and so on, until a power is 1; the power
+                              // before it is the inverse
     for (std::uint64_t next = kStep % kCount; next != 1; next = next * (kStep % kCount) % kCount)
       power = next;
     return power;
@@ -100,8 +102,8 @@ std::uint64_t memory_of(const std::function<bool()>& work) {
   return received && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? bytes : 0;
 }
 
-// Returns true if the order follows rows and layers, i.e. if every cell touches the cell before it,
-// except at the ends of rows.
+// Returns true if the order follows rows and layers, i.e. if every cell shares a face with the cell
+// before it, except at the ends of rows.
 bool follows_rows(const CellList& order, const Cells& cells) {
   if (order.size() != cells.size()) return false;
   std::uint64_t beside = 0;
@@ -135,7 +137,7 @@ TEST(FreeMemory, ASearchInTheSpoolKeepsToItsMemory) {
   });
   ASSERT_GT(spooled, 0u);
   ASSERT_GT(in_memory, 0u);
-  std::printf("%llu hexahedra: %.1f MB in the spool, %.1f MB in memory\n",
+  std::printf("%llu hexahedra: %.1f MB of memory with a spooled mesh, %.1f MB without\n",
               static_cast<unsigned long long>(kSide * kSide * kSide),
               static_cast<double>(spooled) / 1e6, static_cast<double>(in_memory) / 1e6);
   if (!kMeasuresMemory) return;

@@ -83,7 +83,7 @@ TEST(FreeOrder, GraphJoinsNeighboursAndCutsBetweenBlocks) {
       }
 }
 
-// At a vertex with very many faces, neighbouring cells are found by another algorithm.
+// At a vertex with very many faces, a different algorithm finds neighbouring cells.
 TEST(FreeOrder, GraphOfAFanOfCells) {
   MemoryMesh mesh;
   const std::uint32_t block = mesh.add_block(CellShape::hexahedron, 8);

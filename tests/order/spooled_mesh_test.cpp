@@ -120,8 +120,8 @@ TEST(SpooledMesh, PartsComeAsTheMeshCountsThem) {
   expect_same_file(mesh);
 }
 
-// The coordinates contain no spatial information, or misleading information. The resulting files
-// must be the same nevertheless.
+// The coordinates contain no information about the positions of cells, or misleading information.
+// Compression in memory and as a spooled mesh must still result in the same file.
 TEST(SpooledMesh, AnyCoordinatesWillDo) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -148,8 +148,8 @@ TEST(SpooledMesh, AnyCoordinatesWillDo) {
   }
 }
 
-// The computed neighbours of a cell must not depend on vertex numbers, even in a mesh with
-// duplicate cells, faces that many cells share, cells that contain a face twice, or a vertex with
+// Which cells are neighbours must not depend on the numbering of the vertices. The mesh contains
+// duplicate cells, faces that many cells share, cells that contain a face twice, and a vertex with
 // very many faces.
 TEST(SpooledMesh, FacesOfManyCellsAreJoinedTheSameWay) {
   MemoryMesh mesh = grid_mesh(4, 4, 4);
@@ -181,7 +181,8 @@ TEST(SpooledMesh, AVertexThatIsNoneIsAnError) {
   }
 }
 
-// The renumbering and its inverse must agree, and the renumbered mesh must be the same mesh.
+// The new vertex numbers and the stored inverse of the renumbering must agree. Apart from the
+// numbering, the renumbered mesh must equal the original mesh.
 TEST(SpooledMesh, IsTheSameMeshWithOtherNumbers) {
   MemoryMesh mesh = rich_mesh();
   shuffle_mesh(mesh, 11, true);

@@ -1,4 +1,4 @@
-// DrawnSurface: a surface that tests of drawing build face by face.
+// DrawnSurface: a surface to which tests of the drawing code add faces one at a time.
 #pragma once
 
 #include <array>

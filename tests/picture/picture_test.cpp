@@ -41,7 +41,7 @@ std::size_t colours_of(const Image& image) {
   return found.size();
 }
 
-/// Returns true if the pixel has this colour, whatever its brightness.
+/// Returns true if the pixel is a lighter or darker shade of this colour, or the colour itself.
 bool is_like(Rgb pixel, Rgb colour) {
   const double light = static_cast<double>(pixel.red + pixel.green + pixel.blue) /
                        (colour.red + colour.green + colour.blue);
@@ -55,9 +55,9 @@ TEST(Picture, ABoxFillsItsFrameAndNothingElse) {
   const Picture picture = draw(box, small(Vector{0, -1, 0}));
   EXPECT_EQ(picture.drawn, 6u);
   EXPECT_EQ(picture.skipped, 0u);
-  // The picture has 160 x 120 pixels, with a margin of 5 pixels. The side of the box is twice as
-  // wide as high and covers 150 x 75 pixels. The upper edge of the side is in the middle of a row,
-  // so pixels of 76 rows are covered.
+  // The picture has 160 x 120 pixels, with a margin of 5 pixels. The visible side of the box is
+  // twice as wide as high and covers 150 x 75 pixels. Its upper and lower edges are in the middle
+  // of a pixel row, so pixels of 76 rows are covered.
   EXPECT_EQ(picture.covered, 150u * 76);
   EXPECT_NE(picture.image.at(5, 60), kBackground);
   EXPECT_NE(picture.image.at(154, 60), kBackground);

@@ -1,6 +1,6 @@
 // Tests of the conversion of surfaces to polygons that halfedge structures can store. The tests
-// check which faces stay connected, which are separated, which are left out, and how polygons are
-// split.
+// check which faces stay connected, which are separated, which are omitted from the result, and how
+// polygons are split.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Tests of the raster: the samples that a triangle covers, the order by depth, lines and points,
-// and positions outside the picture.
+// Tests of the raster: which samples a triangle covers, which of several triangles is visible,
+// lines and points, and positions outside the picture.
 #include "picture/raster.h"
 
 #include <gtest/gtest.h>

@@ -271,14 +271,14 @@ class SurfaceTest(FolderTest):
                 self.assertEqual(report["array"]["step"], number)
                 colours.setdefault(number, set()).add(tuple(ply.colours("vertex")))
                 surfaces.setdefault(number, set()).add((tuple(ply.points), str(ply.faces)))
-            # Whatever words select a step, the result is the same. All steps have the same mesh and different
-            # colours.
+            # Several words can select the same step, such as "@first" and "@0". The colours must be the same
+            # for all of these words and must differ from step to step. The mesh must be the same at all steps.
             self.assertEqual([len(one) for one in colours.values()], [1, 1, 1])
             self.assertEqual(len(set.union(*colours.values())), 3)
             self.assertEqual(len(set.union(*surfaces.values())), 1)
-            # At each step, the smallest value is violet and the largest value is yellow. The values of array
-            # u of exodus_text depend on the vertex number. The test computes that number from the
-            # coordinates.
+            # At each step, the vertex with the smallest value must be violet, and the vertex with the largest
+            # value yellow. The test computes the number of each vertex from its coordinates, and its value
+            # from the number, as exodus_text() does.
             for step in range(3):
                 ply, report = self.ply(name, "--array", f"{names['point']}@{step}")
                 vertex = [round(x / .25) + 3 * round(y / .25) + 9 * round(z / .25) for x, y, z in ply.points]
@@ -379,8 +379,8 @@ class SurfaceTest(FolderTest):
             self.assertEqual(euler(ply.points, ply.faces), 2)
             self.assertLessEqual(set(ply.points), set(whole.points))
             self.assertAlmostEqual(volume(ply.points, ply.faces) / size, 1, 2 if left >= 100 else 1)
-        # A surface without volume would be invalid. Decimation therefore keeps some faces, and the tool
-        # reports this.
+        # A closed surface needs at least four faces. Although only one face is requested, decimation must keep
+        # at least four, and the tool must report this.
         done = subprocess.run([SHM, "surface", "fine.vtk", "-fo", "few.ply", "--decimate", "1", "--json"],
                               cwd=self.directory.name, capture_output=True, check=True)
         few = json.loads(done.stdout)["faces"]
@@ -451,7 +451,8 @@ class SurfaceTest(FolderTest):
         return meshes
 
     def test_meshes_of_the_corpus(self):
-        # Some meshes have lines and points, which are left out. Some meshes have only lines and points.
+        # Some meshes also have lines and points, which are not part of the written surface. Some meshes have
+        # only lines and points.
         everything = "SHM_ALL_SURFACES" in os.environ
         for mesh in self.corpus(1 << 40 if everything else (20 if SANITIZED else 100) << 10):
             with self.subTest(mesh=mesh.name):

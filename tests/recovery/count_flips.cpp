@@ -100,7 +100,8 @@ struct Whole {
 struct Counts {
   std::uint64_t flips = 0, cuts = 0;   // finished or in progress
   std::uint64_t errors = 0, same = 0;  // results of reading front to back
-  /// Number of parts that were read by the index from damaged files and were correct.
+  /// Sum, over all damaged files, of the number of parts that were read by the index and were
+  /// correct.
   std::uint64_t parts_same = 0;
   std::uint64_t wrong = 0, crashes = 0, hangs = 0;
   std::uint64_t slowest_nanoseconds = 0;

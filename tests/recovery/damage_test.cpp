@@ -383,9 +383,9 @@ TEST(Damage, PartsOfTwoFilesAreRefused) {
   EXPECT_TRUE(found(put_together(parts)).schema);
   parts.chunks[3] = schema;
   EXPECT_EQ(error_of(put_together(parts)), ErrorCode::corrupt);
-  // A chunk has the sequence number of another chunk. If the two chunks are equal, one of them is a
-  // copy. If they differ, the index determines which of them is correct; without an index, the file
-  // is refused.
+  // A chunk has the sequence number of another chunk. If both chunks have the same contents, the
+  // reader reports a repeated chunk. If their contents differ, the index determines which chunk is
+  // correct; without an index, the file is refused.
   parts = take_apart(one);
   Bytes joined = without_index(parts);
   const auto at = places(one);
@@ -421,9 +421,9 @@ TEST(Damage, StepsBeyondTheLimitAreRefused) {
   EXPECT_EQ(reader.error().code, ErrorCode::over_limit);
 }
 
-// A lost chunk between two groups counts as a group only if cells or vertices are missing, too. If
-// a reader cannot determine whether the lost chunk was a group, it must not assign step values to
-// elements, because step values refer to groups by number.
+// A lost chunk between two groups is regarded as a group only if the file also lacks cells or
+// vertices. If a reader cannot determine whether the lost chunk was a group, it must not assign
+// step values to elements, because step values refer to groups by number.
 TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
   const Bytes whole = file(Order::stream, 60, 60);
   const Left all = *left_of(whole);

@@ -353,7 +353,7 @@ TEST_F(Parity, IsTheSameEverywhere) {
   EXPECT_EQ(sum, 9290023745792755765u) << "the bytes have changed";
 }
 
-// Replaces each field of a packet with other values, in one packet or in all packets, and corrects
+// Replaces each field of a packet with wrong values, in one packet or in all packets, and corrects
 // the checksums.
 TEST_F(Parity, FieldsThatLie) {
   const Bytes whole = parity_file().bytes;

@@ -32,8 +32,8 @@ from sample_meshes import hexahedra
 
 SHM = "shm"
 # N is the number of cells along each side of the mesh, SEGMENT the number of cells of a segment, SECTOR the
-# size of a sector in bytes. The mesh has more than twenty segments, each of many sectors. The file is larger
-# than one megabyte and therefore stores the schema twice.
+# size of a disk sector in bytes. The mesh has more than twenty segments. Each segment covers many sectors. The
+# file is larger than one megabyte and therefore stores the schema twice.
 N, SEGMENT, SECTOR = (22, 484, 2048) if SANITIZED else (30, 1250, 4096)
 STEPS = 6
 SCHEMA, GROUP, VALUES, TIMES, EXTRA, INDEX = range(1, 7)
@@ -120,8 +120,8 @@ class Chunk:
                 begin += stream[3]
             assert begin == self.end
         if self.kind == VALUES:
-            # For each part of step values: array, step, group, and whether the part refers to an
-            # earlier step.
+            # List of tuples, one for each part of the chunk: array, step, group, and whether the values of the
+            # part refer to an earlier step.
             self.parts = []
             place, size = (0, 0, 0), 0
             for _ in range(self.varint(data)):
@@ -467,8 +467,8 @@ class Salvage(unittest.TestCase):
         self.assertEqual(info["cells"], len(self.mesh.cells) - SEGMENT)
 
     def test_roles_that_are_left_out_are_named(self):
-        """The array of node tags has a role that is stored with the Gmsh data of the file. If the Gmsh data
-        is damaged, the tags remain as an array, but lose their role."""
+        """The role of the array of node tags, which states its meaning in Gmsh, is stored with the Gmsh data,
+        not with the array. If the Gmsh data is damaged, the array remains, but loses its role."""
         nodes = "\n".join(f"{90 - 3 * i} {i & 1} {i >> 1 & 1} {i >> 2}" for i in range(8))
         with open(self.path("tags.msh"), "w", encoding="ascii") as file:
             file.write(f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{nodes}\n$EndNodes\n"

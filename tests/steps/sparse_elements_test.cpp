@@ -1,6 +1,7 @@
-// Tests of arrays that cover few elements. For such an array, only a part of the mesh data is kept
-// in memory. Columns that use only this part must produce the same bytes and values as columns that
-// use the data of all elements, for all meshes, segments, groups and codecs.
+// Tests of arrays that cover only a few elements of the mesh. For such an array, only the mesh data
+// of the elements that it needs is kept in memory. A column (the coder of an array) that uses only
+// this data must produce the same bytes and values as a column that uses the data of all elements,
+// for all meshes, segments, groups and codecs.
 #include "steps/sparse_elements.h"
 
 #include <functional>
@@ -57,7 +58,8 @@ void add_groups(std::span<const std::byte> bytes, StepTopology& replay) {
   }
 }
 
-/// Returns values of many kinds, so that domains and codecs change between groups.
+/// Returns values of one of five kinds. The kind differs from group to group, so that the domain
+/// (the way in which values are mapped to integers) and the codec change between groups.
 Bytes values_of(const ArrayInfo& info, std::uint64_t elements, std::size_t group,
                 std::size_t turn) {
   Bytes out;
@@ -88,8 +90,9 @@ struct Columns {
   StepColumnDecoder out;
 };
 
-/// Encodes an array twice: with the mesh data of few elements (`thin`), and with the mesh data of
-/// all elements (`all`). Checks that the results are equal. Returns the number of compared groups.
+/// Encodes an array twice: with only the mesh data that it needs (`thin`), and with the mesh data
+/// of all elements (`all`). Checks that the results are equal. Returns the number of compared
+/// groups.
 std::size_t expect_same_columns(const Stepped& stepped, StepTopology& replay, StepElements& thin,
                                 StepElements& all, std::uint32_t array, std::size_t turn) {
   const ArrayInfo& info = stepped.mesh.schema.arrays[array];
@@ -183,8 +186,8 @@ TEST(SparseElements, SayWhatAllElementsSay) {
   EXPECT_GT(compared, 10000 / every(10));
 }
 
-// Positions in the kept data are reused for two reasons: the ring of cells is full, or vertices are
-// finalized and new vertices are introduced.
+// In these meshes, slots are reused: slots of cells because the ring of cells becomes full, and
+// slots of vertices because vertices are finalized and new vertices are introduced.
 TEST(SparseElements, InMeshesThatTakePlacesAgain) {
   for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::shifts})
     for (const std::uint32_t group_cells : {700u, 65536u}) {
@@ -195,8 +198,9 @@ TEST(SparseElements, InMeshesThatTakePlacesAgain) {
     }
 }
 
-// A column may change its domain a limited number of times. The limit grows with the number of
-// elements and slots, including those that are not kept.
+// A column may change its domain (the way in which values are mapped to integers) only a limited
+// number of times. The limit depends on the number of elements and slots. It must also count the
+// elements and slots whose mesh data is not kept.
 TEST(SparseElements, MayChangeDomainsAsOftenAsAllElements) {
   Stepped stepped = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
   stepped.options.connectivity = ConnectivityCodec::rows;
@@ -211,8 +215,8 @@ TEST(SparseElements, AtLevelBest) {
   EXPECT_GT(expect_same_columns(stepped), 50u);
 }
 
-// In a damaged file, the number of elements in an index entry may be wrong for one step, although
-// it was correct for the previous steps.
+// In a damaged file, an index entry may state a wrong number of elements for one step after correct
+// numbers for the previous steps.
 TEST(SparseElements, AreNotThinLater) {
   Stepped stepped = with_arrays_on_few(scattered(9, 1), Order::keep);
   stepped.options.group_cells = 60;
@@ -240,8 +244,8 @@ TEST(SparseElements, AreNotThinLater) {
   EXPECT_EQ(all, elements_of(stepped.mesh, array));
 }
 
-/// Returns the size in bytes of the mesh data that is kept for array `a` if the limit is `most`
-/// bytes. `expected` is the number of elements that the caller announces.
+/// Announces that array `a` has `expected` elements, which may be wrong, and sets the memory limit
+/// to `most` bytes. Returns the number of bytes of mesh data that are then kept for the array.
 std::size_t kept_of(const Stepped& stepped, std::uint32_t a, std::uint64_t expected,
                     std::size_t most) {
   const Bytes bytes = written(stepped);
@@ -282,8 +286,8 @@ TEST(SparseElements, AreKeptWhereTheyAreFewAndWithinALimit) {
   EXPECT_GT(kept, elements * sizeof(Neighbourhood));
   EXPECT_LT(kept, elements * (sizeof(Neighbourhood) * 9 / 8 + 4 * 14) + (64u << 10));
   EXPECT_EQ(kept_of(stepped, many, elements_of(stepped.mesh, many), 0), 0u);
-  // The caller announces fewer elements than the array has. The mesh data exceeds the limit of 0
-  // bytes, but not the limit of 64 MiB.
+  // The caller announces fewer elements than the array has. With a limit of 0 bytes, no mesh data
+  // is kept; with a limit of 64 MiB, all of it is kept.
   EXPECT_EQ(kept_of(stepped, many, 0, 0), 0u);
   EXPECT_GT(kept_of(stepped, many, 0, std::size_t{64} << 20), std::size_t{1} << 20);
 }

@@ -167,7 +167,8 @@ TEST(StepReader, WhateverTheKeySteps) {
 
 TEST(StepReader, TrendsAndLossyAndManyComponents) {
   Stepped stepped = waves(6);
-  for (auto& [key, values] : stepped.values)  // random values that change at a common rate
+  for (auto& [key, values] : stepped.values)  // random values that grow linearly from step to step,
+                                              // all at the same relative rate
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -212,7 +213,8 @@ TEST(StepReader, StepTimes) {
 
 // --- bytes read
 
-/// Divides the file into named parts and assigns each byte to one of them.
+/// Divides the bytes of a file into parts with names, such as "head", and finds the part of each
+/// byte.
 struct Places {
   explicit Places(std::span<const std::byte> file) : owner(file.size()) {
     const FileParts parts = take_apart(file);
@@ -237,8 +239,8 @@ struct Places {
     return std::to_string(segment) + " array " + std::to_string(array) + " step " +
            std::to_string(step);
   }
-  /// Returns the full names of the parts with the given names, in all segments that contain them. A
-  /// full name is the segment number followed by the name.
+  /// For each name, finds the segments that have a part with this name. Returns the full names of
+  /// these parts, which begin with the segment number, such as "2 array 0 step 5".
   std::set<std::string> in_all(const std::set<std::string>& names) const {
     std::set<std::string> all;
     for (const std::string& name : names)
@@ -248,8 +250,8 @@ struct Places {
           all.insert(full);
     return all;
   }
-  /// Returns the names of the parts that were read, and checks that each of these parts was read
-  /// completely. If a part belongs to a segment, its name begins with the segment number.
+  /// Returns the full names of the parts that were read. The test fails if one of them was read
+  /// only partly.
   std::set<std::string> touched(const WatchedSource& source) const {
     std::set<std::size_t> hit, left;
     for (std::size_t i = 0; i < owner.size(); ++i)

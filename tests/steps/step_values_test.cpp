@@ -78,8 +78,8 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
           }
 }
 
-// Neighbourhoods are found by vertex numbers or on the active surface. The values must need about
-// the same number of bytes in both cases.
+// In groups coded as shifts, neighbouring vertices are found by their numbers; with other codecs,
+// on the active surface. The encoded values must have about the same size in both cases.
 TEST(StepValues, OverShiftsToo) {
   Stepped stepped = waves(3);
   stepped.options.connectivity = ConnectivityCodec::rows;
@@ -91,8 +91,8 @@ TEST(StepValues, OverShiftsToo) {
   EXPECT_LE(bytes.size() * 20, over_surface * 21);
 }
 
-// At level `fast`, and with codecs that do not determine neighbourhoods, step values are decoded
-// without the mesh.
+// At level `fast`, and in meshes coded with patterns, step values are coded without mesh neighbours
+// and can be decoded without the mesh.
 TEST(StepValues, InTerms) {
   Stepped stepped = waves(5);
   for (const auto& [codec, level] : {std::pair(ConnectivityCodec::patterns, Level::standard),
@@ -110,8 +110,8 @@ TEST(StepValues, InTerms) {
   }
 }
 
-// If a file has steps, a group coded as shifts must store the data from which neighbourhoods are
-// found; otherwise it is invalid.
+// If a file has steps, every group coded as shifts must have a ring, from which neighbourhoods are
+// found. A group without a ring is refused.
 TEST(StepValues, ShiftsWithoutNeighbourhoodsAreRefused) {
   Stepped stepped = waves(1);
   stepped.options.connectivity = ConnectivityCodec::shifts;
@@ -205,14 +205,15 @@ TEST(StepValues, StepsReferToTheOneBefore) {
   }
 }
 
-/// Returns the most general kind of reference to other steps that the schema of the file allows.
+/// Returns the kinds of references to other steps that the schema of the file allows. Each kind of
+/// the enumeration includes the kinds before it.
 StepReference most_of(const Bytes& file) {
   const auto back = read_mesh(file);
   EXPECT_TRUE(back);
   return back ? back->schema.step_references : StepReference::trend;
 }
-/// Returns the file with its schema changed so that references of kind `most` are the most general
-/// that the schema allows.
+/// Changes the schema of the file so that it allows references of kind `most` and of the kinds
+/// before it in the enumeration.
 Bytes under(const Bytes& file, StepReference most) {
   FileParts parts = take_apart(file);
   Schema schema = read_mesh(file)->schema;
@@ -239,7 +240,8 @@ TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
         EXPECT_EQ(back.error().code, ErrorCode::corrupt);
       }
     }
-    // The caller may set the schema to allow fewer references than key_steps would.
+    // A caller may set schema.step_references to a more restrictive kind than the one that follows
+    // from key_steps.
     stepped.mesh.schema.step_references = std::min(most, before);
     for (const auto& header : headers_of(expect_values_back(stepped))) EXPECT_FALSE(header.trend);
   }
@@ -321,7 +323,8 @@ TEST(StepValues, ATrendGoesOn) {
 
 TEST(StepValues, ATrendIsFollowed) {
   Stepped stepped = waves(4);
-  for (auto& [key, values] : stepped.values)  // random values that change at a common rate
+  for (auto& [key, values] : stepped.values)  // random values that grow linearly from step to step,
+                                              // all at the same relative rate
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));

@@ -74,7 +74,7 @@ inline std::vector<ConnectivityCodec> codecs_for(const Schema& schema) {
     if (can_be_in(schema, named.name)) codecs.push_back(named.name);
   return codecs;
 }
-/// Returns the codecs that cannot encode a mesh that has a delay buffer.
+/// Returns the codecs that do not support a delay buffer.
 inline std::vector<ConnectivityCodec> codecs_without_delay() {
   Schema schema = hexahedra_schema();
   auto codecs = codecs_for(schema);
@@ -82,8 +82,8 @@ inline std::vector<ConnectivityCodec> codecs_without_delay() {
   for (const ConnectivityCodec with_delay : codecs_for(schema)) std::erase(codecs, with_delay);
   return codecs;
 }
-/// Returns `automatic`, which stands for all codecs that support a delay buffer, and the codecs
-/// that do not support one.
+/// Returns `automatic` and the codecs that do not support a delay buffer. `automatic` represents
+/// all other codecs.
 inline std::vector<ConnectivityCodec> codecs_of_both_kinds() {
   auto codecs = codecs_without_delay();
   codecs.insert(codecs.begin(), ConnectivityCodec::automatic);

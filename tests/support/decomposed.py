@@ -90,8 +90,8 @@ data: time_whole = {text([s * .5 for s in range(steps)])} ;
 
 
 class Split:
-    """Divides an Exodus file into parts. Each part has all variables of the file, but only those of their
-    rows that belong to the part."""
+    """Divides an Exodus file into parts. Each part has all variables of the file. Of each variable, it has
+    only the rows of its own nodes, elements and set members."""
 
     def __init__(self, whole, owner, count, base=1):
         self.file, self.count, self.base = Exodus(whole), count, base

@@ -1,7 +1,7 @@
 // Writes an Exodus file with an example of everything that libexodusii can write, and describes the
-// contents of an Exodus file by sentences. The sentences refer to nodes and elements by their ids.
-// If two files differ only in the order of nodes and elements, their sentences are therefore the
-// same.
+// contents of an Exodus file as a list of sentences. The sentences refer to nodes and elements by
+// their ids. Two files that differ only in the order of nodes and elements therefore have the same
+// sentences.
 #pragma once
 
 #include <exodusII.h>
@@ -38,8 +38,9 @@ struct ElementKind {
   const char* topology;
   int nodes, elements, edges, faces, attributes;
 };
-// The blocks of the file. The first two blocks fill the grid. NSIDED and NFACED elements have
-// different numbers of nodes or faces. A block of 0 elements is a null block.
+// The blocks of the file. The first two blocks contain the hexahedra of the grid. The number of
+// nodes or faces of NSIDED and NFACED elements varies from element to element. A block of 0
+// elements is a null block.
 inline constexpr std::array<ElementKind, 30> kKinds{
     {{"HEX8", 8, 40, 12, 6, 3},     {"hex", 8, 24, 0, 0, 0},     {"HEX20", 20, 3, 0, 0, 1},
      {"HEX27", 27, 3, 0, 0, 0},     {"HEX9", 9, 2, 0, 0, 0},     {"TETRA4", 4, 5, 0, 0, 0},
@@ -267,7 +268,7 @@ class Maker {
       ex_entity_type type;
       std::int64_t base;
       std::size_t most;
-      bool second;  // true if each entry has a second number: a side or an orientation
+      bool second;  // true if each entry of the set also has a side number or an orientation
       const char* stem;
     };
     const std::array<Kind, 5> kinds{{{EX_NODE_SET, 1000, kNodes, false, "nodes"},

@@ -13,8 +13,8 @@ import re
 import subprocess
 import sys
 
-# Argument of ncdump: the number of significant digits that distinguishes all floats, and the number that
-# distinguishes all doubles.
+# Argument of ncdump -p: numbers of significant digits for floats and for doubles. With so many digits,
+# different values have different texts.
 DIGITS = "9,17"
 # Names of attributes that record the versions of netCDF and HDF5 that wrote the file. They are not compared.
 MADE_BY = (":_NCProperties", ":_SuperblockVersion")
@@ -35,8 +35,8 @@ def statements(text):
     for match in token.finditer(text):
         piece = match.group()
         if piece.startswith("//"):
-            # Other comments are dropped. ncdump prints the current length of an unlimited dimension as a
-            # comment.
+            # ncdump prints the current length of an unlimited dimension as a comment. All other comments are
+            # ignored.
             if "currently" in piece:
                 yield "length " + piece
             continue

@@ -382,9 +382,9 @@ class FaultyFiles {
         }));
   }
 
-  /// Adds files with correct checksums in which one bitstream cannot be decoded. The changes in a
-  /// fixed sequence are tried on the bitstream, one at a time. The file contains the first change
-  /// that makes the bitstream undecodable.
+  /// Adds files with correct checksums in which one bitstream cannot be decoded. To find such a
+  /// bitstream, changes are tried in a fixed sequence, one at a time. The file contains the first
+  /// change that makes the bitstream undecodable.
   void bitstreams() {
     broken_bitstreams({"keep",
                        "stream_turned",
@@ -624,9 +624,9 @@ class FaultyFiles {
       put_packed(out, blob, packing);
       return std::move(out.bytes);
     };
-    // Returns the unpacked bytes of a list with a single extra. The arguments are the type of the
-    // extra, its reference distance, the declared number of values, and the number of bytes of
-    // values.
+    // Returns the unpacked bytes of a list with a single extra. `type` is the type of its values,
+    // `distance` is its reference distance. The extra declares `values` values and contains `bytes`
+    // bytes for them.
     const auto one = [&](int type, std::uint64_t distance, std::uint64_t values,
                          std::size_t bytes) {
       ByteWriter out;
@@ -749,8 +749,9 @@ class FaultyFiles {
     of("it is empty.", [](Bytes& blob) { blob.clear(); });
     add(kCorrupt, "Packed index: a number of nine bytes.", with("no_cells", [](FileParts& parts) {
           ByteWriter blob, out;
-          // The index contains zero totals and the range of one array with one component. The
-          // smallest value of the range claims to have nine bytes.
+          // All totals of this index are zero. The index states a value range for one array with
+          // one component. The length byte of the smallest value is nine, although a number has at
+          // most eight bytes.
           blob.put_bytes(Bytes(8));
           for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{1, 0, 1, 9})
             blob.put_u8(byte);

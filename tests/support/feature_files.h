@@ -112,8 +112,8 @@ inline void append_point(TestMesh& mesh, const std::array<double, 3>& point) {
   ++mesh.vertices;
 }
 
-/// Returns a mesh of the cells of `from` in which cells do not share vertices. At some points, the
-/// vertices of different cells have equal values in the array.
+/// Returns a copy of `from` in which each cell has separate vertices. Several vertices are
+/// therefore at the same point. At most points, these vertices have equal values in the array.
 inline TestMesh broken(const TestMesh& from) {
   TestMesh mesh;
   mesh.schema = from.schema;
@@ -320,8 +320,9 @@ inline TestMesh degenerate_hexahedra() {
   return mesh;
 }
 
-/// Returns a mesh that uses every way to encode a replayed cell: a grid with a hole, a second grid
-/// whose cells are in the opposite order, degenerate cells and other shapes.
+/// Returns a mesh for which the codec that replays earlier cells needs all of its cases: a grid
+/// with a hole, a second grid whose cells are in the opposite order, degenerate cells and other
+/// shapes.
 inline TestMesh replayed(Order order) {
   TestMesh mesh = mixed_cells();
   std::vector<TestCell> cells;
@@ -346,8 +347,9 @@ inline TestMesh replayed(Order order) {
   return mesh;
 }
 
-/// Adds arrays of 17, 16, 16, 16, 16 and 13 components. Because of the limits for tables, only the
-/// first three arrays of 16 components and the last array use tables.
+/// Adds arrays of 17, 16, 16, 16, 16 and 13 components. The number of components with match tables
+/// is limited, both for each array and for the whole mesh. Only the first three arrays of 16
+/// components and the last array therefore use match tables.
 inline TestMesh with_tables_for_some(TestMesh mesh) {
   for (const std::uint32_t components : {17, 16, 16, 16, 16, 13}) {
     std::string name = "a";
@@ -457,8 +459,9 @@ inline std::vector<std::byte> mirrored_noise(std::uint64_t count, bool of_cells,
   return bytes;
 }
 
-/// Returns a file with a static array that repeats earlier values (recalled values), and with
-/// stepped arrays in which elements have partners with related values.
+/// Returns a file with a static array that repeats earlier values, and with stepped arrays in which
+/// elements have partners. The partner of an element is an earlier element whose value at the
+/// reference step has about the same magnitude.
 inline std::vector<std::byte> mirrored_file(Level level) {
   TestMesh mesh = bent_grid(5, 4, 3);
   mesh.schema.arrays.push_back(array_of("s", Location::point, ScalarType::float64));
@@ -633,7 +636,7 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
 }
 
 /// Returns a file with random step values that all change by the same amount from one step to the
-/// next. The values are coded by terms: as differences between steps.
+/// next. The values are coded as differences between steps, with the codec `terms`.
 inline std::vector<std::byte> steps_that_rise() {
   TestMesh mesh = bent_grid(6, 5, 4);
   ArrayInfo points = array_of("p", Location::point, ScalarType::float32);
@@ -713,8 +716,9 @@ inline std::vector<std::byte> rows_of_cells(ConnectivityCodec codec, Level level
   return std::move(sink.bytes);
 }
 
-/// Returns the mesh without a delay buffer, and without cells whose number of nodes varies or
-/// exceeds 64. The blocks of these cells become blocks of triangles.
+/// Sets the delay of the mesh to 0, and removes each block whose cells have more than 64 nodes or
+/// no fixed number of nodes. An empty block of triangles replaces each removed block. Returns the
+/// changed mesh.
 inline TestMesh with_few_nodes(TestMesh mesh) {
   mesh.schema.delay = 0;
   for (BlockInfo& block : mesh.schema.blocks) {

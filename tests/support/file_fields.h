@@ -1,5 +1,5 @@
-// File fields: every number and every text of a .shm file. FieldWalk finds the fields from the
-// layout of each part, which this header describes independently of the reader. A test can then
+// File fields: the numbers and texts of which a .shm file consists. FieldWalk finds them, because
+// it describes the layout of each part of a file, independently of the reader. A test can then
 // replace a single field with another value. The bytes after the field stay the same and all
 // checksums are corrected, so that the checks of the reader, and not a checksum, must detect the
 // wrong value.
@@ -309,9 +309,10 @@ class FieldWalk {
 struct Section {
   std::vector<std::byte> bytes;
   std::vector<Field> fields;
-  /// Number of bytes that follow the fields and whose meaning the fields describe.
+  /// Number of bytes of data after the fields, such as packed bytes whose length one of the fields
+  /// states.
   std::size_t bytes_behind = 0;
-  /// Replaces the bytes of these fields in the file.
+  /// put(file, new_bytes) replaces the bytes of this section in the file with `new_bytes`.
   std::function<void(FileParts&, const std::vector<std::byte>&)> put{};
 
   std::uint64_t number(const Field& field) const {
@@ -405,9 +406,9 @@ inline Bytes joined(std::span<const std::byte> first, std::span<const std::byte>
   return all;
 }
 
-/// If all fields that `walk` finds in `bytes` are complete, adds a section with these fields.
-/// `put(file, new bytes, bytes after the fields)` must replace the bytes of the fields in the file
-/// with the new bytes.
+/// If all fields that `walk` finds in `bytes` are complete, adds a section with these fields. The
+/// caller passes a function `put(file, new bytes, bytes after the fields)`, which must replace the
+/// bytes of the fields in the file with the new bytes.
 template <class Walk, class Put>
 void add(std::vector<Section>& to, const Bytes& bytes, Walk&& walk, Put put) {
   FieldWalk fields(bytes);
@@ -491,8 +492,9 @@ void add_packed(std::vector<Section>& to, const FileParts& parts, std::size_t c,
       });
 }
 
-/// Returns the payload of a group after its header has been changed. Recomputes all checksums. The
-/// checksum of each bitstream covers the bytes that the changed header assigns to it.
+/// Returns the payload of a group with the changed header `header` and unchanged bitstreams.
+/// Recomputes all checksums. If the changed header states a different length for a bitstream, the
+/// checksum of the bitstream covers that length.
 inline Bytes group_payload(Bytes header, std::span<const std::byte> streams, std::uint8_t version) {
   FieldWalk walk(header);
   walk.group(version);
@@ -527,8 +529,9 @@ inline void add_group(std::vector<Section>& to, const FileParts& parts, std::siz
 
 }  // namespace fields
 
-/// Returns those sections of the header and payload of chunk `c` whose fields can be found. If `c`
-/// is the number of chunks, returns the sections of the file start and of the trailer.
+/// Returns the sections of the header and payload of chunk `c`. Sections that are too damaged to
+/// find their fields are omitted. If `c` is the number of chunks, returns the sections of the file
+/// start and of the trailer.
 inline std::vector<Section> sections_of(const FileParts& parts, std::size_t c) {
   using container::ChunkKind;
   std::vector<Section> all;

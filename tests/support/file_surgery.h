@@ -1,6 +1,6 @@
 // FileSurgery: splits a .shm file into chunks, and builds a file from changed chunks. Lengths,
-// sequence numbers and checksums are corrected, so that a reader gets past the checksums and the
-// tests reach its other checks.
+// sequence numbers and checksums are corrected. A reader therefore does not refuse the changed file
+// because of a checksum, so that its other checks are tested.
 #pragma once
 
 #include <algorithm>
@@ -33,8 +33,8 @@ struct Chunk {
 
 struct FileParts {
   container::FileStart start;
-  std::vector<std::byte>
-      members;  ///< bytes of all members of an archive, without the list of members
+  std::vector<std::byte> members;  ///< if the file is an archive: the bytes of all members, without
+                                   ///< the list of members
   std::vector<Chunk> chunks;
   /// Offset of the index that the trailer states. If it is not set, last_offset() is used.
   std::optional<std::uint64_t> index_offset{};
@@ -130,8 +130,8 @@ inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
   chunk->payload = std::move(out.bytes);
   return put_together(parts);
 }
-/// Returns the n-th index entry, from 0, of a chunk of this kind. Precondition: the index has more
-/// than n entries of this kind.
+/// Returns the index entry of the n-th chunk of this kind, where n is counted from 0. Precondition:
+/// the index has more than n entries of this kind.
 inline container::IndexEntry& entry_of(container::Index& index, container::ChunkKind kind,
                                        std::size_t n) {
   const auto of_kind = [&](const container::IndexEntry& entry) {
@@ -234,8 +234,9 @@ inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std:
   return std::move(out.bytes);
 }
 
-/// Rebuilds the list of chunks in the index from the chunks before the index, as far as their
-/// fields are readable. Does not change the totals. Does nothing if the file has no readable index.
+/// Rebuilds the list of chunks in the index from those chunks before the index that are readable.
+/// Does not change the totals (numbers of vertices, cells and so on) in the index. Does nothing if
+/// the file has no readable index.
 inline void list_anew(FileParts& parts) {
   const auto is_index = [](const Chunk& it) { return it.is(container::ChunkKind::index); };
   const auto last = std::find_if(parts.chunks.rbegin(), parts.chunks.rend(), is_index);

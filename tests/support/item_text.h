@@ -214,8 +214,8 @@ class ItemText {
     scalars(extra.type, extra.data);
     out_ += '\n';
   }
-  /// Adds the totals to the text, but not the byte counts, because they are not part of the
-  /// contents.
+  /// Adds the totals of the file to the text. Sizes in bytes are omitted, because they are not part
+  /// of the contents.
   void add(const Totals& totals) {
     field("totals: vertices", totals.vertices);
     field(", cells", totals.cells);

@@ -19,8 +19,8 @@ ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROO
                    OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_hwloc_base_binding_policy="none",
                    OMPI_MCA_pml="ob1", OMPI_MCA_btl="self,vader",
                    OMPI_MCA_mpi_yield_when_idle="1")
-# Number of tests that run in parallel. A single test uses only a small part of a processor while its ranks
-# start, end and wait for each other.
+# Number of tests that run in parallel. A single test does not keep a CPU core busy, because its ranks spend
+# much time starting, ending and waiting for each other.
 AT_ONCE = 3
 
 
@@ -111,8 +111,8 @@ class Exodus:
 
 class Joined:
     """The nodes, elements, values and sets of a single file, or of all parts of a mesh. A node is identified
-    by its number. An element is identified by its block and its position among the element numbers of the
-    block."""
+    by its number in the whole mesh. An element is identified by its block and its position in the sorted list
+    of the block's element numbers."""
 
     def __init__(self, files, whole=None):
         self.nodes, self.cells, self.nodal, self.element = {}, {}, {}, {}
@@ -126,8 +126,8 @@ class Joined:
             raise AssertionError(f"parts differ at {key}: {value} and {into[key]}")
 
     def add(self, file, whole):
-        # If the file contains the whole mesh, nodes and elements are numbered by position. If the file is a
-        # part, its maps contain the numbers that its nodes and elements have in the whole mesh.
+        # If the file contains the whole mesh, the number of a node or element is its position. If the file is
+        # a part, its maps contain the numbers that its nodes and elements have in the whole mesh.
         alone = whole is None
         nodes = range(1, file.size("num_nodes") + 1) if alone else file.get("node_num_map")
         elements = file.elements()
@@ -166,8 +166,8 @@ class Joined:
                 for e, side in zip(file.get(f"elem_ss{s + 1}"), file.get(f"side_ss{s + 1}")))
 
     def in_order(self):
-        """Returns all contents. An element is identified by its block and its position among the element
-        numbers of the block."""
+        """Returns all contents. An element is identified by its block and its position in the sorted list of
+        the block's element numbers."""
         place, counts = {}, {}
         for cell in sorted(self.cells):
             counts[cell[0]] = counts.get(cell[0], -1) + 1

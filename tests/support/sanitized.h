@@ -38,13 +38,13 @@ inline constexpr bool kFewCases = true;
 inline constexpr bool kFewCases = kSanitized;
 #endif
 
-/// Returns the step with which a test selects its cases: `n` if tests run only a few cases,
-/// otherwise 1.
+/// Returns the increment for a loop over test cases: `n` if tests run only a few cases, otherwise
+/// 1.
 constexpr std::size_t every(std::size_t n) { return kFewCases ? n : 1; }
 
-/// Returns true if a test over the corpus uses this file. If the environment variable SHM_SHARE is
-/// N, a hash of the name and of SHM_SEED selects every N-th file on average; if tests run only a
-/// few cases, every 3N-th file. folder_test.py does the same for Python tests.
+/// Returns true if tests of the corpus should use the file with this name. If the environment
+/// variable SHM_SHARE is N, a hash of the name and of SHM_SEED selects one in N files on average.
+/// If kFewCases is true, it selects one in 3N files. folder_test.py does the same for Python tests.
 inline bool is_sampled(std::string_view name) {
   const char* share = std::getenv("SHM_SHARE");
   const char* seed = std::getenv("SHM_SEED");
@@ -55,9 +55,9 @@ inline bool is_sampled(std::string_view name) {
   return (hash >> 32) % (std::max<std::uint64_t>(every_nth, 1) * every(3)) == 0;
 }
 
-/// Selects the first of many similar cases, and then every n-th case. Cases are counted in the
-/// order of the calls. If n has no common divisor with the lengths of nested loops, every value of
-/// each loop occurs in some selected case.
+/// Selects the first of many similar cases, and then every n-th case. The cases are numbered in the
+/// order of the calls to skips_next(). If the calls are in nested loops, n should be coprime to the
+/// lengths of the loops, so that every value of each loop variable occurs in some selected case.
 class SomeCases {
  public:
   explicit SomeCases(std::size_t n) : distance_(every(n)) {}

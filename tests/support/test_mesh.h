@@ -94,9 +94,9 @@ inline void join(MeshBlock& all, const MeshBlock& more) {
 /// that.
 inline unsigned writer_threads = 1;
 
-/// Writes `mesh` as a converter does: each vertex immediately before the first cell that uses it,
-/// and with the last use of each vertex marked. After the mesh, calls `after_mesh`, which may write
-/// step values.
+/// Writes `mesh` in the same order as a converter: each vertex immediately before the first cell
+/// that uses it. Marks the last use of each vertex. After the mesh, calls `after_mesh`, which may
+/// write step values.
 inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
                                      WriteOptions options = {},
                                      const std::function<Result<void>(Writer&)>& after_mesh = {}) {
@@ -273,8 +273,8 @@ inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptio
       if (back->mesh.last_use[i] >> c & 1) finalized[corners[c]] = 1;
   }
   EXPECT_EQ(bad, 0) << "cells differ";
-  // Whatever the order is, element e of a cell array belongs to the e-th of the cells that the
-  // array covers.
+  // In every order, value e of a cell array belongs to the e-th covered cell, i.e. the e-th cell of
+  // the blocks on which the array is defined.
   for (std::size_t a = 0; a < mesh.schema.arrays.size(); ++a) {
     if (mesh.schema.arrays[a].location != Location::cell || !is_exact(a)) continue;
     std::vector<std::uint64_t> element(mesh.cells.size());
@@ -344,10 +344,10 @@ inline bool porous(std::uint64_t i, std::uint64_t j, std::uint64_t k) {
   return (i * 7 + j * 13 + k * 29) % 11 < 3;
 }
 
-/// Returns a cube of n * n * n hexahedra, some of which are divided into eight: those that `porous`
-/// selects, and then some of the resulting cells. A divided cell is removed, and its eight parts
-/// are appended at the end. The new vertices in the middle of its edges, of its faces and of the
-/// cell are not shared with other divided cells.
+/// Returns a cube of n * n * n hexahedra. Those that the function porous() selects are divided into
+/// eight cells, and some of the resulting cells are divided again. A divided cell is removed, and
+/// its eight parts are appended at the end. The new vertices in the middle of its edges, of its
+/// faces and of the cell are not shared with other divided cells.
 inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::float32) {
   constexpr std::array<std::array<std::size_t, 3>, 8> kCorners = {
       {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};

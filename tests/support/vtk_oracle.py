@@ -257,8 +257,8 @@ def with_data(grid):
     return grid
 
 
-# For each kind of structured sample: number of points along each axis. The sample "extent" also has a line
-# EXTENT instead of DIMENSIONS.
+# For each kind of structured sample: number of points along each axis. The file of the sample "extent" has a
+# line EXTENT instead of the line DIMENSIONS.
 SHAPES = {"": (4, 3, 5), "extent": (4, 3, 5), "flat": (4, 1, 5), "line": (1, 6, 1),
           "point": (1, 1, 1), "empty": (0, 0, 0)}
 
@@ -320,8 +320,8 @@ def nodes_of(grid, cell):
     return nodes
 
 
-# Returns the kind and the nodes of each cell. Voxels and pixels are converted to hexahedra and quads. For the
-# cells in `places`, returns None.
+# Returns the kind and the nodes of each cell. Voxels and pixels are converted to hexahedra and quads. If the
+# index of a cell is in `places`, its entry is None.
 def cells_of(grid, places=()):
     kinds = {vtk.VTK_VOXEL: vtk.VTK_HEXAHEDRON, vtk.VTK_PIXEL: vtk.VTK_QUAD}
     return [None if c in places else

@@ -197,8 +197,8 @@ def seen(path, step=-1):
 
 
 def compare_legacy(path_a, path_b, unlike=(), step=-1):
-    """Compares the grids of a .vtk and a .vtu file, except the arrays named in `unlike`. `step` is the step
-    of file A."""
+    """Compares the grids of a .vtk and a .vtu file. Ignores the arrays named in `unlike`. `step` selects the
+    step of file A that is compared."""
     check = Comparison()
     (a, left), (b, right) = seen(path_a, step), seen(path_b)
     if hasattr(a, "GetFaces") and hasattr(b, "GetFaces"):

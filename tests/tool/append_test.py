@@ -110,8 +110,8 @@ class AppendTest(FolderTest):
         self.assertEqual(self.bytes(file), before)
         bare = self.packed(self.exodus("bare.e", range(3)))
         self.shm("append", bare, whole)
-        # The parity begins at offset `end`. The test damages single bytes, some of which are in parts of the
-        # file that append only copies.
+        # The parity begins at offset `end`. The test damages single bytes. Some of them are in parts of the
+        # file that append copies without decoding them.
         end = len(self.bytes(bare)) - 16
         for at in range(100, end, 211 if SANITIZED else 41):
             with open(file, "wb") as damaged:

@@ -290,8 +290,8 @@ TEST(RoundTrip, CellsOfEachBlockTogether) {
   MemorySource source(compressed.bytes);
   StagedMesh restored(source, "test.shm", spool);
 
-  // Sorts the cells of the restored mesh by block, as formats do that store the cells of each block
-  // consecutively.
+  // Sorts the cells of the restored mesh by block. This is how cells are ordered after conversion
+  // to a format that stores the cells of each block consecutively.
   MemoryMesh grouped;
   grouped.mesh = restored.info();
   grouped.mesh.schema.order = Order::keep;

@@ -244,7 +244,7 @@ class ExtractTest(FolderTest):
         if fixed:
             np.testing.assert_array_equal(ncdump(path, "node_ns1"),
                                           [vertices.index(v) + 1 for v in fixed])
-        # Extracts a piece of an extracted piece. Then decompresses the first piece to Exodus.
+        # Extracts a second piece from the piece "piece.shm". Then decompresses "piece.shm" to Exodus.
         self.extract("piece.shm", "--cells", "100:300")
         self.shm("extract", self.path("piece.shm"), self.path("again.vtu"), "--cells", "50:60")
         again = Read(self.path("again.vtu"))
@@ -255,8 +255,8 @@ class ExtractTest(FolderTest):
         self.assertEqual(ncdump(self.path("back.e"), "ss_names"), ["inlet"])
         np.testing.assert_array_equal(ncdump(self.path("back.e"), "elem_num_map"),
                                       grid.elem_map[100:300])
-        # The source has no number maps. The cell numbers in the piece are therefore positions in the source,
-        # counted from 1.
+        # The source "none.shm" has no number maps. The number map of the piece therefore contains positions in
+        # the source, counted from 1.
         self.shm("extract", self.path("piece.shm"), self.path("none.vtk"), "--cells", "50:60")
         self.shm("compress", self.path("none.vtk"), "-o", self.path("none.shm"))
         self.shm("extract", self.path("none.shm"), self.path("none.e"), "--cells", "3:6")

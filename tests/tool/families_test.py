@@ -24,8 +24,9 @@ def check(shm, name, mesh, packed):
         for delay in DELAYS if order != "free" else ("0",):
             for bits in ((), ("--bits", "16")):
                 if bits and delay in ("1", "1000"):
-                    # Quantized coordinates are not tested with every delay, because their size does not
-                    # depend on how the order of cells was obtained.
+                    # Quantized coordinates are not tested with every delay. The delay changes only the order
+                    # of the cells, and the coding of quantized coordinates does not depend on how that order
+                    # was obtained.
                     continue
                 report = json.loads(run(shm, "compress", "-f", mesh, "-o", packed, "--order", order,
                                         "--delay", delay, "--json", *bits))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests commands that process many files: folders, skipped files, packed files, --rm, and the conventions of
-gzip, xz, zstd and cp.
+"""Tests commands that process many files: folders, skipped files, sources compressed with gzip, --rm, and the
+conventions of gzip, xz, zstd and cp.
 
 Usage: files_test.py PATH_OF_SHM
 """

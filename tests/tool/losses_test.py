@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Tests that the tool reports data that an output cannot store. If --format names a format that can store
-less than the format to which the output's name belongs, the tool reports an error before it does any work.
+"""Tests that the tool reports data that an output cannot store. The name of an output file normally determines
+its format. If --format names a different format that can store less, the tool must report an error before it
+does any work.
 
 Usage: losses_test.py PATH_OF_SHM
 """

@@ -24,8 +24,9 @@ BASE = {"compress": 42 * MB, "verify": 27 * MB, "decompress": 27 * MB}
 FOR_ACTIVE_VERTEX = {"compress": 1100, "verify": 500, "decompress": 500}
 FOR_MEMORY_OPTION = 16 * MB
 INFO = 20 * MB
-# Allowed increase in bytes for a mesh that is four times as long. Tables may use half of --memory. The short
-# mesh does not fill that half, so the tables of the long mesh are larger. The rest is a margin.
+# Allowed increase of the memory use, in bytes, for a mesh that is four times as long. Tables may use up to
+# half of --memory. The tables of the short mesh use less than that, so the tables of the long mesh are larger.
+# The rest of the allowed increase is a margin.
 SAME = 10 * MB
 
 
@@ -69,7 +70,7 @@ def is_sanitized():
 class MemoryUseTest(FolderTest):
     def peak(self, *words):
         """Runs the tool and returns its largest resident size in bytes. The result cannot be smaller than the
-        size of this script, because a child process begins with the memory of its parent."""
+        resident size of this script, because a child process starts as a copy of its parent."""
         process = subprocess.Popen([SHM, *forced(words), "--threads", "1", "--memory", "16M", "-q"])
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)

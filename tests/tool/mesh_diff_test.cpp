@@ -377,8 +377,8 @@ TEST(MeshDiff, BetweenFormats) {
   EXPECT_EQ(found.differences[0].places[0].component, 1u);
 }
 
-// One format stores an array on some of the blocks only. Another format fills the array for the
-// cells of all other blocks.
+// In the format of mesh `a`, an array is stored on some of the blocks only. In the format of mesh
+// `b`, every array has values for all cells, so the cells of all other blocks have fill values.
 TEST(MeshDiff, ValuesOfSomeBlocksAgainstAll) {
   MemoryMesh a = grid_mesh(2, 1, 1), b = grid_mesh(2, 1, 1);
   for (MemoryMesh* mesh : {&a, &b}) {
@@ -426,8 +426,9 @@ TEST(MeshMatch, AnyOrder) {
   }
 }
 
-// Returns the hexahedra of a mesh without shared vertices, or with vertices that are shared only
-// within groups of `cells_together` cells. Up to eight vertices are therefore at the same point.
+// Returns a copy of a mesh of hexahedra in which only cells of the same group share vertices. A
+// group consists of `cells_together` consecutive cells. Up to eight vertices are therefore at the
+// same point.
 MemoryMesh torn(const MemoryMesh& mesh, std::uint64_t cells_together, double gap = 0) {
   MemoryMesh apart;
   apart.mesh.schema.source_format = "test";
@@ -463,7 +464,7 @@ TEST(MeshMatch, CoincidentVerticesGoWithTheirCells) {
 }
 
 // The mesh contains two complete copies of a grid at the same place, which differ only in their
-// values. Cells of one copy must not be matched with cells of both copies.
+// values. All cells of one copy must be matched with cells of a single copy in the other mesh.
 TEST(MeshMatch, CopiesStayWhole) {
   const MemoryMesh grid = grid_mesh(5, 4, 3);
   MemoryMesh a = grid;
@@ -523,7 +524,7 @@ TEST(MeshMatch, WithinATolerance) {
     set_value(b.points, i,
               load<double>(b.points.data() + i * 8) +
                   1e-7 * (static_cast<double>(random() % 2001) / 1000 - 1));
-  for (const double bound : {1.5e-7, 1e-3, 0.2}) {  // the largest bound exceeds the size of a cell
+  for (const double bound : {1.5e-7, 1e-3, 0.2}) {  // the largest bound exceeds the cell size
     const MeshDiff found = diff(a, b, matching(within(Accuracy::absolute(bound))));
     EXPECT_TRUE(found.equal()) << bound << "\n" << words(found);
   }

@@ -145,7 +145,8 @@ class PipeTest(FolderTest):
                                             "--temp", self.temp], stdin=subprocess.PIPE)
                 process.stdin.write(given[:len(given) // 2])
                 process.stdin.flush()
-                # HDF5 must open a file by its name. For the other formats, the file need not have a name.
+                # HDF5 can only open a file by its name, so the test waits until the tool has created a
+                # temporary file. For the other formats, temporary files have no names.
                 end = time.monotonic() + 20
                 while name == "netCDF-4" and not os.listdir(self.temp):
                     self.assertLess(time.monotonic(), end)

@@ -119,8 +119,8 @@ class PreviewTest(FolderTest):
         covered = 200 * 160 - picture.colours[WHITE]
         self.assertEqual(report["covered_pixels"], covered)
         self.assertTrue(.4 < covered / (200 * 160) < .6, covered)
-        # Three sides of the box are visible. They have the same hue in different brightness, and their edges
-        # are drawn.
+        # Three sides of the box are visible. They have the same hue, but each has a different brightness.
+        # Their edges are drawn.
         three = [picture.pixel(x, y) for x, y in [(.47, .2), (.43, .6), (.63, .6)]]
         self.assertEqual(len(set(three)), 3)
         for pixel in three:
@@ -357,7 +357,8 @@ class PreviewTest(FolderTest):
 
     def test_faulty_files(self):
         os.remove(self.path("mesh.vtk"))
-        # These faults are in data that a picture of blocks does not need, so the data is not read.
+        # A picture in which each block has a colour does not need the data that contains these faults, so
+        # preview does not read this data.
         unseen = re.compile("Index: |Step values: |Parts of step values: |A group after step values"
                             "|The sequence of the second chunk|Last group of .*: stream array"
                             "|Extras: a blob|Step times: of 2.24 |Old index: another first element of step values"
@@ -368,8 +369,8 @@ class PreviewTest(FolderTest):
         for number, _, sentence in lines[::3 if SANITIZED else 1]:
             path = GOLDEN / "faulty" / (number + ".shm")
             with self.subTest(file=number, sentence=sentence):
-                # Writing to standard output is faster than writing to a file, which is flushed to
-                # the disk.
+                # The picture is written to standard output, because this is faster than writing a file, which
+                # must be flushed to the disk.
                 code = self.attempt(path, out="-")
                 codes[code] += 1
                 if code != 0:

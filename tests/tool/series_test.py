@@ -76,8 +76,8 @@ class Steps(SeriesTest):
         self.assertEqual(self.times("some.msh"), [1, 1.5, 2])
         self.exodus("some.e", range(2, 5))
         self.shm("convert", "some.e", "expected.msh", "-q", stderr="not in")
-        # The headers of Gmsh views in the file contain the step numbers of the source, so the sections may
-        # differ.
+        # The headers of the Gmsh views contain step numbers. In "some.msh", these are the numbers of the
+        # source, so the stored sections may differ.
         self.shm("diff", "expected.msh", "some.msh", "--ignore", "gmsh/section")
 
     def test_appended(self):
@@ -245,7 +245,7 @@ def grid_at(step, **how):
     for i in range(12):
         points.InsertNextPoint(i // 4 + (how.get("moved", 0) if i == 5 else 0), i % 4 in (1, 2), i % 4 > 1)
     if step > 0:
-        points.GetData().GetRange(-1)  # causes VTK to write the range, which other programs do not write
+        points.GetData().GetRange(-1)  # makes VTK write the range of the points, unlike other programs
     grid.SetPoints(points)
     for cell in range(how.get("cells", 2)):
         corners = [4 * cell + i for i in (0, 1, 2, 3, 4, 5, 6, 7)]
@@ -466,8 +466,8 @@ class Meshes(SeriesTest):
             + "</Collection></VTKFile>")
 
     def test_what_is_no_series(self):
-        """If a file does not fit the series, the error names the file and its first difference from the other
-        files. No output is written."""
+        """If the mesh in a file differs from the mesh in the other files of the series, the error names the
+        file and the first difference. No output is written."""
         self.series("a_%d.vtu", (0, 1))
         for how, said in (({"moved": .5}, "coordinates: 1 of 36 differ; points that move"),
                           ({"cells": 1}, "cells: 2, 1"), ({"turned": True}, "cells: 2 of 2 differ"),

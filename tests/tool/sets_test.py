@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests that the extras that store sets have the same keys, whatever the format of the source. Only files of
-version 0.9 store sets under keys of Exodus.
+"""Sets are stored as extras. Tests that the keys of these extras are the same for every format of the source.
+Only files of version 0.9 have different keys, which are specific to Exodus.
 
 sets_test.py SHM
 """
@@ -20,8 +20,8 @@ from sample_meshes import TWO_BLOCKS
 SHM = "shm"
 GOLDEN = Path(__file__).resolve().parents[1] / "golden" / "0.9"
 
-# The mesh TWO_BLOCKS with values that can be computed from the members of the sets: all factors are 1, and
-# the id of each set is its position.
+# The mesh TWO_BLOCKS with changed sets, so that the data of the sets follows from their members: all
+# distribution factors are 1, and the id of each set is its position.
 OF_ONES = (TWO_BLOCKS.replace("dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 2", "dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 1")
            .replace("ss_prop1 = 3", "ss_prop1 = 1"))
 # The mesh TWO_BLOCKS with two unusual side sets. One has no members and the status 0. In the other, the
@@ -139,7 +139,7 @@ class SetsTest(FolderTest):
         self.shm("verify", grown)
         self.shm("decompress", grown, "-o", self.path("grown.e"))
         self.assertEqual(len(json.loads(self.shm("info", self.path("grown.e"), "--json"))["step_times"]), 6)
-        # The file equals the old file, except that it has more steps.
+        # The new file equals the file before appending, except that it has more steps.
         self.shm("convert", self.path("grown.e"), self.path("first.e"), "--step", "0:3")
         self.assertEqual(self.sets(self.path("first.e")), self.sets(exodus))
         self.shm("diff", self.path("first.e"), exodus)

@@ -234,7 +234,7 @@ class ToolTest(FolderTest):
                 if "box" in sentence and "Group" in sentence:
                     self.assertIn("the bounding box of the group does not match its vertices", error)
                     continue
-                self.assertRegex(error, "index, at byte [0-9]+: entry [0-9]+, of the .* at byte [0-9]+, has another ")
+                self.assertRegex(error, "index, at byte [0-9]+: entry [0-9]+, of the .* at byte [0-9]+, has a different ")
                 self.shm("repair", lying, "-o", healed)
                 self.shm("verify", healed)
 
@@ -337,8 +337,8 @@ class ToolTest(FolderTest):
         self.assertLess(os.path.getsize(packed), 0.99 * without)
         if SANITIZED:
             return
-        # This source is copied to temporary storage before it is coded, because the .shm file can be read
-        # only once.
+        # Here the source is a .shm file. The tool can read the mesh of such a source only once, so it copies
+        # the mesh to temporary storage before it encodes the mesh.
         again = self.path("again.shm")
         self.shm("compress", local, "-o", again)
         self.assertIn(delay_of(again, "--order", "stream"), (256, 1024))
@@ -591,7 +591,8 @@ class ToolTest(FolderTest):
         self.shm("compress", self.mesh, "-o", packed, *free)
         self.shm("decompress", packed, "-o", back)
         self.shm("verify", packed, "--against", back)
-        # The array "zone" contains for each cell the number of its group of seven cells.
+        # Each value of the array "zone" is the number of the cell in the source, divided by seven and rounded
+        # down.
         with open(back) as text:
             words = text.read().split()
         at = words.index("CELL_DATA")

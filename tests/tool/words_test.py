@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests error messages. A wrong call or a faulty file must result in a message of one line that names the
-error.
+"""Tests error messages. An invalid command line or a faulty file must result in an error message of one line
+that names the error.
 
 Usage: words_test.py PATH_OF_SHM
 """

@@ -1,5 +1,5 @@
-// Tests that Writer and Reader observe the absolute error bound: for coordinates, for static and
-// stepped arrays on points and cells, for values of any magnitude, and for bounds down to less than
+// Tests that errors stay within the absolute error bound: for coordinates, for static and stepped
+// arrays on points and cells, and for values of any magnitude. Some of the bounds are smaller than
 // the distance between neighbouring floats.
 #include <bit>
 #include <limits>
@@ -91,7 +91,7 @@ std::size_t expect_bound(const Mesh& before, const Mesh& after, double bound) {
       std::memcpy(&b, &restored[run][at], sizeof b);
       if (std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b)) continue;
       ++moved;
-      // The test computes the error with higher precision than the coder.
+      // Computes the error with higher precision than the coder does.
       const long double error = static_cast<long double>(a) - static_cast<long double>(b);
       if (std::isfinite(a) && std::isfinite(b) && std::fabs(error) <= bound) continue;
       ADD_FAILURE() << "run " << run << ", value " << at / sizeof(Real) << ": " << a << " became "

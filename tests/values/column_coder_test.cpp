@@ -110,7 +110,7 @@ const Elements& cells() {
 
 struct Plan {
   std::vector<std::size_t> groups,
-      tiles;  // end index of each group or tile, except the final one
+      tiles;  // the index of the element after each group or tile, except the final one
   std::vector<char> covers;
   Level level = Level::standard;
   bool copies = true;
@@ -268,7 +268,8 @@ TEST(ColumnCoder, SpecialFloats) {
 }
 
 // Each group contains a different kind of values from the previous group, and therefore has a
-// different domain. The coder must translate its states to each new domain.
+// different domain (the way in which values are mapped to integers). The coder must translate the
+// values that it keeps to each new domain.
 TEST(ColumnCoder, DomainsChange) {
   std::mt19937_64 random(3);
   // A NaN with the smallest possible index.
@@ -347,8 +348,8 @@ TEST(ColumnCoder, WhatRepeatsGoesUnderZstd) {
     EXPECT_EQ(coded.groups[0].codec, Codec::shuffled_zstd);
     EXPECT_LT(coded.groups[0].bytes.size(), 900u);
     expect_back(info, vertices(), packed(values), plan);
-    // Predicted, packed and mixed groups alternate. Each group uses the state that the previous
-    // group leaves.
+    // Groups with predicted values, packed values and mixed values alternate. The state of the
+    // coder at the end of each group must be usable in the next group.
     for (std::size_t i = 300; i < 500; ++i) values[i] = static_cast<std::int64_t>(i);
     plan.groups = {100, 300, 500, 800};
     plan.level_of = [&](std::size_t g) { return static_cast<Level>(g % 3); };
@@ -434,8 +435,8 @@ TEST(ColumnCoder, WhatIsPredictedCostsNearlyNothing) {
   }
 }
 
-// If the values of a second component are equal or opposite to those of the first, it needs almost
-// no bytes.
+// If the values of the second component are equal or opposite to those of the first component, the
+// second component needs almost no bytes.
 TEST(ColumnCoder, EqualComponentsCostNearlyNothing) {
   std::mt19937_64 random(7);
   std::vector<double> one, two, opposite;
@@ -494,7 +495,8 @@ std::vector<double> mirrored(const Elements& elements, std::uint64_t seed, doubl
   return values;
 }
 
-// The values of the two halves of a mesh are about the same. All values are positive.
+// The values in the second half of the mesh are about equal to those in the first half. All values
+// are positive.
 TEST(ColumnCoder, EarlierValuesAreRecalled) {
   for (double apart : {0.0, 0x1p-50})
     for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -516,8 +518,9 @@ TEST(ColumnCoder, EarlierValuesAreRecalled) {
     }
 }
 
-/// Returns values of three components. Nine in ten elements are equal to an earlier element. The
-/// distance to the earlier element is fixed for each corner of a cell.
+/// Returns values of three components. Nine in ten elements have the same values as an earlier
+/// element. The distance to the earlier element depends only on the corner at which a cell
+/// introduces the vertex.
 std::vector<double> standing_again(const Elements& elements, std::mt19937_64& random) {
   std::vector<double> values;
   for (std::size_t i = 0; i < elements.size(); ++i) {
@@ -574,8 +577,8 @@ TEST(ColumnCoder, CopiesOfAllKindsOfValues) {
     }
 }
 
-// Earlier values are found in each tile, even if the array covers only some blocks. Trial encodings
-// must not change the state of the coder.
+// The coder must find equal earlier values in each tile, even if the array covers only some blocks.
+// Trial encodings must not change the state of the coder.
 TEST(ColumnCoder, EarlierValuesOnSomeBlocks) {
   Elements only;
   for (std::size_t i = 0; i < cells().size(); ++i)
@@ -777,8 +780,8 @@ TEST(ColumnCoder, DomainsChangeInProportionToElements) {
   }
   EXPECT_GT(under_zstd, 0);
 
-  // The encoder of this test ignores the limit on changes of the domain. The reader must refuse its
-  // values, but only after the limit is exceeded.
+  // The encoder of this test ignores the limit on changes of the domain. The reader must accept the
+  // groups up to the limit and refuse the first group that exceeds it.
   const auto shared = std::make_shared<const ArrayInfo>(info);
   ComponentCoder<SplitEncoder> careless(shared, 0, true);
   ComponentCoder<SplitDecoder> reader(shared, 0, true);
@@ -801,8 +804,9 @@ TEST(ColumnCoder, DomainsChangeInProportionToElements) {
   EXPECT_LE(changes, static_cast<int>(kMostMovesForEach) * kGroups / static_cast<int>(kSlots));
 }
 
-// An element without a value must be counted once, no matter how many trial encodings the writer
-// makes. Otherwise the writer would change domains more often than readers allow.
+// The number of domain changes that readers allow grows with the number of elements. The writer
+// must count each element without a value only once, even if it makes several trial encodings.
+// Otherwise it would change domains too often.
 TEST(ColumnCoder, TrialsCountNoElements) {
   constexpr std::uint32_t kSlots = 6000000;
   constexpr std::size_t kCovered = 64, kUncovered = 1000;

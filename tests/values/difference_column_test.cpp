@@ -115,8 +115,9 @@ Numbers shuffled(Numbers numbers) {
   std::shuffle(numbers.begin(), numbers.end(), random);
   return numbers;
 }
-/// Returns numbers for which most neighbours are unknown. Some numbers replace other numbers in the
-/// table, and some numbers occur again.
+/// Returns numbers such that most neighbouring numbers are unknown to the coder. The coder keeps
+/// recent numbers in a table of kMostPlaces places, and some of these numbers replace others there.
+/// Some numbers occur more than once.
 Numbers sparse() {
   Numbers numbers;
   std::mt19937_64 random(2);
@@ -213,8 +214,8 @@ std::vector<DomainKind> kinds_of(const DifferenceColumn::Encoded& encoded,
 
 // --- taps
 
-/// List of pairs (distance, factor). A prediction is the sum of the values at these distances back,
-/// each multiplied by its factor.
+/// List of pairs (distance, weight). A prediction is a weighted sum of earlier values. Each
+/// distance states how far back a value is.
 using Taps = std::vector<std::pair<std::uint64_t, std::int64_t>>;
 Taps taps(const std::vector<Factor>& factors) {
   Taps list;
@@ -236,8 +237,8 @@ TEST(Taps, AreProductsOfDifferences) {
   // The longest lags that can be encoded.
   const std::uint64_t longest = 0xffffffff;
   EXPECT_EQ(taps({{0xffffffff, 3}}), (Taps{{3 * longest, 1}, {2 * longest, -3}, {longest, 3}}));
-  // Whatever the factors, a constant must be predicted exactly. The weights of the taps must
-  // therefore add up to 1.
+  // If all earlier values are equal, the prediction must be the same value. The weights of the taps
+  // must therefore add up to 1.
   for (std::uint32_t a = 1; a <= kMostOrder; ++a)
     for (std::uint32_t b = 1; b <= kMostOrder; ++b)
       for (std::uint32_t c = 1; c <= kMostOrder; ++c) {
@@ -340,8 +341,8 @@ TEST(DifferenceColumn, OddFloats) {
     wide.push_back(std::uint64_t{it} << 32 | (it & 1 ? 0xffffffff : 0));
   expect_back_all(ScalarType::float32, narrow);
   expect_back_all(ScalarType::float64, wide);
-  // The first values are doubles that all fit into float32. Not all of the second values fit. The
-  // third values are multiples of a step, and -0.0.
+  // In the first call below, all doubles fit into float32. In the second call, some do not. In the
+  // third call, the values are multiples of a decimal step, and -0.0.
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 3e38f, 1e-40f, -0.0});
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 1e39, 1e-50});
   expect_back_all<double>(ScalarType::float64, {.1, .2, -0.0});

@@ -1,5 +1,6 @@
-// Tests of fitting. If some of the samples were generated with certain weights, fitting must find
-// these weights, whatever the other samples are.
+// Tests of fitting, which computes the weights of a predictor by robust least squares. If enough
+// samples were generated with certain weights, fitting must find these weights, even if the other
+// samples are outliers.
 #include "codecs/surface/plan/fitting.h"
 
 #include <gtest/gtest.h>
@@ -58,8 +59,9 @@ TEST(Fitting, TermsThatAreNotThereHaveNoWeight) {
   for (std::uint32_t i = 0; i < kWeights; ++i) EXPECT_NEAR(found[i], i < 5 ? weights[i] : 0, 1);
 }
 
-/// In meshes from other programs, a node at the centre of a face or cell is the sum of corners
-/// divided by three, four or nine.
+/// The targets are rounded combinations of terms with weights such as 1/3 and 1/9. Such values
+/// occur in meshes from other programs, in which a node at the centre of a face or cell is the sum
+/// of corners divided by three, four or nine.
 TEST(Fitting, FractionsOfTemplatesAreExactDespiteRounding) {
   std::mt19937_64 random(5);
   std::vector<FitSample> samples(100);
@@ -79,7 +81,8 @@ void expect_in_range(const Weights& weights) {
   for (std::int32_t it : weights) EXPECT_LE(std::abs(it), kMostWeight);
 }
 
-// If two terms always have equal values, only the sum of their weights is determined.
+// If two terms always have equal values, their separate weights are not determined, only the sum of
+// the weights.
 TEST(Fitting, EqualTerms) {
   std::mt19937_64 random(5);
   std::vector<FitSample> samples(100);

@@ -33,8 +33,8 @@ std::uint64_t bits_of(ScalarType type, double value) {
                                      : std::bit_cast<std::uint64_t>(value);
 }
 
-/// Returns values at whole and half steps of a domain, the floats next to these values, and random
-/// values.
+/// Returns values of a domain at random indices, values midway between two indices, and the floats
+/// next to all of these values.
 std::vector<std::uint64_t> values_of(ScalarType type, const ValueTranslator& translator) {
   std::mt19937_64 random(7);
   std::vector<std::uint64_t> values;
@@ -114,8 +114,8 @@ TEST(LinearIndices, IndicesAreThoseOfATranslator) {
         std::int64_t its = 0;
         const bool is_one = linear_indices(type, std::span(&bits, 1), domain, std::span(&its, 1));
         const auto index = translator.index(bits);
-        // The loop may skip values whose index is kMost or more. A ValueTranslator handles the
-        // skipped values.
+        // linear_indices() may refuse a value whose index is kMost or more. Its callers then use a
+        // ValueTranslator instead.
         if (is_one || (index && std::fabs(static_cast<double>(*index)) < kMost)) {
           ASSERT_TRUE(is_one && index) << scalar_as_double(type, bits);
           ASSERT_EQ(translator.bits(its), bits);  // several indices may represent the same float

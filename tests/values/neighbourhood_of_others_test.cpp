@@ -1,6 +1,6 @@
 // Tests of the neighbourhoods of cells that are not hexahedra. On lattices, the expected
-// neighbourhoods are known. In random meshes, a neighbourhood must not contain vertices that do not
-// exist.
+// neighbourhoods are known. In random meshes, a neighbourhood must contain only vertices of the
+// mesh.
 #include <gtest/gtest.h>
 
 #include <algorithm>

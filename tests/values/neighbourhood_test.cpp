@@ -1,6 +1,6 @@
 // Tests of neighbourhoods: on grids, for which the expected neighbourhoods are known; for all
-// rotations of hexahedra; and in random meshes, in which a neighbourhood must not contain vertices
-// that do not exist.
+// rotations of hexahedra; and in random meshes, in which a neighbourhood must contain only vertices
+// of the mesh.
 #include "codecs/shared/neighbourhood.h"
 
 #include <gtest/gtest.h>
@@ -24,8 +24,9 @@ Point plus(const Point& p, const Point& q, std::int32_t times) {
   return {p[0] + times * q[0], p[1] + times * q[1], p[2] + times * q[2]};
 }
 
-/// A cell as a list of vertex numbers. A coder may use the corners of a hexahedron in another order
-/// than the stored order: `stored_corner` maps each corner in the coder's order to a stored corner.
+/// A cell as a list of vertex numbers. A coder may process the corners of a hexahedron in a
+/// different order from the order in which the file stores them. `stored_corner` maps each corner
+/// in the coder's order to a corner in stored order.
 struct TestedCell {
   std::vector<std::uint64_t> vertices;
   bool hexahedral = true;
@@ -132,8 +133,8 @@ struct Grid {
                    at[1] + static_cast<std::int32_t>(bits >> 1 & 1),
                    at[2] + static_cast<std::int32_t>(bits >> 2)};
     };
-    // For each corner in stored order, and for each corner in the coder's order: the corresponding
-    // corner of the box.
+    // box_of_stored maps each corner in stored order to a corner of the grid cell at (x, y, z).
+    // box_of_frame does the same for each corner in the coder's order.
     std::array<std::uint8_t, 8> box_of_stored{}, box_of_frame{};
     const auto& rotation = kRotations[turned == Turned::no ? 0 : random() % kRotationCount];
     const auto& other = kRotations[turned == Turned::no ? 0 : random() % kRotationCount];
@@ -351,15 +352,16 @@ TEST(Neighbourhood, ReachOnlyAdds) {
   expect(far.cells, near.cells, kFar | kBeyond);
 }
 
-// Within a single cell, parallel edges are visited in the order of their positions.
+// The cell has 27 nodes. Within a cell, parallel edges are processed in the order of the positions
+// of their nodes.
 TEST(Neighbourhood, OfInnerNodes) {
   TestedCell cell;
   for (std::uint64_t v = 0; v < 27; ++v) cell.vertices.push_back(100 + v);
   cell.stored_corner = kRotations[5];
   const Walk walk({cell});
   ASSERT_EQ(walk.vertices.size(), 27u);
-  // Returns the vertex that is stored at a position. The position may be that of a corner or of
-  // another node.
+  // Returns the vertex at a position in stored order. Positions below 8 are corners; the others are
+  // inner nodes.
   const auto stored = [&](std::uint32_t position) {
     const auto& corners = cell.stored_corner;
     return 100u + (position < 8
@@ -454,7 +456,8 @@ TEST(Neighbourhood, ARepeatedCornerIsNotItsOwnNeighbour) {
       }
   const Seen& last = walk.vertices[5];  // vertex 6 is introduced earlier, at position 7
   EXPECT_EQ(last.element, 5u);
-  // When vertex 5 is introduced, vertex 6 is already known at both of its corners.
+  // Vertex 6 is at two corners of the cell. When vertex 5 is introduced, vertex 6 is already known
+  // at both of them.
   EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice));
   EXPECT_EQ(walk.vertices[6].around.known, 0);
 }

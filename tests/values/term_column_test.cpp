@@ -74,8 +74,9 @@ std::vector<T> some_of(std::span<const T> words, std::size_t count) {
 }
 
 TEST(TermColumn, StatesBehindAShuffledGroupAreTranslatedToATable) {
-  // In the table of the second group, the value 0 has rank 1. The vertices of the first group,
-  // which is coded with shuffled_zstd, also have state 1.
+  // The second group stores each value as its rank in a table, and the value 0 has rank 1. After
+  // the first group, which is coded with shuffled_zstd, vertices can also have the state 1, but it
+  // does not mean this rank. It must therefore be translated.
   using Limits = std::numeric_limits<std::int64_t>;
   const std::vector<std::int64_t> words{Limits::min(), 0, 1, Limits::max() / 2, Limits::max()};
   std::vector<std::int64_t> names;
@@ -96,8 +97,9 @@ TEST(TermColumn, NansPassFromTableToTable) {
   EXPECT_EQ(codecs, (std::vector<Codec>{Codec::terms, Codec::terms}));
 }
 
-/// Encodes and decodes elements that have a reference but no terms, and checks that all values are
-/// restored bit for bit. Returns true if the encoder used the reference.
+/// Encodes and decodes elements without terms, which can be predicted only from `reference`, the
+/// values at an earlier step. Checks that all values are restored bit for bit. Returns true if the
+/// encoder used the reference.
 bool refers(const std::vector<float>& values, const std::vector<float>& reference) {
   ArrayInfo info;
   info.type = ScalarType::float32;

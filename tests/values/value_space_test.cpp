@@ -79,7 +79,8 @@ void expect_ordered() {
   EXPECT_EQ(ordered_index(L::denorm_min()), 1);
   EXPECT_EQ(space.index(kNaN), 0);  // as a prediction
   EXPECT_EQ(space.index(-kNaN), 0);
-  // If a NaN is a value, and not a prediction, its bits must not change.
+  // A prediction that is NaN has index 0, but a value that is NaN must be restored with the same
+  // bits.
   for (T nan : {L::quiet_NaN(), L::signaling_NaN(), std::copysign(L::quiet_NaN(), T(-1))}) {
     const T back = ordered_value<T>(ordered_index(nan));
     EXPECT_EQ(std::memcmp(&back, &nan, sizeof(T)), 0);
@@ -274,7 +275,8 @@ TEST(ValueTranslator, Quantized) {
   }
 }
 
-// The state of a coder in one domain can be translated to another domain.
+// The values that a coder keeps are stored as indices of a domain. They can be translated to
+// another domain.
 TEST(ValueTranslator, StatesMove) {
   const auto cents = translator(kDoubles, DomainKind::decimal, 2);
   const auto eighths = translator(kDoubles, DomainKind::binary, 3);
@@ -385,8 +387,8 @@ TEST(DomainCandidates, SomeOddOnes) {
   EXPECT_TRUE(candidates[0].domain.escapes);
 }
 
-/// Each candidate domain must represent every value, or report that some values are odd (have no
-/// index).
+/// Each candidate domain must either have an index for every value, or report that some values are
+/// odd, i.e. have no index.
 TEST(DomainCandidates, EveryCandidateSaysEveryValue) {
   std::mt19937_64 random(9);
   const std::vector<double> special = {

@@ -31,14 +31,15 @@ struct Mesh {
   std::vector<std::byte> xyz;              ///< 3 coordinates for each vertex
   std::vector<std::uint32_t> cell_blocks;  ///< block index of each cell
   std::vector<std::uint64_t> corner_begin = {
-      0};                              ///< offsets of the cells in `corners`; cells + 1 entries
+      0};  ///< corners of cell c: corners[corner_begin[c]] to corners[corner_begin[c + 1] - 1]
   std::vector<std::uint64_t> corners;  ///< vertex numbers of the corners
-  /// Values of static arrays, by array index. A point array has one element for each vertex; a cell
-  /// array has one element for each cell of a covered block, in cell order. Empty for stepped
-  /// arrays.
+  /// arrays[a] contains the values of the static array with index a in Schema::arrays. It is empty
+  /// if that array is stepped. A point array has one element per vertex. A cell array has one
+  /// element per cell of the blocks that it covers, in cell order.
   std::vector<std::vector<std::byte>> arrays;
-  /// Values of stepped arrays: [array][step], with the same elements as in `arrays`. Empty for
-  /// static arrays and for steps without values.
+  /// steps[a][s] contains the values of the stepped array with index a at step s. Its elements are
+  /// the same as for a static array. It is empty if the array is static or has no values at that
+  /// step.
   std::vector<std::vector<std::vector<std::byte>>> steps;
   std::vector<double> step_times;
   std::vector<Extra> extras;
@@ -49,8 +50,9 @@ struct Mesh {
   }
   std::uint64_t cell_count() const { return cell_blocks.size(); }
 
-  /// Returns the smallest x y z and the largest x y z of the finite coordinates; +inf and -inf if
-  /// no coordinate is finite.
+  /// Returns the bounding box: the minimum x, y, z, then the maximum x, y, z. Non-finite
+  /// coordinates are ignored. If no coordinate is finite, the minimum is +inf and the maximum is
+  /// -inf.
   SHM_API std::array<double, 6> bounds() const;
   /// Returns the coordinates x y z of all vertices, vertex after vertex.
   template <class T>
@@ -60,11 +62,11 @@ struct Mesh {
   /// Returns the corners of the cells of a block with eight nodes per cell, e.g. hexahedra. Empty
   /// for other blocks.
   SHM_API std::vector<std::array<std::uint64_t, 8>> hexahedra(std::uint32_t block = 0) const;
-  /// Returns the index of the first array with that name and location, or std::nullopt if there is
-  /// none.
+  /// Returns the index of the first array with the given name and location, or std::nullopt if no
+  /// such array exists.
   SHM_API std::optional<std::size_t> find_array(Location location, std::string_view name) const;
-  /// Returns the values of an array, or of a stepped array at step `step`. The components of an
-  /// element are stored together. Empty if the array has no such values.
+  /// Returns the values of an array. If the array is stepped, returns its values at step `step`.
+  /// The components of an element are stored together. Empty if no such values exist.
   template <class T>
   std::vector<T> values_as(std::size_t array, std::size_t step = 0) const {
     if (array >= schema.arrays.size()) return {};
@@ -77,16 +79,16 @@ struct Mesh {
   /// vertex numbers of each cell.
   SHM_API static Mesh of_hexahedra(std::span<const std::array<double, 3>> points,
                                    std::span<const std::array<std::uint64_t, 8>> hexahedra);
-  /// Adds an array of all vertices or all cells, and returns its index. write_mesh() checks the
-  /// number of values.
+  /// Adds an array with values for all vertices or all cells, and returns the index of the array.
+  /// write_mesh() checks the number of values.
   template <class T>
   std::size_t add_array(std::string name, Location location, std::span<const T> values,
                         std::uint32_t components = 1) {
     const auto bytes = std::as_bytes(values);
     return add(std::move(name), location, scalar_type_of<T>(), components, bytes);
   }
-  /// Adds values at a time step to the array of that name and location. Creates the array if it
-  /// does not exist.
+  /// Adds the values of one time step to the stepped array with the given name and location.
+  /// Creates the array if it does not exist.
   template <class T>
   void add_step(const std::string& name, Location location, std::size_t step,
                 std::span<const T> values, std::uint32_t components = 1) {
@@ -116,8 +118,9 @@ class NumberSpan {
   std::uint64_t operator[](std::size_t i) const {
     return narrow_ != nullptr ? narrow_[i] : wide_[i];
   }
-  /// Returns the `count` numbers from index `first` on. Numbers of 32 bits are converted to 64 bits
-  /// and stored in `room`; the result then refers to `room`. Precondition: first + count <= size().
+  /// Returns `count` numbers, starting at index `first`. If the view contains 32-bit numbers, they
+  /// are converted to 64 bits and stored in `room`, and the result refers to `room`. Precondition:
+  /// first + count <= size().
   std::span<const std::uint64_t> part(std::size_t first, std::size_t count,
                                       std::vector<std::uint64_t>& room) const {
     if (narrow_ == nullptr) return {wide_ + first, count};
@@ -137,17 +140,17 @@ struct MeshArrays {
   std::uint64_t cells = 0;
   /// Block index of each cell. If empty, all cells are in block 0.
   std::span<const std::uint32_t> cell_blocks;
-  NumberSpan corner_begin;  ///< Offsets of the cells in `corners`. If empty, each cell has the
-                            ///< fixed number of corners (nodes_per_cell) that its block declares.
+  NumberSpan corner_begin;  ///< As Mesh::corner_begin. If empty, each cell has the fixed number of
+                            ///< corners (nodes_per_cell) that its block declares.
   NumberSpan corners;
   std::vector<std::span<const std::byte>> arrays;  ///< values of static arrays, as in Mesh::arrays
 };
 
 /// Writes a whole mesh. The vertices are interleaved with the cells and finalized as early as
-/// possible (vertex compaction). Unless the order is Order::keep, references in extras are
-/// renumbered to the numbers that a Reader will see. Only the delay buffer reorders cells. Fails
-/// with ErrorCode::misuse if the sizes of the arrays are inconsistent. Needs 16 bytes per vertex
-/// and cell in addition to the memory of a Writer.
+/// possible (vertex compaction). Cells keep their order unless there is a delay buffer. Unless the
+/// order is Order::keep, vertex and cell numbers in extras are changed to the numbers that a Reader
+/// will return. Fails with ErrorCode::misuse if the sizes of the arrays are inconsistent. Needs 16
+/// bytes per vertex and cell in addition to the memory of a Writer.
 SHM_API Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh,
                                       const WriteOptions& options = {});
 
@@ -161,8 +164,8 @@ SHM_API Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits = {}
 SHM_API Result<Mesh> read_mesh(MemorySource& source, const ReadLimits& limits = {},
                                const ReadOptions& options = {});
 
-/// Write and read a file, as write_mesh() and read_mesh() do. A written file appears complete or
-/// not at all. An existing file is kept unless `existing` allows replacing it. Errors contain the
+/// Write and read a file, as write_mesh() and read_mesh() do. write_file() creates the complete
+/// file or no file. It replaces an existing file only if `existing` allows it. Errors contain the
 /// file name. If the file is seekable, read_file() reads the size of the mesh from the index in
 /// advance. Reading then needs the memory of the mesh and of a Reader. Each vertex and cell that
 /// arrives out of order needs 4 more bytes while the file is read, and 12 more bytes at the end,

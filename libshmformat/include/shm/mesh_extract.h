@@ -39,10 +39,11 @@ class SHM_API MeshExtractor {
   /// - values of arrays whose bitstreams are intact;
   /// - step values of these groups, if everything that the step values refer to is intact.
   ///
-  /// segments() then lists the segments that are at least partly intact. vertices(), cells() and
-  /// block_cells() return the known counts of the whole file. A request for all cells returns all
-  /// cells that are left. The whole file is read once, and then the requested parts. Undamaged
-  /// files are accepted too. Fails if no schema is left or the file cannot be read.
+  /// After this call, segments() lists the segments that are at least partly intact. vertices(),
+  /// cells() and block_cells() return the counts for the whole file, as far as they are known. A
+  /// request for all cells returns all intact cells. open_damaged() reads the whole file once;
+  /// requests then read their parts again. Undamaged files are accepted too. Fails if every copy of
+  /// the schema is lost or the file cannot be read.
   static Result<MeshExtractor> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   MeshExtractor(MeshExtractor&&) noexcept;
   MeshExtractor& operator=(MeshExtractor&&) noexcept;
@@ -51,9 +52,9 @@ class SHM_API MeshExtractor {
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
   /// Returns the static arrays (indices into Schema::arrays) that are lost in the segment with
-  /// index `segment` in segments(). In parts of the piece from that segment the values of these
-  /// arrays are NaN, or 0 for integers, unless another segment has the vertex too. Empty unless the
-  /// file is damaged.
+  /// index `segment` in segments(). Parts of the piece that come from this segment contain NaN, or
+  /// 0 for integers, as the values of these arrays. The value of a vertex can still be intact in
+  /// another segment that contains the same vertex. Empty unless the file is damaged.
   std::span<const std::uint32_t> lost_arrays(std::size_t segment) const;
   /// Returns the number of a segment in the original file. It differs from the index of the segment
   /// in segments() if earlier segments are lost.
@@ -91,9 +92,9 @@ class SHM_API MeshExtractor {
   /// that does not exist in the file.
   Result<void> begin(const ExtractRequest& request, const ReadOptions& options = {});
   /// Returns the next part of the piece; null at the end. The part is valid until the next call.
-  /// Parts come segment by segment, not always in order. Numbers are those of the whole mesh. Each
-  /// cell occurs once. Each vertex occurs once, before or with the first cell that uses it.
-  /// Vertices that no cell uses occur only if all cells are selected or
+  /// Parts come segment by segment, but not always in file order. Vertex and cell numbers are those
+  /// in the whole mesh. Each cell occurs once. Each vertex occurs once, before or with the first
+  /// cell that uses it. Vertices that no cell uses occur only if all cells are selected or
   /// ExtractRequest::unused_vertices is set. In a part, first_vertex and first_cell are positions
   /// within the piece. last_use is 0, unless the piece consists of all cells of an undamaged file;
   /// then last_use is as in a Reader. `imported` is empty, and arrays that were not requested are
@@ -104,13 +105,13 @@ class SHM_API MeshExtractor {
   /// only after next() has returned null.
   const std::vector<std::uint64_t>& vertex_numbers() const;
   const std::vector<std::uint64_t>& cell_numbers() const;
-  /// Starts reading a stepped array at a step, for next_values(). Call this function after next()
-  /// has returned null. Reading in ascending order of steps is fastest. Fails with
-  /// ErrorCode::misuse if the array has no values at that step.
+  /// Starts reading the values of a stepped array at one step. Call next_values() to get the
+  /// values. Call this function after next() has returned null. Reading in ascending order of steps
+  /// is fastest. Fails with ErrorCode::misuse if the array has no values at that step.
   Result<void> begin_values(std::uint32_t array, std::uint64_t step);
   /// Returns values of some elements of the piece together with the numbers of these elements, or
-  /// null at the end. StepValues::first is 0. Each element occurs once. Elements of a damaged file
-  /// whose values are lost are left out. The values are valid until the next call.
+  /// null at the end. StepValues::first is 0. Each element occurs once. If the file is damaged,
+  /// elements whose values are lost are not returned. The values are valid until the next call.
   Result<StepValues*> next_values();
 
  private:

@@ -31,36 +31,38 @@ struct WriteOptions {
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   /// Distance between key steps: among any `key_steps` consecutive steps of an array, at least one
   /// is a key step. A key step refers to no other step, so that reading can begin there. If the
-  /// distance is 1, every step is a key step; the schema then states that no step refers to
-  /// another, so that neither Writer nor Reader keeps earlier steps in memory.
+  /// distance is 1, every step is a key step. The schema then states that no step refers to
+  /// another, so neither the Writer nor the Reader needs to keep earlier steps in memory.
   /// Schema::step_references can restrict references further.
   std::uint32_t key_steps = 8;
   /// Memory limit in bytes for the neighbourhoods of the mesh, from which step values are
   /// predicted. If the neighbourhoods of all cells and vertices need more memory, they are derived
-  /// again for each array and step, which takes longer. For arrays that cover only few elements,
-  /// the neighbourhoods of these elements are kept as well, within a second limit of the same size
-  /// (at least 1 MiB). The file does not depend on this limit.
+  /// again for each array and step, which takes longer. If an array covers only a few elements, the
+  /// neighbourhoods of these elements are also kept in memory. A second limit of the same size (at
+  /// least 1 MiB) applies to them. The file does not depend on this limit.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
-  /// Number of threads that encode segments in addition to the caller's thread. If 1, there are no
-  /// additional threads. If 0, there is one thread per core. The file does not depend on this
-  /// number. Each thread may hold 64 MiB of waiting cells.
+  /// Number of worker threads that encode segments. If it is 1, the Writer starts no threads and
+  /// encodes in the caller's thread. If it is 0, the Writer starts one thread per core. The
+  /// contents of the file do not depend on this number. Per thread, up to 64 MiB of cells may wait
+  /// in memory to be encoded.
   unsigned threads = 1;
 
   // A segment is a run of cells that can be decoded independently of other segments, also by
   // several threads at the same time. If a segment uses vertices that an earlier segment owns, the
   // segment codes these vertices again ("imports" them).
-  /// Limit on imported vertices, as a fraction. A new segment begins when the number of vertices
-  /// that it may have to import is at most this fraction of the vertices that the previous segment
-  /// introduced. If 0, no new segment begins.
+  /// Maximum ratio of the vertices that a segment may have to import to the vertices that the
+  /// previous segment introduced. A new segment begins if the ratio is not above this limit and the
+  /// current segment is long enough. If the limit is 0, no new segment begins.
   double restart_budget = .002;
   /// Number of cells of every segment. If it is not 0, it overrides restart_budget.
   std::uint64_t segment_cells = 0;
   /// Numbers of the first cells of segments, ascending. A 0 has no effect, since the first segment
-  /// always begins at cell 0. If the list is empty, the other options decide.
+  /// always begins at cell 0. If the list is empty, segment_cells or restart_budget determines the
+  /// first cells of segments.
   std::vector<std::uint64_t> segment_starts{};
-  /// Connectivity codec of each segment, in order. If there are more segments than codecs, the last
-  /// codec applies to the remaining segments. If the list is empty, `connectivity` applies to all
-  /// segments.
+  /// Connectivity codec of each segment, in order. If there are more segments than codecs, the
+  /// final codec in the list is used for the remaining segments. If the list is empty,
+  /// `connectivity` is used for all segments.
   std::vector<ConnectivityCodec> segment_connectivity{};
 };
 

@@ -14,8 +14,9 @@
 // - mesh_chunks(): returns chunks. Pass them to place(), and write them after the chunks of the
 // previous part.
 // - begin_steps(): begins the time steps.
-// - begin_step(), add_step_values(), end_step(), for each array and step: code the values. One part
-//   chooses the reference to earlier steps.
+// - begin_step(), add_step_values(), end_step(), for each array and step: code the values. For each
+//   array, one part chooses to which earlier steps the values refer; pass its choice to the other
+//   parts.
 // - end_steps(): ends the time steps. Returns chunks, as end_step() does.
 // Calls for the single PartJoiner, which can be in any process:
 // - create(): writes everything before the parts.
@@ -51,9 +52,9 @@ struct PartChunks {
   std::vector<std::byte> index;  ///< index entries of these chunks; pass them to PartJoiner::add
   std::uint32_t count = 0;       ///< number of chunks
 };
-/// Numbers the chunks of a part. `first` is the number of chunks that precede the part in the file,
-/// including the schema (PartJoiner::chunks). Fails with ErrorCode::corrupt if `chunks` did not
-/// come from a PartWriter.
+/// Writes the final chunk numbers into the chunks of a part. `first` is the number of chunks that
+/// precede the part in the file, including the schema (PartJoiner::chunks). Fails with
+/// ErrorCode::corrupt if `chunks` did not come from a PartWriter.
 SHM_API Result<void> place(PartChunks& chunks, std::uint32_t first);
 
 /// Position of a part's elements among the elements of the whole mesh, needed for time steps.
@@ -68,8 +69,8 @@ struct PartSteps {
 
 /// Writes one part of a file. A PartWriter needs the memory of a Writer, plus the size of the
 /// finished chunks until the caller takes them. Unless the order is Order::keep, it also needs 16
-/// bytes per vertex until then. After the first error every call returns that error. A PartWriter
-/// is not thread safe; distinct PartWriters are independent.
+/// bytes per vertex until the chunks of the mesh have been taken. After the first error every call
+/// returns that error. A PartWriter is not thread safe; distinct PartWriters are independent.
 class SHM_API PartWriter {
  public:
   /// Begins a part. Segments must begin at cells that are known in advance: set
@@ -110,19 +111,21 @@ class SHM_API PartWriter {
 
   /// Begins the time steps. Call this function after mesh_chunks, before the first step.
   Result<void> begin_steps(const PartSteps& steps);
-  /// Returns true if this part contains the first element of the array. For each step of the array,
-  /// this part then chooses which earlier steps the values refer to.
+  /// Returns true if this part contains the first element of the array. The part that contains the
+  /// first element (the choosing part) chooses, for each step of the array, to which earlier steps
+  /// the values of all parts refer.
   bool chooses(std::uint32_t array) const;
   /// Begins a step of an array. All parts must process the arrays and steps in the same order, and
-  /// the steps of each array must ascend. Pass as `basis` the reference to earlier steps that the
-  /// choosing part has chosen (step_basis()). In the choosing part itself, pass std::nullopt. If a
-  /// part has no elements of the array, `basis` is ignored.
+  /// the steps of each array must ascend. `basis` states to which earlier steps the values refer.
+  /// Pass the result of step_basis() of the choosing part (see chooses()). In the choosing part
+  /// itself, pass std::nullopt. If a part has no elements of the array, `basis` is ignored.
   Result<void> begin_step(std::uint32_t array, std::uint64_t step,
                           std::optional<StepReference> basis = std::nullopt);
   /// Adds values of the elements that the part owns, in coding order, in pieces of any size.
   Result<void> add_step_values(std::span<const std::byte> values);
-  /// In the choosing part: returns the chosen reference to earlier steps. The part chooses after it
-  /// has received the values of one group. Until then the result is std::nullopt.
+  /// Returns to which earlier steps the values of the current step refer. Only for the choosing
+  /// part (see chooses()). The part chooses after it has received the values of one group. Until
+  /// then the result is std::nullopt.
   std::optional<StepReference> step_basis() const;
   /// Ends the step, and returns the chunks that are finished. If the step has few values, they are
   /// held back, so that they can share a chunk with later values.
@@ -154,8 +157,9 @@ class SHM_API PartJoiner {
   /// Return the offset of the next byte of the file, and the number of chunks before that byte.
   std::uint64_t offset() const;
   std::uint32_t chunks() const;
-  /// Adds the next chunks of the file, from offset() on. `index` and `bytes` are the index data of
-  /// these chunks and their size in bytes. Fails with ErrorCode::corrupt if the two do not match.
+  /// Adds the next chunks of the file, from offset() on. `index` is the index data of these chunks;
+  /// `bytes` is the total size of the chunks in bytes. Fails with ErrorCode::corrupt if the two do
+  /// not match.
   Result<void> add(std::span<const std::byte> index, std::uint64_t bytes);
 
   /// Work like the functions of the same name in Writer.

@@ -1,7 +1,8 @@
-// Reader and Decoder: decode a .shm file piece by piece. Memory grows with the active surface and
-// one chunk, not with the mesh. For a file with stepped arrays both also store the compressed
-// connectivity, up to 64 MiB of neighbourhoods (ReadOptions::kept_topology_bytes), and one step of
-// all stepped arrays if that step needs 128 MiB or less.
+// Reader and Decoder: decode a .shm file piece by piece. The memory needed depends on the size of
+// the active surface and of one chunk, not on the size of the mesh. If the file has stepped arrays,
+// Reader and Decoder also keep in memory the compressed connectivity, up to 64 MiB of
+// neighbourhoods (ReadOptions::kept_topology_bytes), and one step of all stepped arrays if that
+// step needs 128 MiB or less.
 // - Decoder (push): receives bytes and yields items. It uses no I/O, no threads, no global state.
 // - Reader (pull): reads from a ByteSource and yields items. It uses threads if requested.
 // spec: "Decoding a file"
@@ -65,8 +66,8 @@ class SHM_API Decoder {
   friend class Reader;
   friend class IndexBuilder;
   Decoder(const ReadLimits& limits, const ReadOptions& options);
-  /// Returns an index with the totals of everything decoded so far. It contains no entries of
-  /// chunks and no value ranges. Fails with ErrorCode::corrupt if step values are incomplete.
+  /// Returns an index with the totals of everything decoded so far. It contains neither chunk
+  /// entries nor value ranges. Fails with ErrorCode::corrupt if step values are incomplete.
   Result<container::Index> held() const;
 
   class Impl;

@@ -38,11 +38,11 @@ struct SHM_API RecordedOrder final : public CodingOrder {
   Result<std::vector<std::uint64_t>> elements(const Schema& schema, std::size_t array,
                                               std::span<const std::uint32_t> cell_blocks) const;
 
-  /// Converts the references of an extra from the numbers that the Writer received to the numbers
-  /// that a Reader will see. This is necessary unless the order is Order::keep. If a number does
-  /// not refer to an existing vertex or cell, it does not change. Needs 8 bytes per vertex or cell
-  /// during the call. Fails with ErrorCode::misuse if the references are neither int32 nor int64,
-  /// or under the same conditions as elements().
+  /// Replaces the vertex or cell numbers in an extra, which are those that the Writer received,
+  /// with the numbers that a Reader will return. This is necessary unless the order is Order::keep.
+  /// Numbers that do not refer to an existing vertex or cell are not changed. Needs 8 bytes per
+  /// vertex or cell during the call. Fails with ErrorCode::misuse if the references are neither
+  /// int32 nor int64, or under the same conditions as elements().
   Result<void> renumber(Extra& extra) const;
 };
 

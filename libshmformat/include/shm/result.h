@@ -1,11 +1,11 @@
 // Result: the outcome of a library call, which is a value or an Error. All errors have the same
 // form: code, file, offset, section, and one sentence.
 //
-// The library throws no exceptions except std::bad_alloc. This exception leaves the call that ran
-// out of memory, but never a destructor or a move. If a thread of the library runs out of memory,
-// the caller's call throws when it needs the result of that thread. Nothing leaks. Afterwards the
-// object can only be destroyed or assigned to, and a file that it was writing remains unfinished.
-// If a call returns a value, the value is correct.
+// The library throws no exceptions except std::bad_alloc. The call that ran out of memory throws
+// it. Destructors and moves never throw it. If a thread of the library runs out of memory, the
+// exception is thrown in the caller's thread, by the call that needs the result of that thread. No
+// memory or other resources leak. Afterwards the object can only be destroyed or assigned to, and a
+// file that it was writing remains unfinished. If a call returns a value, the value is correct.
 #pragma once
 
 #if __cplusplus < 202002L
@@ -33,7 +33,7 @@ enum class ErrorCode : std::uint8_t {
   truncated,    ///< the input ends before it should
   corrupt,      ///< the input contradicts itself or a checksum
   unsupported,  ///< the input is valid but needs a feature that this build does not support
-  over_limit,   ///< the input needs more than the limits of the caller allow
+  over_limit,   ///< decoding the input would exceed the caller's limits
   misuse,       ///< the caller violated the contract of a call
   output,       ///< the output could not be written
 };
@@ -86,7 +86,7 @@ class [[nodiscard]] Result {
 template <>
 class [[nodiscard]] Result<void> {
  public:
-  Result() noexcept {}  // not "= default", which would fill the storage of the Error with zeros
+  Result() noexcept {}  // not defaulted, because that would zero the storage of the Error
   Result(Error error) : error_(std::move(error)) {}
 
   explicit operator bool() const noexcept { return !error_.has_value(); }

@@ -16,7 +16,8 @@
 
 namespace shm {
 
-/// Type of one number. The values are the bytes of the format (spec "Scalar types").
+/// Type of one number. The values of the enumerators are the bytes that files contain (spec "Scalar
+/// types").
 enum class ScalarType : std::uint8_t {
   int8 = 1,
   uint8 = 2,
@@ -70,8 +71,9 @@ SHM_API std::string_view scalar_name(ScalarType type);
 /// Geometric kind of a cell. `nodes_per_cell` determines the order of the element: a hexahedron
 /// with 20 nodes is the serendipity element, a hexahedron with 27 nodes the full quadratic element.
 /// Nodes are in VTK's order for the shape, corners first. Corners 0..3 of a hexahedron are the
-/// bottom, 4..7 the top, with corner 4 above corner 0. Converters permute the nodes of formats with
-/// another order. The values are the bytes of the format (spec "Cell shapes").
+/// bottom, 4..7 the top, with corner 4 above corner 0. If a format orders the nodes differently,
+/// its converter permutes them. The values of the enumerators are the bytes that files contain
+/// (spec "Cell shapes").
 enum class CellShape : std::uint8_t {
   other = 0,  ///< a list of vertices; the library does not know the shape that they form
   vertex = 1,
@@ -108,34 +110,36 @@ enum class Location : std::uint8_t { point = 0, cell = 1 };
 /// k nearest to (v - minimum[c]) / step(). It is restored as minimum[c] + k * step(), rounded to
 /// the stored type. Non-finite values, and finite values whose restored value would exceed
 /// `max_error()`, are stored exactly; -0.0 may be restored as 0.0. The step is defined in one of
-/// two ways. For N bits of a box, step = (largest side of the box) / (2^N - 1). For an absolute
-/// bound, the step is given explicitly, see `absolute()`.
+/// two ways. If the values are quantized to N bits, step = (largest side of the box from `minimum`
+/// to `maximum`) / (2^N - 1). If an absolute error bound is required, the step is given explicitly,
+/// see `absolute()`.
 struct Quantization {
   static constexpr std::uint32_t kAbsolute = 64;  ///< value of `bits` for an absolute bound
 
-  /// Number of bits N (1..52) if the step is defined by N bits of a box; kAbsolute for an absolute
-  /// bound; 0 for lossless storage.
+  /// Number of bits N (1..52) if values are quantized to N bits; kAbsolute if an absolute error
+  /// bound defines the step; 0 for lossless storage.
   std::uint32_t bits = 0;
-  /// Finite minimum of the box per component. For an absolute bound: the restored value of k = 0.
+  /// Lower corner of the box (one number per component); finite. For an absolute error bound, the
+  /// value that k = 0 represents.
   std::vector<double> minimum;
-  /// Finite maximum of the box per component, not less than the minimum. For an absolute bound:
-  /// empty.
+  /// Upper corner of the box (one number per component); finite and not less than `minimum`. Empty
+  /// for an absolute error bound.
   std::vector<double> maximum;
   double max_abs = 0;  ///< maximum error for an absolute bound; otherwise 0
   double spacing = 0;  ///< quantization step for an absolute bound; otherwise 0
   bool operator==(const Quantization&) const = default;
 
-  /// Returns a quantization that guarantees |restored - v| <= max_abs for every finite value. Must
-  /// hold: 0 < max_abs < 1e300. Restored values are multiples of a step slightly smaller than 2 *
-  /// max_abs. Because of the smaller step, only a few values exceed the bound after rounding to the
-  /// stored type and have to be stored exactly. A caller who knows the values may change `spacing`:
-  /// the bound holds for any step.
+  /// Returns a quantization that guarantees |restored - v| <= max_abs for every finite value.
+  /// Precondition: 0 < max_abs < 1e300. Restored values are multiples of a step slightly smaller
+  /// than 2 * max_abs. Values that would exceed the bound after rounding to the stored type are
+  /// stored exactly; because the step is a little smaller, these are only a few. A caller who knows
+  /// the values may change `spacing`, because the bound holds for any step.
   SHM_API static Quantization absolute(double max_abs, std::uint32_t components);
   bool lossy() const { return bits != 0; }
   SHM_API double step() const;
   /// Returns the guaranteed bound on |restored - v| for a value stored as `type`. For an absolute
-  /// bound this is max_abs for every type. For N bits of a box it is half a step plus the rounding
-  /// to the stored type at the largest magnitude of the box.
+  /// bound this is max_abs for every type. For N bits, it is half a step plus the rounding error of
+  /// the stored type at the largest magnitude in the box.
   SHM_API double max_error(ScalarType type) const;
 };
 
@@ -150,8 +154,8 @@ struct ArrayInfo {
   /// Indices of the blocks whose cells have values, ascending (cell arrays only). If empty, all
   /// blocks have values.
   std::vector<std::uint32_t> blocks;
-  /// Role of the array in its source format, e.g. "exodus:node_num_map"; empty for field data.
-  /// Writers of other formats may leave out an array with a role.
+  /// Role of the array in its source format, e.g. "exodus:node_num_map"; empty for field data. When
+  /// a file is converted to another format, arrays with a role may be omitted.
   std::string role;
   Quantization quantization;
   bool operator==(const ArrayInfo&) const = default;
@@ -162,8 +166,8 @@ enum class Order : std::uint8_t {
   keep = 0,    ///< vertex numbers, cell order and corner order are exactly as in the source
   stream = 1,  ///< cells are in input order, except that a delay buffer may reorder them; vertices
                ///< are numbered by first use
-  free = 2,    ///< the mesh is the same, but its cells may have been reordered before writing;
-               ///< vertices are numbered by first use
+  free = 2,  ///< cells may have been reordered before they were passed to the Writer; vertices are
+             ///< numbered by first use
 };
 /// Returns "keep", "stream" or "free".
 SHM_API std::string_view order_name(Order order);
@@ -171,11 +175,12 @@ SHM_API std::string_view order_name(Order order);
 /// Codec of the cells of a segment. A Reader accepts all codecs.
 enum class ConnectivityCodec : std::uint8_t {
   automatic = 0,  ///< the Writer's level chooses the codec
-  paper = 1,      ///< the published scheme, for comparison (spec "Connectivity stream")
-  rows = 2,       ///< hexahedra are predicted from the neighbouring row (spec "Row hexahedra")
-  replay = 3,  ///< hexahedra and their numbers repeat earlier hexahedra (spec "Replay hexahedra")
-  /// The rows codec with mixed predictions: files are smaller, coding is slower (spec "Mixed
-  /// rows").
+  paper = 1,   ///< the method of the paper on which the format is based; for comparison only (spec
+               ///< "Connectivity stream")
+  rows = 2,    ///< hexahedra are predicted from the neighbouring row (spec "Row hexahedra")
+  replay = 3,  ///< hexahedra are coded as repeats of earlier ones (spec "Replay hexahedra")
+  /// As `rows`, but each coded decision mixes several predictions. Files are smaller, and coding is
+  /// slower (spec "Mixed rows").
   mixed = 4,
   /// A cell is coded as the previous cell plus constant offsets (spec "Shifts"). This codec is many
   /// times faster than the others if vertices are numbered in rows and layers. Values are also
@@ -194,11 +199,11 @@ SHM_API std::string_view codec_name(ConnectivityCodec codec);
 /// Amount of work that a Writer spends on making files small. A Reader reads the files of all
 /// levels, since every bitstream states its codec.
 enum class Level : std::uint8_t {
-  fast = 0,  ///< the shifts codec if it suits the mesh; otherwise the patterns codec, or rows if
-             ///< patterns are not possible
-  standard = 1,  ///< the codec among shifts, replay, rows and mixed with the smallest result, or a
-                 ///< faster codec with a result that is nearly as small
-  best = 2,      ///< as `standard`, but values are coded with mixed predictions, which is slower
+  fast = 0,      ///< the shifts codec if it suits the mesh; otherwise the patterns codec; rows if
+                 ///< neither supports the mesh
+  standard = 1,  ///< of shifts, replay, rows and mixed, the codec with the smallest result, or a
+                 ///< faster one whose result is nearly as small
+  best = 2,  ///< as `standard`, but several predictions of each value are mixed, which is slower
 };
 
 /// Earlier steps to which the values of a stepped array at one step refer.
@@ -244,8 +249,8 @@ SHM_API std::string array_stream_name(const Schema& schema, std::size_t array);
 /// array, which scans all arrays before it.
 SHM_API std::vector<std::string> array_stream_names(const Schema& schema);
 
-/// States to which objects the numbers in an Extra refer. If the mesh is renumbered, numbers that
-/// refer to vertices or cells are changed too.
+/// The kind of objects to which the numbers in an Extra refer. If the mesh is renumbered, numbers
+/// that refer to vertices or cells are changed too.
 enum class Reference : std::uint8_t {
   nothing = 0,
   vertex = 1,  ///< vertex numbers, from 0

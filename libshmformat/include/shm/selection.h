@@ -13,14 +13,14 @@ struct CellSelection {
   struct Range {
     std::uint64_t first = 0, end = 0;  ///< range of the numbers first, first + 1, ..., end - 1
   };
-  /// Selects a range of cell numbers, as in MeshBlock::cell_numbers.
+  /// Selects the cells whose numbers (MeshBlock::cell_numbers) are in this range.
   std::optional<Range> range{};
-  /// Selects single cells by their numbers, as in MeshBlock::cell_numbers, ascending.
+  /// Selects the cells with these numbers (MeshBlock::cell_numbers, ascending).
   std::optional<std::vector<std::uint64_t>> numbers{};
   /// Selects the cells of these blocks (indices into Schema::blocks, ascending).
   std::optional<std::vector<std::uint32_t>> blocks{};
-  /// Selects the cells with a vertex inside this box or on its faces: smallest x y z, largest x y
-  /// z.
+  /// Selects the cells with at least one vertex inside this box or on its faces. The box is given
+  /// as minimum x, y, z, then maximum x, y, z.
   std::optional<std::array<double, 6>> box{};
 
   bool all() const { return !range && !numbers && !blocks && !box; }
@@ -29,8 +29,8 @@ struct CellSelection {
 struct ExtractRequest {
   CellSelection cells{};
   /// If set: selects these vertices (ascending numbers, as in MeshBlock::vertex_numbers) and no
-  /// cells. The CellSelection may then contain only a box as its condition, which restricts the
-  /// selection to the vertices inside the box.
+  /// cells. In that case, the only condition that the CellSelection may contain is a box; only the
+  /// vertices inside the box are selected.
   std::optional<std::vector<std::uint64_t>> vertices{};
   /// Indices of the requested static arrays. If not set, all static arrays are requested.
   std::optional<std::vector<std::uint32_t>> arrays{};

@@ -1,8 +1,8 @@
 // Sets of a mesh: nodes, sides of cells, or cells, each set with a number and a name. A file stores
 // sets as extras "mesh/node_set/I/...", "mesh/side_set/I/..." and "mesh/element_set/I/...",
 // whatever the source format (spec/registry.md, "Open names"). The functions below convert extras
-// to sets and back. Files from before 0.10 store sets under keys of their source format. These
-// functions ignore such keys; `shm compress old.shm -o new.shm` converts them.
+// to sets and back. Files of format versions before 0.10 store sets under keys of their source
+// format. These functions ignore such keys; `shm compress old.shm -o new.shm` converts them.
 //   shm::Mesh mesh = ...;
 //   const auto sets = shm::sets_of(mesh);            // from mesh.extras
 //   auto extras = shm::extras_of_sets({&inlet, 1});  // for mesh.extras, or Writer::add_extra
@@ -30,7 +30,8 @@ struct MeshSet {
   std::int64_t id = 0;  ///< number of the set; need not be unique, even within a kind
   std::string name;     ///< name of the set; may be empty
   /// Numbers of the members, from 0, in any order. The members of a node set are vertices, those of
-  /// other sets are cells. If the mesh is renumbered, the members in its extras are renumbered too.
+  /// other sets are cells. If the mesh is renumbered, the member numbers stored in its extras are
+  /// changed too.
   std::vector<std::uint64_t> members;
   /// Sides of the member cells, for side sets: one side for each member, from 1 to 2^31 - 1,
   /// numbered as in Exodus. Sides of a hexahedron: 1 {0 1 5 4}, 2 {1 2 6 5}, 3 {2 3 7 6}, 4 {0 4 7
@@ -40,8 +41,8 @@ struct MeshSet {
   /// the set, in addition to the members.
   std::vector<std::uint32_t> blocks;
   /// Distribution factors; empty if all factors are 1. Node and element sets have one factor per
-  /// member. Side sets have one factor per node of each side, side after side. Some files contain
-  /// another number of factors, so the number is not checked.
+  /// member. Side sets have one factor per node of each side, side after side. Some files contain a
+  /// different number of factors, so the number is not checked.
   std::vector<double> factors;
   bool operator==(const MeshSet&) const = default;
 };
@@ -62,11 +63,12 @@ SHM_API Result<std::vector<MeshSet>> sets_of_extras(std::span<const Extra> extra
 SHM_API Result<std::vector<MeshSet>> sets_of(const Mesh& mesh);
 
 /// Returns the extras that store the sets: id, name (if there is one), members, sides, blocks,
-/// factors. The id is not stored if it equals the set's number in the keys plus 1 and if members or
-/// blocks are stored, which show that the set exists. The sets of each kind are numbered from 0, in
-/// the order of `sets`. Integers are stored with 32 bits if all numbers of an extra fit. Factors
-/// are stored as float32 if no precision is lost. Fails with ErrorCode::misuse if the number of
-/// sides differs from the number of members, or if a set has data that its kind cannot have.
+/// factors. The id is not stored if it is the set's number in the keys plus 1, unless the set has
+/// neither members nor blocks. (Without any of these extras, the file would not show that the set
+/// exists.) The sets of each kind are numbered from 0, in the order of `sets`. Integers are stored
+/// with 32 bits if all numbers of an extra fit. Factors are stored as float32 if no precision is
+/// lost. Fails with ErrorCode::misuse if the number of sides differs from the number of members, or
+/// if a set has data that its kind cannot have.
 SHM_API Result<std::vector<Extra>> extras_of_sets(std::span<const MeshSet> sets);
 
 // Functions that convert single sets, for callers that continue after an invalid set.
@@ -75,7 +77,7 @@ SHM_API Result<std::vector<Extra>> extras_of_sets(std::span<const MeshSet> sets)
 struct SetPlace {
   MeshSet::Kind kind = MeshSet::Kind::nodes;
   std::uint64_t number = 0;  ///< number I of the set in its keys, e.g. 3 in "mesh/side_set/3/"
-  /// Ascending indices of the extras; extras with unknown fields are left out.
+  /// Indices of the set's extras, ascending. Extras with unknown fields are not listed.
   std::vector<std::size_t> extras;
 };
 

@@ -1,10 +1,10 @@
 // StepReader: reads one stepped array at one step, without the rest of the file. The StepReader
 // reads the index, the schema, and the chunks of that array's steps, from the most recent key step
 // up to the requested step. It reads the connectivity of the mesh only if values are predicted from
-// it or if element numbers are requested, and no other data of the mesh. As a Reader does, it
-// stores the compressed connectivity that was read, and up to 64 MiB of neighbourhoods decoded from
-// it. It also stores the most recently read steps of arrays whose steps refer to each other, at
-// most 128 MiB.
+// it or if element numbers are requested, and no other data of the mesh. Like a Reader, it keeps in
+// memory the compressed connectivity that was read, and up to 64 MiB of neighbourhoods decoded from
+// it. It also keeps the most recently read steps of arrays whose steps refer to each other, at most
+// 128 MiB.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
@@ -28,12 +28,13 @@ struct StepRequest {
   std::uint64_t step = 0;
   /// Index of the segment to read. If not given, all segments are read, in order.
   std::optional<std::size_t> segment{};
-  /// Requests the numbers of the elements. If the file keeps the source's numbers, a request
-  /// without numbers reads fewer bytes. The numbers are the same at every step.
+  /// If true, requests the vertex or cell number of each value. If the file stores the numbers of
+  /// the source mesh, a request without numbers reads fewer bytes. The numbers are the same at
+  /// every step.
   bool numbers = true;
 };
 
-/// Values of an array at a step in one chunk group.
+/// Values of one array at one step, for the elements of one chunk group.
 struct StepValues {
   std::uint64_t first = 0;        ///< position of the first element in the array's coding order
   std::vector<std::byte> values;  ///< values of the elements, packed
@@ -51,8 +52,9 @@ class SHM_API StepReader {
   /// StepReader.
   static Result<StepReader> open(RandomSource& source, const ReadLimits& limits = {});
   /// Opens a damaged file for reading its intact parts, as MeshExtractor::open_damaged() does.
-  /// segments() then lists the segments that are at least partly intact, and steps() lists the
-  /// steps with values in any of these segments. next() skips segments whose values are lost.
+  /// After this call, segments() lists the segments that are at least partly intact, and steps()
+  /// lists the steps with values in any of these segments. next() skips segments whose values are
+  /// lost.
   static Result<StepReader> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   StepReader(StepReader&&) noexcept;
   StepReader& operator=(StepReader&&) noexcept;
@@ -67,7 +69,7 @@ class SHM_API StepReader {
   /// Returns the steps at which the array has values, ascending.
   std::vector<std::uint64_t> steps(std::uint32_t array) const;
 
-  /// Starts a request, and cancels the previous request. next() then returns the requested values.
+  /// Starts a request, and cancels the previous request. Call next() to get the requested values.
   Result<void> begin(const StepRequest& request);
   /// Returns the values of the next group that has elements of the array, in coding order; null at
   /// the end. The values are valid until the next call. The value of a vertex is stored in the
@@ -82,7 +84,7 @@ class SHM_API StepReader {
   explicit StepReader(std::unique_ptr<Impl> impl);
   /// Creates a StepReader for a file that is already open.
   static Result<StepReader> of(std::shared_ptr<IndexedFile> file);
-  /// Checks a request for `array` at `step`. Fails in the cases in which begin() fails.
+  /// Checks a request for `array` at `step`. Fails if begin() would fail with this request.
   Result<void> expect(std::uint32_t array, std::uint64_t step) const;
   std::unique_ptr<Impl> impl_;
 };

@@ -1,6 +1,6 @@
 // Summary: describes the contents of a .shm file without its cells and values. Only a small part of
-// the file is read. Memory grows with the number of chunks and the size of the extras, not with the
-// mesh.
+// the file is read. The memory needed depends on the number of chunks and the size of the extras,
+// not on the size of the mesh.
 // spec: "Index and trailer"
 #pragma once
 

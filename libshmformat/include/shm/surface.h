@@ -30,8 +30,8 @@ struct BoundaryOptions {
 /// - all cells of lower dimension: triangles, quads and polygons, lines (2 corners) and vertices (1
 ///   corner).
 ///
-/// Only the corners of second-order cells are considered. Two sides are equal if they go around the
-/// same vertices in the same order, in either direction.
+/// Nodes of second-order cells that are not corners are ignored. Two sides are equal if they go
+/// around the same vertices in the same order, in either direction.
 /// - A side of three or more cells is not part of the boundary.
 /// - If a vertex occurs twice in a row in a side, the repetition is ignored. A side with fewer than
 ///   three corners after that is ignored, so a collapsed hexahedron matches the wedge next to it.
@@ -50,9 +50,9 @@ struct BoundarySurface {
   /// offsets of the faces in `corners` (faces + 1 entries). `corners` contains indices into
   /// `vertex_numbers`. The corners of a side of a volume cell go around counter-clockwise as seen
   /// from outside, starting with any corner, provided that the corners of the cell are ordered as
-  /// in schema.h. A mirrored cell has mirrored sides. Files order the corners of wedges in two
-  /// ways; the coordinates of a wedge show which order it has. The corners of other cells are
-  /// stored as in the mesh.
+  /// in schema.h. A mirrored cell has mirrored sides. Some files list the corners of wedges in
+  /// mirrored order; the coordinates of a wedge show which of the two orders it has. The corners of
+  /// other cells are stored as in the mesh.
   std::vector<std::uint64_t> face_begin;
   std::vector<std::uint32_t> corners;
   /// Origin of each face: the number of its cell, as in MeshBlock::cell_numbers, and the block

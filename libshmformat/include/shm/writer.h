@@ -1,7 +1,8 @@
-// Writer: receives a mesh vertex by vertex and cell by cell, and writes a .shm file to a sink.
-// Memory grows with the active surface, the delay buffer and one chunk group, not with the mesh. If
-// the mesh has stepped arrays, the Writer also stores the compressed connectivity, up to 64 MiB of
-// neighbourhoods, and one step of all stepped arrays if that step needs 128 MiB or less.
+// Writer: receives a mesh vertex by vertex and cell by cell, and writes a .shm file to a sink. The
+// memory needed depends on the sizes of the active surface, the delay buffer and one chunk group,
+// not on the size of the mesh. If the mesh has stepped arrays, the Writer also keeps in memory the
+// compressed connectivity, up to 64 MiB of neighbourhoods, and one step of all stepped arrays if
+// that step needs 128 MiB or less.
 // spec: "Group"
 // The vertex and cell events are those of streaming meshes (Isenburg & Lindstrom 2005).
 #pragma once
@@ -46,11 +47,11 @@ class SHM_API Writer {
   /// too, but stay in memory until then.
   Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                  std::span<const std::byte> data = {});
-  /// Adds a cell. `corners` contains nodes_per_cell numbers of live vertices; a vertex may occur
-  /// more than once. Bit i (i < 64) of `last_use` marks corner i as a vertex that no later cell
-  /// uses. Vertices that are never marked stay in memory to the end, in both Writer and Reader.
-  /// `data` contains the packed values of the static cell arrays that cover this block, in schema
-  /// order.
+  /// Adds a cell. `corners` contains the numbers of its nodes_per_cell vertices, which must have
+  /// been added and not yet finalized; a vertex may occur more than once. Bit i (i < 64) of
+  /// `last_use` marks corner i as a vertex that no later cell uses. Vertices that are never marked
+  /// stay in memory to the end, in both Writer and Reader. `data` contains the packed values of the
+  /// static cell arrays that cover this block, in schema order.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {});
   /// Adds vertices, as add_vertex() does for one vertex. `xyz` and `data` contain the coordinates

@@ -1,4 +1,4 @@
-// Appender: copies the chunks of the old file and appends further steps.
+// Appender: copies the chunks of an existing file to a new file and appends further steps.
 #include "shm/appender.h"
 
 #include <algorithm>
@@ -53,7 +53,8 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   /// State of a stepped array in the old file.
   struct Array {
     std::optional<std::uint64_t> last_step;
-    std::uint32_t run = 0;     ///< number of steps from the array's final key step on
+    std::uint32_t run = 0;  ///< number of steps from the array's most recent key step to its final
+                            ///< step, both included
     bool last_refers = false;  ///< true if the array's final step refers to other steps
     /// True if remember() has passed the array's final steps to the encoder.
     bool remembered = false;
@@ -132,7 +133,7 @@ Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool
                        });
 }
 
-/// Returns the last chunk of step values, or null if no further parts may be added to this chunk.
+/// Returns the file's final chunk of step values, or null if no further parts may be added to it.
 const IndexEntry* Appender::Impl::unfinished_parts() const {
   const auto& entries = file_.index().entries;
   const auto last = std::find_if(entries.rbegin(), entries.rend(), [](const IndexEntry& entry) {
@@ -146,7 +147,7 @@ const IndexEntry* Appender::Impl::unfinished_parts() const {
 }
 
 /// Returns the coded size in bytes of each stream in the copied chunks, by stream name. If
-/// `with_steps` is true, all step values are included.
+/// `with_steps` is false, streams of step values are not included.
 Result<Appender::Impl::Streams> Appender::Impl::streams(const ChunkCopy& copy,
                                                         bool with_steps) const {
   const auto summary = read_summary(*source_, file_.limits());
@@ -246,7 +247,7 @@ Result<std::vector<std::byte>> Appender::Impl::read_step(std::uint32_t array, st
   }
 }
 
-/// Passes old steps of the array to the encoder: the steps to which the next step may refer.
+/// Passes to the encoder those existing steps of the array to which the next step may refer.
 Result<void> Appender::Impl::remember(std::uint32_t array) {
   Array& known = arrays_[array];
   if (std::exchange(known.remembered, true) || !known.last_step) return {};

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kLongestName = 255;
 
-/// Reads the file start at the beginning of `head`. Returns false if there is no valid file start.
+/// Parses the file start that `head` begins with. Returns false if it is invalid.
 bool file_start(std::span<const std::byte> head, container::FileStart& start) {
   ByteReader in(head);
   return container::get(in, start);

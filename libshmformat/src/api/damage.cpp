@@ -35,8 +35,8 @@ bool has_all_that_is_known(const FoundChunks& found) {
          std::all_of(found.damages().begin(), found.damages().end(), is_of_locations);
 }
 
-/// Returns true if the file can be restored with its own index. If the first copy of the schema is
-/// lost, its second copy replaces it.
+/// Returns true if the file can be repaired without rebuilding its index. The first copy of the
+/// schema may be lost, because the second copy can replace it.
 bool is_restorable(const FoundChunks& found) {
   if (!found.index() || !has_all_that_is_known(found)) return false;
   const auto& entries = found.index()->entries;
@@ -63,8 +63,8 @@ std::optional<container::FileStart> start_of(const FoundChunks& found) {
 }
 
 /// Returns true if the array ranges in the rebuilt index would differ from those in the original
-/// index. Only an index of version 0 has ranges. The ranges of quantized arrays describe original
-/// values, which the file does not contain.
+/// index. Only an index of version 0 has ranges. For a quantized array, the original range is that
+/// of the values before quantization, which the file does not contain.
 bool has_other_ranges(const FoundChunks& found) {
   const auto start = start_of(found);
   if (!found.schema() || !start || container::version_of_chunk(ChunkKind::index, *start) != 0)
@@ -75,10 +75,10 @@ bool has_other_ranges(const FoundChunks& found) {
   });
 }
 
-/// Rebuilds the index. If chunks at the end of the file are lost, no other part of the file shows
-/// this loss. Unless it is certain that no such chunks are lost, the function therefore compares
-/// the size of the rebuilt index with the number of bytes after the last known chunk. Both must
-/// agree up to a few bytes.
+/// Rebuilds the index. If the index is lost, no other part of the file shows whether the chunks
+/// just before it are lost, too. Therefore, unless it is certain that no chunks are lost there, the
+/// function compares the size of the rebuilt index with the number of bytes after the last known
+/// chunk. The two numbers may differ by only a few bytes.
 Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
   if (!has_all_that_is_known(found)) return corrupt("some chunks are damaged", "index");
@@ -96,8 +96,8 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
                       "index", end);
   // The original index may be a few bytes longer or shorter than the rebuilt index. There are two
   // reasons: another version of zstd compresses differently, and in version 0 the ranges of
-  // quantized values differ from those that were written. The difference must be smaller than a
-  // chunk.
+  // quantized values differ from those that were written. The difference in size must be smaller
+  // than a chunk header, since every chunk is at least that large.
   ChunkHeader header;
   header.payload_bytes = bytes;
   header.is_long = container::has_long_header(header, *start);

@@ -14,8 +14,8 @@ namespace {
 
 using container::ChunkKind;
 
-/// Minimum size in bytes of a file that repeats the schema before the index. The second copy helps
-/// to repair the file.
+/// Minimum size in bytes of a file that contains a second copy of the schema, before the index. The
+/// second copy helps to repair the file.
 constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
 /// Limit in bytes for the extras that are packed into one chunk. A damaged byte makes all extras of
 /// its chunk unreadable, so the limit keeps the loss small.
@@ -123,9 +123,9 @@ Result<void> FileWriter::check_step_values(std::uint32_t array,
 }
 
 /// Returns true if this part may share a chunk with other parts: it is small, belongs to group 0
-/// and covers the whole array. All other parts are stored in separate chunks. Reading one array
-/// then reads little data of other arrays, and the parts of an array that several writers write are
-/// next to each other.
+/// and covers the whole array. Every other part is stored in a chunk of its own. As a result, a
+/// reader of one array reads little data of other arrays, and if several writers write parts of one
+/// array, these parts are adjacent in the file.
 bool FileWriter::stands_with_others(const container::StepPart& part) const {
   return container::version_of_chunk(ChunkKind::step_values, start_) > 0 &&
          part.header.group == 0 && part.header.count == step_values_->elements(part.header.array) &&
@@ -211,9 +211,8 @@ Result<void> FileWriter::write_extras() {
   const bool together = container::version_of_chunk(ChunkKind::extra, start_) > 0;
   for (std::size_t i = 0; i < extras.size(); i += together ? extras.size() : 1) {
     auto payload = together ? extras_payload(extras) : extra_payload(extras[i]);
-    // If the unpacked extras exceed a reader's memory budget, they are packed less tightly. The
-    // chunk is then larger. Since the budget grows with the size of the file, the extras then fit
-    // into it.
+    // If the unpacked extras exceed a reader's memory budget, pack them less tightly. This makes
+    // the chunk larger. A larger file has a larger budget, so the extras fit into it.
     std::uint64_t bytes = 0;
     for (const Extra& extra : extras) bytes += bytes_of(extra);
     if (together && bytes > budget_.left(chunks_.offset() + payload.size()))

@@ -20,8 +20,8 @@
 
 namespace shm {
 
-/// Runs the public calls of a writer. After the first error, every later call fails with the same
-/// error.
+/// Runs the body of each public call to a writer, and remembers the first error. After an error,
+/// every later call fails with the same error.
 class Calls {
  public:
   template <class Work>
@@ -31,7 +31,7 @@ class Calls {
     if (!result) error_ = result.error();
     return result;
   }
-  /// Runs the call that finishes the file. Later calls fail with ErrorCode::misuse.
+  /// Runs the body of the call that finishes the file. Later calls fail with ErrorCode::misuse.
   template <class Work>
   Result<SizeReport> finish(Work&& work) {
     if (error_) return *error_;
@@ -60,11 +60,11 @@ class FileWriter {
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
 
-  /// Continues the last chunk of step values of the old file. If that chunk has not been copied,
-  /// call this function after go_on(). It writes the parts of the chunk again, so that small parts
-  /// added later can share the chunk, as if the file had been written without interruption.
-  /// `payload` is the payload of the chunk, in the version of the file. Fails with
-  /// ErrorCode::corrupt if the payload is invalid.
+  /// Continues the final chunk of step values of the existing file. Call this function after
+  /// go_on(), and only if that chunk has not been copied. It writes the parts of that chunk again,
+  /// so that small parts added later can share one chunk with them, as if the file had been written
+  /// without interruption. `payload` is the payload of that chunk, in the format version of the
+  /// file. Fails with ErrorCode::corrupt if the payload is invalid.
   Result<void> go_on_with_parts(std::span<const std::byte> payload);
 
   /// Adds to the index the chunks that another writer has appended to the sink. `part` is the index
@@ -106,8 +106,9 @@ class FileWriter {
   /// together before the next chunk of another kind.
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes the rest of the file: in a large file the schema again, then the index and the trailer.
-  /// `totals` are the totals of the mesh. No other function may be called afterwards.
+  /// Writes the rest of the file: a second copy of the schema if the file is large, then the index
+  /// and the trailer. `totals` are the totals of the mesh. No other function may be called
+  /// afterwards.
   Result<SizeReport> finish(container::Index totals);
 
  private:

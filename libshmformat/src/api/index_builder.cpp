@@ -74,8 +74,8 @@ Result<void> IndexBuilder::add(const FoundChunk& chunk) {
   return {};
 }
 
-/// Returns the index entry of a chunk, without its offset. In the entry of step values, the field
-/// `first` is not set either.
+/// Returns the index entry of a chunk, without its offset. If the chunk contains step values, the
+/// field `first` of the entry is not set either.
 Result<IndexEntry> IndexBuilder::entry_of(const FoundChunk& chunk) {
   if (!chunk.whole || chunk.header.sequence != index_.entries.size()) return not_all(chunk.offset);
   IndexEntry entry;

@@ -48,7 +48,7 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
 
   Result<void> begin(const ExtractRequest& request, const ReadOptions& options);
   Result<MeshBlock*> next();
-  /// Returns the numbers that the picker has collected, or an empty list before begin().
+  /// Returns the vertex or cell numbers of the piece, or an empty list before begin().
   const std::vector<std::uint64_t>& numbers(
       const std::vector<std::uint64_t>& (PiecePicker::*of)()) {
     return picker_ ? ((*picker_).*of)() : no_numbers_;
@@ -100,16 +100,16 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   std::optional<std::size_t> reading_;  // index of the segment that is being read
   Groups groups_;                       // groups of the segment that is being read
   bool all_read_ = false;
-  // True if further groups can be read before earlier blocks have been taken, since those blocks do
-  // not determine which groups are needed.
+  // True if groups can be read ahead, which means before the blocks of earlier groups have been
+  // taken. False if the contents of those blocks determine which groups are needed.
   bool runs_ahead_ = false;
   // Error that occurred while reading ahead. next() reports it after all earlier blocks have been
   // taken.
   std::optional<Error> error_ahead_;
 
   // State of taking blocks.
-  std::optional<std::size_t> segment_;  // segment of the block most recently passed to the picker
-  bool in_group_ = false;               // true if the group of that block has further blocks
+  std::optional<std::size_t> segment_;  // segment of the most recent block
+  bool in_group_ = false;  // true if the group of the most recent block has further blocks
   std::optional<PiecePicker> picker_;
   const std::vector<std::uint64_t> no_numbers_;
   bool done_ = false;
@@ -242,9 +242,9 @@ Result<MeshBlock*> MeshExtractor::Impl::next_part() {
   }
 }
 
-/// Returns the next output of the queue, or nullopt at the end. With threads, also reads further
-/// groups as long as the queue accepts them. Reads no further groups if only the contents of
-/// earlier blocks show whether these groups are needed.
+/// Returns the next output of the queue, or nullopt at the end. Reads groups and passes them to the
+/// queue as long as the queue accepts them. Does not read ahead if the contents of earlier blocks
+/// determine which groups are needed (see runs_ahead_).
 Result<std::optional<DecodingQueue::Output>> MeshExtractor::Impl::next_output() {
   using Wait = DecodingQueue::Wait;
   while (true) {
@@ -314,7 +314,8 @@ auto MeshExtractor::Impl::groups_of(std::size_t segment) const -> Groups {
   return groups;
 }
 
-/// Returns the requested parts, without the arrays that are lost in the segment.
+/// Returns the parts to decode in the segment: the requested parts, except arrays that are lost in
+/// this segment.
 DecodedParts MeshExtractor::Impl::parts_of(std::size_t segment) const {
   const auto lost = file_->lost_arrays(segment);
   DecodedParts parts = wanted_;
@@ -361,7 +362,7 @@ Result<void> MeshExtractor::Impl::walk(std::size_t segment, Visit&& visit) {
   return {};
 }
 
-/// Returns true if the segment contains any requested element, inside or outside the box.
+/// Returns true if the segment contains any requested element. The box of the request is ignored.
 Result<bool> MeshExtractor::Impl::has_any(std::size_t segment) {
   bool any = false;
   const auto status = walk(segment, [&](const MeshBlock& block) {
@@ -408,7 +409,8 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
   }
   PiecePicker::Imports left = picker_->imports();
   std::vector<bool> seen(segments.size());
-  // The boxes of segments are compared only if that is not slower than reading the segments.
+  // Search by bounding box first, unless comparing the boxes of all segments would be slower than
+  // reading the segments.
   constexpr std::size_t kMostLooks = std::size_t{1} << 28;
   for (const bool by_box : {true, false}) {
     if (by_box && left.size() > kMostLooks / (segments.size() + 1)) continue;
@@ -477,8 +479,8 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   return more ? Result<void>() : more.error();
 }
 
-/// Moves to the next segment that has step values of elements of the piece. Returns false after the
-/// last segment.
+/// Moves to the next segment that contains step values for the piece. Returns false if there is no
+/// such segment.
 Result<bool> MeshExtractor::Impl::next_segment_values() {
   in_values_ = values_left_ > 0 && next_value_segment_ < value_segments_.size();
   if (!in_values_) return false;

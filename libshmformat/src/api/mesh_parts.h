@@ -1,4 +1,4 @@
-// Functions that both writing and reading of whole meshes use.
+// Functions shared by the code that writes whole meshes and the code that reads them.
 #pragma once
 
 #include <cstddef>

@@ -15,8 +15,8 @@
 namespace shm {
 namespace {
 
-/// Permutes elements of `stride` bytes in place: the old element from[i] becomes element i. Must
-/// hold: `from` contains each number from 0 to its size - 1 exactly once.
+/// Permutes elements of `stride` bytes in place: the old element from[i] becomes element i.
+/// Precondition: `from` contains each number from 0 to its size - 1 exactly once.
 void move_elements(void* elements, const CompactNumbers& from, std::size_t stride) {
   if (stride == 0) return;
   auto* const bytes = static_cast<std::byte*>(elements);
@@ -39,9 +39,9 @@ void move_elements(void* elements, const CompactNumbers& from, std::size_t strid
 }
 
 /// Returns the number of elements for which to allocate memory now, if `size` elements are needed
-/// and `expected` elements are expected in total. The expected number comes from the index, which
-/// may be wrong. It is therefore trusted only up to a multiple of `size`: 256 times for up to 2^24
-/// elements, and 4 times beyond.
+/// now and `expected` elements in total. `expected` comes from the index, which may be wrong. It is
+/// therefore trusted only up to 256 * size; if it exceeds 2^24, only up to 4 * size or 2^24,
+/// whichever is larger.
 std::uint64_t believed(std::uint64_t size, std::uint64_t expected) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max() / 256;
   // Number of elements beyond which the index is trusted only up to 4 times `size`.
@@ -89,8 +89,9 @@ class ComingNumbers {
   /// Moves the list of numbers, in the order in which they were read, to the caller. Precondition:
   /// in_order() is false.
   CompactNumbers take() { return std::exchange(numbers_, {}); }
-  /// Returns the index of each number in the list, and empties the list. Fails unless the list
-  /// contains each number from 0 to its length - 1 exactly once. Precondition: in_order() is false.
+  /// Returns the inverse permutation of the list (element i of the result is the index of the
+  /// number i in the list), and empties the list. Fails unless the list contains each number from 0
+  /// to its length - 1 exactly once. Precondition: in_order() is false.
   Result<CompactNumbers> positions(const char* kind) {
     const CompactNumbers numbers = take();
     CompactNumbers positions = CompactNumbers::zeros(numbers.size());
@@ -109,7 +110,7 @@ class ComingNumbers {
 
  private:
   bool in_order_ = true;
-  std::uint64_t count_ = 0;  // length of the list while it is 0, 1, 2, ...
+  std::uint64_t count_ = 0;  // length of the list as long as it consists of 0, 1, 2, ...
   CompactNumbers numbers_;
 };
 
@@ -134,8 +135,8 @@ class VertexPlaces {
   }
   /// Returns true if each vertex number has been recorded exactly once.
   bool are_taken() const { return make_sense_ && count_ == taken_.size(); }
-  /// Stores `values`, which have `stride` bytes per vertex, in `all`. Precondition: `numbers` were
-  /// passed to the most recent call to take().
+  /// Scatters `values`: copies the values of vertex i to index numbers[i] of `all`. Each vertex has
+  /// `stride` bytes. Precondition: `numbers` were passed to the most recent call to take().
   template <class Numbers>
   void put(const Numbers& numbers, const std::vector<std::byte>& values, std::size_t stride,
            std::vector<std::byte>& all) const {
@@ -259,7 +260,8 @@ class MeshCollector {
   bool may_have_places_ = true;
   std::vector<VertexColumn> vertex_columns_;
   std::vector<std::uint64_t> begin_;  // corner_begin of the cells of the current block
-  // Larger sizes in the index are ignored, since products of such sizes could overflow.
+  // Counts in the index that exceed this value are ignored, since products of such counts could
+  // overflow.
   static constexpr std::uint64_t kMostTold = std::uint64_t{1} << 40;
   std::uint64_t told_vertices_ = 0, told_cells_ = 0, told_corners_ = 0;
   // Size in bytes of all elements of each array, according to the index.
@@ -288,7 +290,7 @@ void MeshCollector::take_vertices(const MeshBlock& block) {
   if (may_have_places_ && !vertices_.in_order()) give_places();
 }
 
-/// Creates places_ if the number of vertices that the index states can be trusted.
+/// Creates places_ if the vertex count in the index can be trusted.
 void MeshCollector::give_places() {
   for (const VertexColumn& column : vertex_columns_) {
     const std::uint64_t expected = told_vertices_ * column.stride;

@@ -1,5 +1,5 @@
 // Decoder: finds chunks in the bytes that a caller feeds, and decodes items from the chunks.
-// Reader: a Decoder that reads the bytes from a source itself. writer.cpp contains the Writer.
+// Reader: reads the bytes from a source and passes them to a Decoder.
 #include "shm/reader.h"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
 
   void feed(std::span<const std::byte> bytes) {
     if (file_.state() ==
-        State::behind_end) {  // Bytes after the end of the file are counted, but not stored.
+        State::behind_end) {  // Bytes after the end record are counted, but not stored.
       trailing_bytes_ += bytes.size();
       return;
     }
@@ -113,8 +113,9 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   // been taken.
   std::optional<Error> error_ahead_;
 
-  container::ChunkList chunks_;     // chunks read so far, to check the index
-  std::unique_ptr<Schema> schema_;  // schema; on the heap, since coders keep a pointer to it
+  container::ChunkList chunks_;  // chunks read so far, to check the index
+  // Schema. It is on the heap, so that pointers to it stay valid if the decoder is moved.
+  std::unique_ptr<Schema> schema_;
   std::vector<std::byte> schema_bytes_;
   std::unique_ptr<MeshDecoder> mesh_;
   // Topology for step values; set only if the schema has stepped arrays.

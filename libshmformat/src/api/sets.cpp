@@ -18,8 +18,8 @@ namespace {
 
 using Kind = MeshSet::Kind;
 
-// Maximum size in bytes of one part of a list. The values of an extra are packed together and must
-// be in memory at the same time. Longer lists are therefore stored in several extras.
+// Maximum size in bytes of the values in one extra. A longer list is split and stored in several
+// extras, because all values of an extra must be in memory at the same time.
 constexpr std::size_t kPartBytes = std::size_t{16} << 20;
 
 constexpr std::array<std::string_view, 3> kFolders{"mesh/node_set/", "mesh/side_set/",
@@ -114,8 +114,8 @@ T value_at(const Extra& extra, std::size_t index) {
 }
 
 // Returns the integers of a field. Integers must have 32 or 64 bits and be at least `least`.
-// Non-negative integers must be less than `end`. The extra's kind of reference must be `refers`.
-// The errors name the field.
+// Non-negative integers must be less than `end`. Extra::refers must be `refers`. Error messages
+// contain the name of the field.
 template <class T>
 Result<std::vector<T>> integers(const Folder& folder, std::string_view field, Reference refers,
                                 std::int64_t least, std::uint64_t end) {
@@ -158,8 +158,8 @@ Result<std::vector<double>> factors(const Folder& folder) {
   return values;
 }
 
-// Returns a description of the contradiction between the lists of a set, or an empty string if
-// there is no contradiction.
+// If the lists of a set contradict each other or its kind, returns an error message. Otherwise
+// returns an empty string.
 std::string contradiction(const MeshSet& set) {
   const std::size_t members = set.members.size();
   if (set.kind == Kind::sides ? set.sides.size() != members : !set.sides.empty())

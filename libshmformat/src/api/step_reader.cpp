@@ -74,7 +74,7 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   CoverNumbers covers_;
   std::map<std::size_t, SegmentMesh> meshes_;  // meshes in memory, by segment
   std::size_t kept_bytes_ = 0;                 // bytes used by all of meshes_ except mesh_
-  // Values stored from one request to the next, by array and segment.
+  // Values kept in memory between requests, by array and segment.
   std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;
 
   // State of the current request.
@@ -172,8 +172,8 @@ Result<StepValues*> StepReader::Impl::next() {
   return nullptr;
 }
 
-/// Searches for a segment that has elements of the array, from the current segment on, and makes it
-/// the current segment. Returns false if no such segment exists.
+/// Advances to the first segment that has elements of the array; this may be the current segment.
+/// Returns false if no such segment is left.
 bool StepReader::Impl::find_segment() {
   const auto parts = index_.parts(index_.steps(request_.array)[wanted_],
                                   file_->first_group(segment_), file_->first_group(end_segment_));

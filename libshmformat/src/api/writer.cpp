@@ -1,5 +1,5 @@
-// Writer: passes the mesh to the mesh encoder. To the FileWriter it passes step values, extras, and
-// the groups that the mesh encoder returns.
+// Writer: passes the mesh to the mesh encoder. Passes step values, extras, and the groups that the
+// mesh encoder returns to the FileWriter.
 #include "shm/writer.h"
 
 #include <algorithm>

@@ -31,8 +31,8 @@ inline Error over_limit(std::string detail, std::string section = {},
   return {ErrorCode::over_limit, std::move(detail), std::move(section), offset};
 }
 
-/// Returns an error about a wrong call. `section` is the name of the function or argument. (In all
-/// other errors, `section` is the name of a part of the file.)
+/// Returns an error that reports incorrect use of the API. `section` is the name of the function or
+/// argument. (In all other errors, `section` is the name of a part of the file.)
 inline Error misuse(std::string detail, std::string section = {}) {
   return {ErrorCode::misuse, std::move(detail), std::move(section)};
 }

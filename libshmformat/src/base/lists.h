@@ -48,8 +48,8 @@ void expect_more(std::vector<T>& list, std::size_t count) {
   const std::size_t step = std::max(list.size() / 8, std::min(list.size(), kStep));
   list.reserve(std::max(size, list.size() + step + 16));
 }
-/// Reserves memory as expect_more() does, but grows the memory by half. Suits short-lived lists
-/// that are appended to often.
+/// Reserves memory for `count` more elements at the end of the list. Unlike expect_more(),
+/// increases the capacity by at least half. Suits short-lived lists that are appended to often.
 template <class T>
 void expect_more_soon(std::vector<T>& list, std::size_t count) {
   const std::size_t size = list.size() + count;

@@ -142,7 +142,7 @@ class NumberMap {
     std::array<std::uint32_t, kLine> slot{};
   };
 
-  /// Cached result of an earlier search for a line of numbers.
+  /// Cached result of an earlier search for a line (a group of consecutive numbers).
   struct Found {
     std::uint64_t number = 0;
     std::uint32_t line = kNone;
@@ -176,7 +176,8 @@ class NumberMap {
   std::vector<std::uint8_t> counts_;  // number of numbers present in each line
   std::vector<std::uint32_t> free_;
   static constexpr std::size_t kFound = 64;
-  // Cache of recent search results, since consecutive cells of a row use the same few lines.
+  // Cache of recent search results. It helps because consecutive cells of a row use the same few
+  // lines.
   mutable std::array<Found, kFound> found_{};
 };
 

@@ -77,9 +77,9 @@ std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level
 
 namespace {
 
-/// Size limits in bytes. Blobs of at least kPlanesFrom bytes mostly consist of numbers, so packing
-/// also tries byte planes. Blobs of more than kQuickFrom bytes are packed at a lower compression
-/// level, which is several times faster.
+/// Size thresholds in bytes. Blobs of at least kPlanesFrom bytes mostly consist of numbers, so
+/// packing also tries byte planes. Blobs of more than kQuickFrom bytes are packed at a lower
+/// compression level, which is several times faster.
 constexpr std::size_t kPlanesFrom = std::size_t{1} << 16, kQuickFrom = std::size_t{1} << 20;
 
 /// Returns the blob in byte planes: bytes 0, width, 2 * width, ..., then bytes 1, width + 1, and so
@@ -93,8 +93,8 @@ std::vector<std::byte> in_planes(std::span<const std::byte> blob, std::size_t wi
   return planes;
 }
 
-/// Returns the number of byte planes that packs a sample of the blob best. The result is 1 if
-/// planes do not help.
+/// Returns the number of byte planes with which a sample of the blob becomes smallest. The result
+/// is 1 if planes do not help.
 std::size_t best_width(std::span<const std::byte> blob) {
   constexpr std::size_t kSample = std::size_t{1} << 18;
   constexpr int kLevel = 3;

@@ -1,6 +1,6 @@
-// Packed blobs: blobs that are stored raw or compressed with zstd, whichever is smaller. Large
-// blobs are also tried as byte planes, small blobs with a dictionary. The unpacking functions do
-// not call packing functions, so that a program that only reads does not link a compressor.
+// Packed blobs: blobs that are stored raw or compressed with zstd, whichever is smaller. Packing
+// also tries byte planes for large blobs and a dictionary for small blobs. The unpacking functions
+// do not call packing functions, so a program that only reads does not link a compressor.
 // spec: "Packed blobs"
 #pragma once
 
@@ -37,8 +37,8 @@ inline constexpr std::uint64_t most_unpacked(std::uint64_t packed) {
   return kAnyway + kMostUnpackedEach * packed;
 }
 
-/// Memory that a reader may still use for the unpacked blobs of a file. Blobs contain everything
-/// except the mesh and its values.
+/// Memory budget of a reader for the unpacked blobs of a file. Blobs contain everything except the
+/// mesh and its values.
 class UnpackBudget {
  public:
   /// Sets the memory limit in bytes, `most`, which is ReadLimits::max_unpacked_bytes.
@@ -56,8 +56,8 @@ class UnpackBudget {
   std::uint64_t most_, taken_ = 0;
 };
 
-/// Zstd context for compression that is reused, since creating a context takes as long as packing a
-/// few kilobytes. Throws std::bad_alloc if zstd runs out of memory.
+/// Reusable zstd compression context. (Creating a context takes as long as packing a few
+/// kilobytes.) Throws std::bad_alloc if zstd runs out of memory.
 class ZstdCompressor {
  public:
   ZstdCompressor();
@@ -83,7 +83,7 @@ std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t l
 /// Returns the unpacked length that a blob states, without advancing the caller's reader.
 std::uint64_t stated_packed_size(ByteReader in);
 
-/// Zstd context for decompression that is reused. Throws std::bad_alloc if zstd runs out of memory.
+/// Reusable zstd decompression context. Throws std::bad_alloc if zstd runs out of memory.
 class ZstdDecompressor {
  public:
   ZstdDecompressor();

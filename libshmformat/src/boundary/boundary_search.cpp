@@ -78,7 +78,7 @@ Result<void> BoundarySearch::check_memory() {
       (free_vertices_.capacity() + free_cells_.capacity()) * sizeof(std::uint32_t);
   if (bytes + found_.memory() > max_bytes_ || found_.memory_of_sort() > max_bytes_)
     return needs_more_than(max_bytes_);
-  // The lengths of these lists are limited too, because indices of the lists have 32 bits.
+  // The lengths of these lists are limited too, because they are indexed with 32-bit numbers.
   if (vertices_.size() > kMost || sides_.size() > kMost || found_.vertices() > kMost ||
       found_.faces() > kMost)
     return needs_more_than(max_bytes_);

@@ -45,8 +45,8 @@ class BoundarySearch {
     std::uint64_t number = 0;
     // Number of vertices of the mesh that were introduced before this vertex.
     std::uint64_t ordinal = 0;
-    // Number of occurrences of the vertex in the cycles of stored sides, plus 1 until the vertex is
-    // finalized.
+    // Reference count: number of occurrences of the vertex in the cycles of stored sides, plus 1
+    // until the vertex is finalized.
     std::uint64_t holds = 1;
     // Index of the vertex in found_; kNone if found_ does not contain it yet.
     std::uint32_t place = kNone;
@@ -107,7 +107,7 @@ class BoundarySearch {
   // Form of the cells of each block (face, or solid with sides). Used for blocks whose cells have a
   // fixed number of nodes.
   std::vector<CellForm> forms_;
-  std::vector<CellColumn> cell_columns_;  // state of each array in a cell record
+  std::vector<CellColumn> cell_columns_;  // state of each requested cell array
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
   std::size_t unchecked_ = 0;  // number of nodes processed since the memory use was last checked
 

@@ -14,8 +14,8 @@ namespace shm {
 struct CellForm {
   enum Kind : std::uint8_t {
     unknown,     ///< the sides of the cell are not known
-    itself,      ///< the cell is a face, an edge or a point, which consists of its first nodes
-    solid,       ///< the first nodes of the cell are corners, which form its sides
+    itself,      ///< the cell itself is a face, an edge or a point; its corners are its first nodes
+    solid,       ///< the cell has sides; its corners are its first nodes
     polyhedron,  ///< the nodes of the cell list its faces; each face repeats its first vertex at
                  ///< its end
   };

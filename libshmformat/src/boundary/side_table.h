@@ -72,8 +72,7 @@ class SideTable {
   }
 
   std::size_t size() const { return sides_.size() - free_.size(); }
-  /// Returns an upper bound on the slots at which sides hang (are stored): the largest such slot is
-  /// less than the result.
+  /// Returns a number that is greater than every slot under which a side is stored.
   std::uint32_t slots() const { return static_cast<std::uint32_t>(hung_.size()); }
   /// Returns the number of bytes of memory that the table uses.
   std::uint64_t memory() const;
@@ -118,7 +117,7 @@ class SideTable {
   std::uint64_t long_bytes_ = 0;
   // First side of each chain of the hash table. The number of chains is a power of two.
   std::vector<std::uint32_t> heads_;
-  std::vector<Link> links_;  // links of the sides in the hash table, by index of the side
+  std::vector<Link> links_;  // link of each hashed side in its chain, by index of the side
   std::size_t hashed_ = 0;
   Scatter scatter_;
   std::array<std::uint32_t, 4> short_{};  // cycle that take() passes to visit()

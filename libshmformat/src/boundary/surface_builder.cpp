@@ -64,7 +64,8 @@ SurfaceBuilder::SurfaceBuilder(const Schema& schema, std::vector<BoundaryArray> 
   vertex_layout_.bytes = xyz_bytes_;
   for (std::size_t r = 0; r < arrays_.size(); ++r) {
     if (of_points(r) && info(r).per_step)
-      continue;  // The values of these arrays are added later, after the vertices have been sorted.
+      continue;  // The values of stepped point arrays are added later, after the vertices have been
+                 // sorted.
     RecordLayout& layout = of_points(r) ? vertex_layout_ : cell_layout_;
     const bool is_mark = info(r).per_step;
     const std::size_t bytes = is_mark ? sizeof(std::uint64_t) : stride(r);
@@ -121,8 +122,8 @@ std::uint64_t SurfaceBuilder::memory_of_sort() const {
     if (info(r).per_step) all += std::uint64_t{of_points(r) ? vertices() : faces()} * stride(r);
     list(surface_.arrays[r].size());
   }
-  // The last term is the memory for sorting: two indices per vertex (order and new index), or one
-  // per face.
+  // The std::max() is the memory for sorting: two indices per vertex (order and new index), or one
+  // index per face.
   return all + largest +
          std::max(std::uint64_t{vertices()} * 2, std::uint64_t{faces()}) * sizeof(std::uint32_t);
 }

@@ -34,9 +34,9 @@ std::vector<std::byte> no_value(const ArrayInfo& info);
 
 class SurfaceBuilder {
  public:
-  /// Returns a 64-bit mark that shows which value of a stepped array belongs to a cell. The mark
-  /// contains the index of the cell's element in the array. If the array does not cover the cell,
-  /// the mark contains the index of the next element. In coding order, the marks of the cells are
+  /// Returns a 64-bit mark that states which element of a stepped array belongs to a cell. The mark
+  /// contains the index of that element, and whether the array covers the cell. If it does not, the
+  /// index is that of the next covered cell's element. In coding order, the marks of the cells are
   /// ascending.
   static constexpr std::uint64_t mark_of(std::uint64_t element, bool is_covered) {
     return element * 2 + (is_covered ? 1 : 0);
@@ -73,17 +73,17 @@ class SurfaceBuilder {
   std::uint64_t memory_of_sort() const;
 
   /// Sorts vertices into coding order, and faces by cell and side. Then fills each stepped array
-  /// with missing values, one per vertex or face.
+  /// with one missing value (NaN, or 0 for integers) per vertex or face.
   void sort();
 
   // The functions below must be called after sort().
 
-  /// Stores values of a stepped array at a step, for consecutive elements from `first` on, in
-  /// coding order.
+  /// Stores values of a stepped array at one step. The values belong to consecutive elements in
+  /// coding order, starting at element `first`.
   void fill(std::uint32_t array, std::uint64_t step, std::uint64_t first,
             std::span<const std::byte> values);
-  /// Stores values of a stepped array at a step, for the vertices or cells whose numbers are
-  /// passed.
+  /// Stores values of a stepped array at one step. The values belong to the vertices or cells
+  /// `numbers`.
   void fill(std::uint32_t array, std::uint64_t step, std::span<const std::uint64_t> numbers,
             std::span<const std::byte> values);
   /// Returns the index in arrays() of a stepped array that has elements but no values yet. Returns
@@ -114,11 +114,12 @@ class SurfaceBuilder {
   RecordLayout vertex_layout_, cell_layout_;
   std::size_t xyz_bytes_;
 
-  // Boundary surface. Until sort() is called, the initial 0 of face_begin is missing.
+  // Boundary surface. The initial 0 of face_begin is added by sort().
   BoundarySurface surface_;
   std::vector<std::uint64_t> ordinals_;   // ordinal of each vertex
   std::vector<std::uint64_t> positions_;  // for each face, the position of its cell in coding order
-  // For each requested stepped cell array, the marks of the cells of all faces (see mark_of()).
+  // For each requested stepped cell array: one mark per face (see mark_of()), which states the
+  // element of the face's cell.
   std::vector<std::vector<std::uint64_t>> marks_;
   std::vector<bool> filled_;  // true for each request whose values have been stored
   std::vector<std::uint32_t> vertices_by_number_, faces_by_number_;

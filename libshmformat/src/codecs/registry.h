@@ -25,8 +25,8 @@ struct CellCodec {
   /// Family of the codec. The folder codecs/FAMILY contains the segment encoder and the group
   /// decoder of the family.
   enum class Family : std::uint8_t { surface, shifts, patterns } family;
-  /// Largest amount of memory, in bytes, that the decoder needs per active vertex. The reader
-  /// compares the total for all active vertices with ReadLimits::max_active_bytes.
+  /// Maximum memory, in bytes, that the decoder needs per active vertex. The reader compares the
+  /// total for all active vertices with ReadLimits::max_active_bytes.
   std::uint64_t active_vertex_bytes;
   /// Returns true if the codec can encode meshes with this schema.
   bool (*takes)(const Schema& schema);

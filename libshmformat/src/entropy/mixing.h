@@ -58,7 +58,7 @@ inline constexpr auto kSquash = [] {
     const std::uint64_t p = ((std::uint64_t{1} << 56) + below / 2) / below;
     entry = static_cast<std::uint16_t>(p > 65535 ? 65535 : p);
     power = power * 16711808 >>
-            24;  // multiply by e^(-1 / 256), a fixed-point number with 24 fractional bits
+            24;  // multiply by e^(-1 / 256), given as a fixed-point number with 24 fractional bits
   }
   return table;
 }();

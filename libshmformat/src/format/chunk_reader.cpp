@@ -101,7 +101,7 @@ Result<Schema> ChunkReader::read_schema(std::span<const std::byte> payload) {
   FileStart again;
   get_version(in, again);
   if (!in.ok() || again != start_)
-    return wrong("version or features differ from the start of the file");
+    return wrong("version or features differ from those at the start of the file");
   const auto blob = unpack(in, limits_.max_chunk_bytes);
   if (!blob) return blob.error();
   ByteReader fields(*blob);
@@ -283,7 +283,7 @@ std::optional<std::string> ChunkList::difference(std::span<const IndexEntry> ent
     const std::string_view field = difference_of(entries[i], line);
     if (!field.empty())
       return "entry " + std::to_string(i) + ", of the " + chunk_name(line.entry.kind) +
-             " at byte " + std::to_string(line.entry.offset) + ", has another " +
+             " at byte " + std::to_string(line.entry.offset) + ", has a different " +
              std::string(field);
   }
   return std::nullopt;

@@ -33,7 +33,8 @@ class ChunkReader {
   /// Checks the next part of the file, and advances to the following part. Precondition: `bytes`
   /// has exactly wanted(bytes) bytes.
   Result<void> read(std::span<const std::byte> bytes);
-  /// Declares that the next part is the trailer. Call this function after the payload of the index.
+  /// Declares that the next part is the trailer. Call this function after reading the payload of
+  /// the index.
   void expect_trailer();
   /// Decodes the payload of a schema chunk.
   Result<Schema> read_schema(std::span<const std::byte> payload);
@@ -45,7 +46,7 @@ class ChunkReader {
   /// Fails if the blob is larger than `limit` or than the remaining budget.
   Result<std::vector<std::byte>> unpack(ByteReader& in, std::uint64_t limit) const;
 
-  /// Return the header of the last chunk read, and the offset of this chunk in the file.
+  /// Return the header of the most recently read chunk, and the offset of this chunk in the file.
   const ChunkHeader& header() const { return header_; }
   std::uint64_t chunk_offset() const { return chunk_offset_; }
   /// Returns the number of bytes read so far.
@@ -57,7 +58,7 @@ class ChunkReader {
   /// Returns how many bytes of ReadLimits::max_unpacked_bytes are left.
   std::uint64_t budget() const { return budget_.left(offset_); }
   void take_from_budget(std::uint64_t bytes) { budget_.take(bytes); }
-  /// Returns an error at the position of the last chunk read.
+  /// Returns an error at the position of the most recently read chunk.
   Error wrong(std::string detail, ErrorCode code = ErrorCode::corrupt) const;
 
  private:
@@ -92,8 +93,8 @@ class ChunkList {
   void add_step_values(const ChunkHeader& header, std::span<const StepPart> parts);
 
   /// Compares `entries` with the chunks added. Returns nullopt if both are equal. Otherwise returns
-  /// a description of the first entry that differs, e.g. "entry 3, of the group at byte 812, has
-  /// another box".
+  /// a description of the first entry that differs, e.g. "entry 3, of the group at byte 812, has a
+  /// different box".
   std::optional<std::string> difference(std::span<const IndexEntry> entries) const;
 
  private:

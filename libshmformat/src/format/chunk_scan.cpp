@@ -34,8 +34,7 @@ class Scanner {
   }
   /// Returns true if the trailer at `position` is valid and points to the chunk at `index_offset`.
   Result<bool> is_trailer(std::uint64_t position, std::uint64_t index_offset);
-  /// Returns true if another chunk, or the trailer that belongs to this chunk, begins at the
-  /// end of this chunk.
+  /// Returns true if another chunk, or a trailer that points to this chunk, begins right after it.
   Result<bool> is_followed(const FoundChunk& chunk);
   Result<bool> is_whole(const FoundChunk& chunk);
   /// Records the chunk at `position`. Returns the position at which the search continues.
@@ -135,8 +134,8 @@ Result<std::uint64_t> Scanner::take(std::uint64_t position, const ChunkHeader& h
     }
   }
   scan_.chunks.push_back(chunk);
-  // The chunk is damaged, and the length in its header cannot be trusted. Other chunks may
-  // therefore begin within this chunk.
+  // If the chunk is damaged and nothing valid follows it, the length in its header cannot be
+  // trusted. The search then continues within the chunk.
   if (!chunk.whole && !followed) return next_mark(after_header);
   const std::uint64_t end = position + chunk.bytes();
   if (chunk.whole && (chunk.is(ChunkKind::index) || chunk.is(ChunkKind::members))) {

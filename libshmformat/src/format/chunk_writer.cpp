@@ -43,13 +43,14 @@ Result<void> ChunkWriter::adopt(std::span<const IndexEntry> entries, std::uint64
   std::uint64_t end = 0;
   for (const IndexEntry& entry : entries) {
     if (entry.bytes < kShortHeaderBytes || entry.bytes > bytes - end)
-      return corrupt("the chunks of a part do not follow each other", "index", offset_ + end);
+      return corrupt("the chunks of a part are not contiguous", "index", offset_ + end);
     entries_.push_back(entry);
     entries_.back().offset = offset_ + end;
     end += entry.bytes;
   }
   if (end != bytes)
-    return corrupt("the chunks of a part have a different total size", "index", offset_ + end);
+    return corrupt("the sizes of the chunks of a part do not add up to its total size", "index",
+                   offset_ + end);
   offset_ += bytes;
   sequence_ += static_cast<std::uint32_t>(entries.size());
   return {};

@@ -131,7 +131,7 @@ bool is_known(const ChunkHeader& header) {
 namespace {
 
 /// Writes a double in short form: the number of bytes, then the bytes, beginning with the byte that
-/// contains the sign. Trailing zero bytes are left out.
+/// contains the sign. Trailing zero bytes are omitted.
 void put_short(ByteWriter& out, double number) {
   auto bits = std::bit_cast<std::uint64_t>(number);
   const int bytes = 8 - (bits == 0 ? 8 : std::countr_zero(bits) / 8);
@@ -240,9 +240,9 @@ bool get_only(ByteReader& in, StepHeader& header) {
   return in.ok() && trend <= 1;
 }
 
-/// Returns the number that the file stores for the reference of the values. It is 0 if the values
-/// have no reference. If the reference is a trend, it is twice the distance to the reference step.
-/// Otherwise it is twice that distance minus 1.
+/// Returns the number that encodes the reference of the values in a file: the earlier step or the
+/// trend to which they refer. It is 0 if the values have no reference. If the reference is a trend,
+/// it is twice the distance to the reference step. Otherwise it is twice that distance minus 1.
 std::uint64_t reference_number(const StepHeader& header) {
   const std::uint64_t back = header.step - header.reference_step;
   return 2 * back - (back > 0 && !header.trend ? 1 : 0);
@@ -437,8 +437,8 @@ bool get_lines(ByteReader& in, Index& index, std::uint64_t max_entries) {
 
 // --- version 1
 
-/// Returns the maximum unpacked size in bytes of an index that is packed. A larger index is stored
-/// without packing.
+/// Returns the maximum unpacked size in bytes of an index that may be packed. A larger index is
+/// stored without packing.
 std::uint64_t most_packed_bytes(std::uint64_t entries) {
   return (std::uint64_t{1} << 20) + 1024 * std::min<std::uint64_t>(entries, std::uint64_t{1} << 40);
 }
@@ -467,7 +467,7 @@ void for_each_part(Entries& entries, Visit&& visit) {
 }
 
 /// Fields of index entries; each field forms a column. The fields in kCounts are stored unchanged.
-/// The fields in kNumbers mostly differ little from one entry to the next and are stored as
+/// The fields in kNumbers usually differ little from one entry to the next, so they are stored as
 /// differences.
 constexpr std::uint64_t IndexEntry::*kCounts[] = {&IndexEntry::cells, &IndexEntry::vertices,
                                                   &IndexEntry::header_bytes};

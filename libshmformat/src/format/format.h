@@ -43,8 +43,8 @@ struct FileStart {
   std::uint32_t needed_features = 0;
   bool operator==(const FileStart&) const = default;
 };
-/// Returns true if this reader supports the version. Supported versions are 0.1 and 0.9, whose
-/// bytes are identical, and 0.10. No other version exists.
+/// Returns true if this reader supports the version. The supported versions are 0.1, 0.9 and 0.10.
+/// The byte layouts of 0.1 and 0.9 are identical. No other version exists.
 inline bool is_known_version(const FileStart& start) {
   return start.major == kMajor && (start.minor == 1 || start.minor == 9 || start.minor == kMinor);
 }
@@ -77,7 +77,7 @@ std::string chunk_name(std::uint8_t kind);
 inline constexpr std::uint32_t kShortMark = 0x634d4853;  // "SHMc"
 inline constexpr std::uint32_t kLongMark = 0x434d4853;   // "SHMC"
 inline constexpr std::size_t kShortHeaderBytes = 22, kLongHeaderBytes = 32;
-/// Flag of a chunk that a reader may skip if it does not know the chunk.
+/// Flag of a chunk that a reader may skip if it does not know the kind or version of the chunk.
 inline constexpr std::uint8_t kChunkOptional = 1;
 
 struct ChunkHeader {
@@ -108,7 +108,7 @@ HeaderState get(ByteReader& in, ChunkHeader& header);
 /// Returns the length in bytes of the header that starts with `beginning`. If these bytes do not
 /// start a header, returns kShortHeaderBytes.
 std::size_t header_bytes(std::span<const std::byte> beginning);
-/// Returns the version in which a file with this start stores chunks of this kind.
+/// Returns the version in which chunks of this kind are stored in a file of this version.
 inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
   const bool has_version_1 = kind == ChunkKind::group || kind == ChunkKind::step_values ||
                              kind == ChunkKind::extra || kind == ChunkKind::index;
@@ -205,8 +205,8 @@ struct StepPart {
   StepHeader header;
   std::uint64_t bytes = 0;
 };
-/// Limits for chunks with several parts. A chunk has at most kMostStepParts parts. If it has more
-/// than one part, Writers limit the total size of their coded values to kPartBytesTogether bytes.
+/// Limits for step_values chunks. A chunk has at most kMostStepParts parts. A Writer stores several
+/// parts in one chunk only if their coded values have at most kPartBytesTogether bytes in total.
 inline constexpr std::size_t kMostStepParts = 64, kPartBytesTogether = 4096;
 /// Writes the headers of all parts. The coded values of the parts come after the headers in the
 /// same payload. Version 0 has one part, which extends to the end of the payload.
@@ -239,7 +239,8 @@ struct IndexEntry {
   std::uint64_t offset = 0, bytes = 0;
   /// Number of the segment to which a group belongs; 0 for other chunks.
   std::uint32_t segment = 0;
-  /// Cells and vertices of a group; 0 for other chunks.
+  /// Number of the first cell, number of cells, number of the first vertex, and number of vertices
+  /// of a group; 0 for other chunks.
   std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;
   std::array<double, 6> box{};  ///< bounding box of a group; unused for other chunks
   /// Length in bytes of the group header, after which the streams begin; 0 for other chunks.

@@ -113,8 +113,8 @@ double Quantization::max_error(ScalarType type) const {
   double magnitude = 0;
   for (double v : minimum) magnitude = std::max(magnitude, std::fabs(v));
   for (double v : maximum) magnitude = std::max(magnitude, std::fabs(v));
-  // In addition to half a step, the bound contains at least two half-ulps of the stored type: one
-  // for rounding the restored value, one for the arithmetic.
+  // Rounding to a step causes an error of at most half a step. The bound adds at least two
+  // half-ulps of the stored type: one for rounding the restored value, one for the arithmetic.
   const double ulp = type == ScalarType::float32 ? 0x1p-23 : 0x1p-51;
   return step() / 2 + magnitude * ulp;
 }
@@ -184,7 +184,7 @@ Result<void> check_bound(const Quantization& q, std::size_t components, const st
   if (!(q.spacing > 0 && q.spacing < 2 * kTooLarge))
     return wrong(what + ": the step of the error bound is not a positive number");
   if (q.minimum.size() != components || !q.maximum.empty())
-    return wrong(what + ": an error bound needs one anchor per component, and no box");
+    return wrong(what + ": an error bound needs one anchor per component, and no range");
   for (double anchor : q.minimum)
     if (!(std::fabs(anchor) < kTooLarge)) return wrong(what + ": an anchor is not finite");
   return {};
@@ -196,7 +196,7 @@ Result<void> check_quantization(const Quantization& q, ScalarType type, std::siz
     return wrong(what + ": only floating-point values can be quantized");
   if (q.bits == Quantization::kAbsolute) return check_bound(q, components, what);
   if (q.max_abs != 0 || q.spacing != 0)
-    return wrong(what + ": an error bound and the bits of a box exclude each other");
+    return wrong(what + ": max_abs and spacing must be 0 unless bits is Quantization::kAbsolute");
   if (q.bits == 0) return {};
   if (q.bits > 52) return wrong(what + ": quantization must have 1 to 52 bits");
   if (q.minimum.size() != components || q.maximum.size() != components)
@@ -262,8 +262,9 @@ std::uint32_t checksum_of(const Schema& schema) {
 
 namespace {
 
-// Memory in bytes that is counted for each object, in addition to its lists and strings. The sizes
-// are rounded up and are the same on all machines, so that all machines refuse the same files.
+// Memory in bytes that an object of each type counts as, in addition to its lists and strings. The
+// sizes are rounded up and are the same on all machines, so that all machines refuse the same
+// files.
 constexpr std::uint64_t kSchemaBytes = 256, kBlockBytes = 64, kArrayBytes = 256, kExtraBytes = 128;
 static_assert(sizeof(Schema) <= kSchemaBytes && sizeof(BlockInfo) <= kBlockBytes &&
               sizeof(ArrayInfo) <= kArrayBytes && sizeof(Extra) <= kExtraBytes);

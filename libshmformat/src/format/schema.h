@@ -1,5 +1,5 @@
-// Encoding and decoding of schema and extras, the checks of a schema, the names of its elements,
-// and the totals of a mesh with such a schema.
+// Functions that encode, decode and check a schema, encode and decode extras, and compute the
+// totals of a mesh (the numbers of its elements, and the ranges of its values).
 // spec: "Schema", "Extras"
 #pragma once
 
@@ -38,16 +38,16 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits = {});
 /// Returns true if the schema has arrays with time steps.
 bool has_steps(const Schema& schema);
 
-// Reading and writing of extras. A chunk of version 0 contains a single extra, a chunk of version 1
-// many extras packed together.
+// Reading and writing of extras. A chunk of version 0 contains one Extra. A chunk of version 1
+// contains any number of extras, which are packed together.
 // spec: "Extras"
 
 void put(ByteWriter& out, const Extra& extra);
 bool get(ByteReader& in, Extra& extra);
 
 /// Returns the payload of a chunk of version 1. Precondition: there are at most kMostExtras extras.
-/// With Packing::bounded, integers are not stored as differences. No extra then needs more memory
-/// than its bytes in the blob.
+/// With Packing::bounded, integers are not stored as differences. The memory for each Extra is then
+/// at most its size in the blob.
 std::vector<std::byte> extras_payload(std::span<const Extra> extras,
                                       Packing packing = Packing::with_dictionary);
 /// Returns the payload of a chunk of version 0.
@@ -112,8 +112,9 @@ struct DecodedParts {
   /// True if blocks include the vertices that an earlier segment owns (imported vertices), with
   /// their values.
   bool imported_vertices = false;
-  /// True if the decoder determines the neighbourhoods of vertices or of cells that are needed for
-  /// step values. They include more distant neighbours than the values of this group need.
+  /// True if step values will be decoded that are predicted from the neighbourhoods of vertices (or
+  /// of cells). The decoder then determines these neighbourhoods, and includes more distant
+  /// neighbours than the static values of the group need.
   bool vertex_neighbourhoods = false, cell_neighbourhoods = false;
 
   static DecodedParts without_values() {

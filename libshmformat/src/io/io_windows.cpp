@@ -165,8 +165,8 @@ bool is_old(const std::string& path, std::uint64_t now) {
   return file && last_write(file.get()) + kOld < now;
 }
 
-/// Removes temporary files for the same path whose processes have been killed. Temporary files from
-/// other machines are removed when they are more than an hour old.
+/// Removes temporary files for the same path if the processes that created them have been killed.
+/// Temporary files from other machines are removed when they are more than an hour old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::uint64_t now) {
   const std::string front = temporary_front(path, name_in(path));
   const std::string folder = front.substr(0, name_in(front)), head = front.substr(folder.size());
@@ -279,8 +279,8 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  // The last write to the new file shows the current time by the clock of the file system, which
-  // also sets the times of the other temporary files.
+  // Use the modification time of the new file as the current time. It comes from the clock of the
+  // file system, as do the modification times of the other temporary files.
   remove_leftovers(path_, machine, last_write(handle_of(descriptor_)));
   return {};
 }

@@ -53,8 +53,8 @@ class ActiveSurface {
     std::array<FaceEdge, 4> mate{};  ///< mate across the edge from quad[i] to quad[i + 1]
     /// Number of hexahedra between this face and its mate, for each edge; at most 255.
     std::array<std::uint8_t, 4> fan{};
-    /// For each vertex: the corner of the owner at which it is. The owner is the hexahedron that
-    /// added the face.
+    /// For each vertex of the face: the index of the corner that it forms in the owner, the
+    /// hexahedron that added the face.
     std::array<std::uint8_t, 4> owner_corner{};
     std::uint32_t cell = kNone;  ///< cell slot of the owner
     std::uint8_t side = 0;       ///< index of this face in the owner, 0 to 5
@@ -100,8 +100,9 @@ class ActiveSurface {
   /// Returns an active face whose vertices around the face are a, b, c, d, in either direction. If
   /// there are several, returns the newest. Returns kNone if there is none.
   std::uint32_t find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
-  /// Returns the corner at `b` of an active face in which `a` and `c` are next to `b`. If there are
-  /// several, returns that of the newest face. Returns kNone if there is none.
+  /// Finds an active face in which `a` and `c` are the neighbours of `b`, and returns the corner of
+  /// this face at `b`. If there are several such faces, uses the newest. Returns kNone if there is
+  /// none.
   FaceCorner find_path(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }

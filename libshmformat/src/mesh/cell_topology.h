@@ -46,12 +46,12 @@ struct CellTopology {
   /// True if the nodes at positions 0 to 7 are the corners of a hexahedron in the coder's frame.
   bool hexahedral = false;
 
-  /// Sides of the cell: `shape`; `corners`, the number of corners that have sides
-  /// (mesh/cell_shapes.h); and `behind`, which contains for each side the number of the cell across
-  /// it (OpenFaces). Sides are numbered by the corners in stored order. These members are set only
-  /// in meshes that also have cells other than hexahedra; otherwise `corners` is 0. If a polyhedron
-  /// is stored as a list of faces, `corners` is 0, and the first entries of `behind` are the cells
-  /// with which it shares faces.
+  /// The next three members describe the sides of the cell. `corners`: the number of corners, from
+  /// which the sides follow (mesh/cell_shapes.h). `behind`: for each side, the number of the cell
+  /// across it (OpenFaces). The sides are those of the corners in stored order. The members are set
+  /// only in meshes that also have cells other than hexahedra; otherwise `corners` is 0. If a
+  /// polyhedron is stored as a list of faces, `corners` is 0, and the first entries of `behind` are
+  /// the cells with which it shares faces.
   CellShape shape = CellShape::hexahedron;
   std::uint32_t corners = 0;
   std::array<std::uint64_t, OpenFaces::kMost> behind{};

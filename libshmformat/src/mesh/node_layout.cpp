@@ -16,9 +16,10 @@ using Face = std::array<std::uint8_t, 4>;
 struct Solid {
   std::uint8_t corners;
   std::span<const Edge> edges;
-  std::span<const Face> faces;  ///< faces in the order of their nodes; quadrilaterals come first
-  std::uint8_t quads;           ///< number of quadrilaterals
-  /// True if the shape is that of a surface cell. Its only face is the cell itself.
+  std::span<const Face>
+      faces;           ///< faces in the order of their mid nodes; quadrilaterals come first
+  std::uint8_t quads;  ///< number of quadrilaterals
+  /// True if the shape has no volume: polygons and lines.
   bool is_flat = false;
 };
 

@@ -25,8 +25,7 @@ bool all_different(const std::array<std::uint32_t, kCount>& slots) {
 
 enum class Fit : std::uint8_t { none, hut, roof, step, bridge };
 /// Returns the operation that codes a hexahedron whose active faces are `mask`. The faces are
-/// numbered after a rotation of the hexahedron. Returns none if no operation has these active
-/// faces.
+/// numbered as in the rotated hexahedron. Returns `none` if no operation has these active faces.
 constexpr Fit fit_of(std::uint32_t mask) {
   const auto has = [&](std::uint32_t faces) { return (mask & faces) == faces; };
   const int count = std::popcount(mask);
@@ -39,8 +38,8 @@ constexpr Fit fit_of(std::uint32_t mask) {
   return (count == 3 || tunnel) && has(face_bit(1) | face_bit(3)) ? Fit::bridge : Fit::none;
 }
 
-/// A rotation that the encoder tries for the stored hexahedron, and the operation that would then
-/// code the hexahedron.
+/// A rotation that the encoder tries, and the operation that can code the hexahedron if it is
+/// rotated in this way.
 struct RotationFit {
   std::uint8_t rotation = 0;
   Fit fit = Fit::none;
@@ -112,8 +111,8 @@ auto PaperHexahedra<Coder>::choose_plan(const StoredCell& cell) const -> Plan {
   return best;
 }
 
-/// Determines how the gate would be coded (`plan.mode`), and estimates the cost of coding it in
-/// arbitrary units (`plan.cost`). A smaller cost is better.
+/// Determines how the gate would be coded (`plan.mode`), and estimates its coding cost
+/// (`plan.cost`, in arbitrary units). A smaller cost is better.
 template <class Coder>
 void PaperHexahedra<Coder>::rate_gate(Plan& plan, const Corners& target) const {
   const bool turns = plan.operation == kStep || plan.operation == kBridge;
@@ -594,8 +593,9 @@ void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
     } else if (std::all_of(quad.begin(), quad.end(), [&](std::uint32_t vertex) {
                  return surface_.vertex(vertex).face_count < kMaxFacesAtVertex;
                })) {
-      // Number the corners in the same order as a reader does: in stored order if the corner order
-      // matters, otherwise in the order of the coder's frame (positions 0 to 7).
+      // Number the corners in the same order as a reader does. If the corner order matters, this is
+      // the stored order. Otherwise, it is the order in which this coder arranges them (positions 0
+      // to 7).
       const auto stored = [&](std::uint8_t i) { return order_matters ? cell.stored_corner[i] : i; };
       previous_face_[k] =
           surface_.add_face(quad, {stored(c[0]), stored(c[1]), stored(c[2]), stored(c[3])},

@@ -1,4 +1,4 @@
-// Paper hexahedra: the published method of coding hexahedra, which is the baseline of all
+// Paper hexahedra: the method of the paper for coding hexahedra, which is the baseline for all
 // comparisons. Hexahedra are coded in coding order, as symbols of the bitstreams "connectivity" and
 // "corner order". Encoder and decoder keep the same state: the previous hexahedron and the models.
 //
@@ -53,8 +53,8 @@ class PaperHexahedra {
     std::uint32_t gate_face = kNone, side_face = kNone, far_face = kNone;
     std::uint64_t cost = ~std::uint64_t{0};
   };
-  /// The position of the hexahedron on the gate face: the face corner at which vertex 0 of the
-  /// hexahedron is, and the direction in which the other vertices of the face follow.
+  /// The position of the hexahedron on the gate face: which corner of the face is vertex 0 of the
+  /// hexahedron, and the direction in which the other vertices of the face follow.
   struct Gate {
     FaceCorner at = kNone;
     bool mirrored = false;

@@ -1,7 +1,7 @@
 // Float values: decodes floating-point values from residuals. A residual is the difference between
 // the index of a value and the index of its reference value. (Indices are integers in the order of
-// the values.) The results are the same as in the loop of TermColumn over single values, but this
-// code processes blocks of a few hundred values without branches.
+// the values.) TermColumn contains a loop that decodes one value at a time. This code gives the
+// same results, but processes blocks of a few hundred values without branches.
 // spec: "Values by terms"
 #pragma once
 
@@ -29,11 +29,12 @@ struct FloatPlaces {
   std::size_t count = 0;  ///< number of values, at least 1
 };
 
-/// Decodes values of the floating-point type `type`. `changes`: if false, each residual is a
-/// difference: the value's index minus the index of its reference value; if true, each residual is
-/// the change of this difference since the previous element. `change`: on input, the difference of
-/// the previous element; on return, the difference of the last element. Returns the index of the
-/// last value. Precondition: `type` is a floating-point type.
+/// Decodes values of the floating-point type `type`. The difference of an element is the index of
+/// its value minus the index of its reference value. `changes`: if false, each residual is a
+/// difference; if true, each residual is a difference minus that of the previous element. `change`:
+/// on input, the difference of the element before the first one; on return, the difference of the
+/// final element. Returns the index of the final value. Precondition: `type` is a floating-point
+/// type.
 std::int64_t decode_floats(ScalarType type, const FloatResiduals& residuals, bool changes,
                            std::uint64_t& change, const FloatPlaces& floats);
 

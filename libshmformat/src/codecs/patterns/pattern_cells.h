@@ -4,8 +4,7 @@
 // occur again and again, whatever the vertex numbers are, so a cell is stored as the index of its
 // pattern in a list.
 //
-//   PatternCell     a cell, in the form in which the coder of cells passes it to the coders of
-//                   values
+//   PatternCell     a cell, as passed from the cell coder to the value coders
 //   PatternHistory  assigns slots to the live vertices, and counts the earlier cells to which a
 //                   cell can refer (the remembered cells). A decoder also stores the vertex slots
 //                   of these cells, and for each vertex the two most recent cells that
@@ -28,8 +27,9 @@ namespace shm {
 // Largest number of nodes per cell. Frozen: part of the format.
 inline constexpr std::uint32_t kMostPatternNodes = 64;
 /// Largest size of the history: cells can refer only to the 2^kMostHistoryBits most recent cells,
-/// and the history may contain at most kMostHistoryNodes nodes. For this limit, every cell counts
-/// as having the largest number of nodes per cell of any block. Frozen: part of the format.
+/// and the history may contain at most kMostHistoryNodes nodes. To compute the number of nodes,
+/// every cell counts as if it had the largest number of nodes per cell in any block. Frozen: part
+/// of the format.
 inline constexpr std::uint32_t kMostHistoryBits = 20;
 inline constexpr std::uint64_t kMostHistoryNodes = std::uint64_t{1} << 23;
 
@@ -38,16 +38,17 @@ inline constexpr std::uint64_t kMostHistoryNodes = std::uint64_t{1} << 23;
 namespace pattern_source {
 inline constexpr std::uint32_t kBefore = 0;  ///< source: the previous cell
 
-/// Sources: the cells that follow the cells to which the previous cell referred. For example, if
-/// the previous cell referred to cell 10, one of these sources refers to cell 11.
+/// Sources: the successors (in coding order) of cells to which the previous cell referred. If the
+/// previous cell referred to cell n by a source other than kBefore, one of these sources refers to
+/// cell n + 1. Only the first kOnCount such cells n are used.
 inline constexpr std::uint32_t kOn = 1, kOnCount = 3;
-/// Sources: the two most recent cells that used the vertex of an earlier node of this cell. Only
-/// the first kUsersOf nodes of this cell are considered.
+/// Sources: for each of the first kUsersOf nodes of this cell, the two most recent cells that used
+/// the vertex of that node. A node can refer only to the sources of earlier nodes.
 inline constexpr std::uint32_t kUsers = kOn + kOnCount, kUsersOf = 7;
 /// Source: an earlier cell, coded by its distance
 inline constexpr std::uint32_t kFar = kUsers + 2 * kUsersOf;
-/// Source: none, because the vertex is new in the segment; the flags in namespace new_vertex are
-/// stored in place of a node
+/// Source: none, because the vertex is new in the segment; the flags of the vertex (namespace
+/// new_vertex) are stored instead of a node
 inline constexpr std::uint32_t kNew = kFar + 1;
 /// Source: none, because no remembered cell contains the vertex; the slot of the vertex is coded
 inline constexpr std::uint32_t kSlot = kNew + 1;
@@ -101,8 +102,8 @@ class PatternHistory {
   // --- vertices
 
   struct Vertex {
-    /// The two most recent cells that used the vertex: `last` is the latest of all, `before` the
-    /// one before it. Initially both are the cell that introduced the vertex.
+    /// `last` is the most recent cell that used the vertex, `before` the second most recent.
+    /// Initially, both are the cell that introduced the vertex.
     std::uint32_t last = 0, before = 0;
     std::uint64_t number = 0;  ///< used for decoding: number of the vertex in the source mesh
   };
@@ -210,7 +211,8 @@ class PatternHistory {
   std::uint32_t bits_ = 0;
   // Number of rows in the ring: one for each remembered cell, and one for the current cell
   std::uint32_t ring_ = 2;
-  // Rows of all cells up to the current cell. The rows are in coding order until the ring is full.
+  // Ring buffer with the rows of the remembered cells and of the current cell. Until it is full,
+  // the rows are in coding order.
   std::vector<std::uint32_t> rows_;
   std::uint32_t at_ = 0;  // index of the current cell's row
   std::uint32_t next_ = 0, remembered_ = 0;

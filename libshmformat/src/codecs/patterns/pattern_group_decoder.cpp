@@ -14,8 +14,8 @@ using container::StreamKind;
 
 namespace {
 
-/// Number of cells per block. Blocks are smaller than tiles so that a block stays in a fast cache.
-/// Decoded values do not depend on the block size.
+/// Number of cells per block. A block is smaller than a tile (the unit in which a Reader returns
+/// cells), so that it stays in a fast cache. Decoded values do not depend on the block size.
 constexpr std::uint64_t kBlockCells = 1024;
 
 }  // namespace
@@ -138,8 +138,8 @@ bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t index) 
   return has_room_for_bytes(0);
 }
 
-/// Reads the stream number of an imported vertex. Called only if vertices are numbered in coding
-/// order.
+/// Reads the number of an imported vertex in the whole mesh. Called only if vertices are numbered
+/// in coding order.
 bool PatternGroupDecoder::import_vertex(PatternHistory::Vertex& vertex) {
   if (!parts_.vertex_numbers) return true;
   vertex.number = import_numbers_.code(import_coder_, {}, 0, 0);

@@ -317,8 +317,8 @@ bool PatternDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t
   return true;
 }
 
-/// Returns true if a pattern may contain these values: `source` for the node at index `node`, and
-/// `place` as the node in the source cell or, for a new vertex, as the flags of the vertex.
+/// Returns true if a pattern may contain `source` and `place` for the node at index `node`. `place`
+/// is the node in the source cell. For a new vertex, it contains the flags of the vertex.
 bool PatternDecoder::may_be(std::uint32_t source, std::uint32_t place, std::uint32_t node) const {
   if (source >= kCount) return false;
   if (source == kNew)

@@ -36,7 +36,8 @@ class PatternEncoder {
   void add_cell(const PatternCell& cell, std::span<const std::uint32_t> handles,
                 std::span<const std::uint64_t> numbers);
   std::span<const std::uint32_t> slots() const { return slots_; }
-  /// Returns PatternCell::again of the most recently added cell.
+  /// For the most recently added cell, returns PatternCell::again: the bit mask of nodes whose
+  /// vertex occurs at an earlier node of the cell.
   std::uint64_t again() const { return again_; }
   /// Adds a vertex that no cell uses. Call it after the cells of the group.
   void add_unused(std::uint64_t number);
@@ -278,8 +279,8 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
       cells[kUsers + 2 * i] = vertex.last;
       cells[kUsers + 2 * i + 1] = vertex.before;
     }
-    // Test for a repeated vertex even if the source is an earlier cell: the slot that is listed for
-    // that cell may have been reused for a vertex that this cell introduces.
+    // Test for a repeated vertex even if the source is an earlier cell. The earlier cell may list a
+    // slot that has since been reused for a vertex that the current cell introduces.
     const bool is_again = vertex.last == cell;
     again |= static_cast<std::uint64_t>(is_again) << i;
     vertex.before = is_again ? vertex.before : vertex.last;

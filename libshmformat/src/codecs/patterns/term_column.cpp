@@ -31,7 +31,7 @@ constexpr std::size_t kRepeatSamples = 2048, kRepeatShare = 8;
 constexpr std::size_t kTableCount = 16;
 constexpr std::uint64_t kTableBits = 8;
 
-/// Largest amount of memory, in bytes, that is reserved for planes before they are unpacked.
+/// Maximum number of bytes that are reserved for planes before they are unpacked.
 constexpr std::uint64_t kMostReserved = std::uint64_t{4} << 20;
 
 // Layout of the first byte of a component: the low bits (kKinds) contain the kind of the domain,
@@ -57,8 +57,8 @@ std::uint64_t residual_bits(std::span<const std::uint64_t> residuals) {
   return bits * kSampleStep;
 }
 
-/// Returns the state for an index, which is the number from which later values are predicted. If
-/// this number is a NaN, returns 0, since some machines do not preserve the bits of a NaN.
+/// Returns the state that belongs to an index. Later values are predicted from states. If the state
+/// would be a NaN, returns 0, since some machines do not preserve the bits of a NaN.
 template <class Differences>
 std::uint64_t state_of(const Differences& differences, std::int64_t index) {
   const std::uint64_t state = differences.remember(index);
@@ -378,16 +378,17 @@ void TermColumn::make_room_for_slots(const Elements& elements) {
 
 // --- encoding
 
-/// Returns the domain for these values, and stores the index of each value. In a quantized array, a
-/// few values may be impossible to quantize; the remaining values are still rounded.
+/// Chooses the domain for the values of a component, and stores the index of each value. In a
+/// quantized array, a few values may be impossible to quantize; the remaining values are still
+/// rounded.
 ValueDomain TermColumn::choose_domain(std::size_t c, std::span<std::uint64_t> words,
                                       std::span<std::int64_t> indices) const {
   const bool lossless = info_->quantization.bits == 0;
   if (is_float(info_->type) && lossless) {
     if (linear_indices(info_->type, words, components_[c].domain, indices))
       return components_[c].domain;
-    // First try the domain that suits a sample. If it does not contain all values, examine all
-    // values.
+    // First try the domain that suits a sample of the values. If it does not contain all values,
+    // determine a domain from all of them.
     std::vector<std::uint64_t> sample;
     const std::size_t step = std::max<std::size_t>(words.size() / kDomainSamples, 1);
     for (std::size_t i = 0; i < words.size(); i += step) sample.push_back(words[i]);
@@ -464,8 +465,8 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
   };
   const bool may_have_table = values_repeat(indices);
   const std::uint64_t last = component.last;
-  // Slots are reused within a group. So if the values are coded twice, the second pass must begin
-  // with the original states.
+  // Coding the values overwrites states, because slots are reused within a group. If the values are
+  // coded twice, the second pass must therefore begin with a copy of the original states.
   const auto states = may_have_table ? states_ : std::vector<std::uint64_t>();
   const Predictor first = !elements.vertices.empty()    ? Predictor::terms
                           : !elements.reference.empty() ? Predictor::reference
@@ -538,7 +539,7 @@ auto TermColumn::encode(const Elements& elements, const std::byte* values, std::
     if (is_float(info_->type)) return terms;
   }
   // Also try shuffled_zstd: the integers may be material numbers or similar ids, which repeat often
-  // but do not change in even steps.
+  // but are hard to predict.
   std::vector<std::byte> packed(elements.count * element_bytes());
   for (std::size_t e = 0; e < elements.count; ++e)
     std::memcpy(packed.data() + e * element_bytes(), values + e * stride, element_bytes());
@@ -589,8 +590,8 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   return in.ok() && in.left() == 0;
 }
 
-/// Reads the head of each component: domain, predictor and size of a residual. If a component has a
-/// table, the function adds a placeholder entry to the table.
+/// Reads the header of each component: domain, predictor and size of a residual. If a component has
+/// a table, the function adds a placeholder entry to the table.
 bool TermColumn::read_heads(ByteReader& in) {
   for (Component& component : components_) {
     const std::uint8_t head = in.get_u8();
@@ -690,7 +691,7 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
 /// table.
 void TermColumn::decode_floats(std::size_t c, const Elements& elements, std::byte* out) {
   Component& component = components_[c];
-  // If the width is 0, unpacked_ may be empty and must not be indexed.
+  // If the residuals have 0 bytes each, unpacked_ may be empty and must not be indexed.
   const FloatResiduals residuals{
       component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_,
       static_cast<std::size_t>(count_), component.width};
@@ -751,7 +752,7 @@ void TermColumn::decode_together(const Elements& elements, std::byte* out, TermS
 }
 
 void TermColumn::take_residuals(const Component& component, std::span<std::uint64_t> words) const {
-  // If the width is 0, unpacked_ may be empty and must not be indexed.
+  // If the residuals have 0 bytes each, unpacked_ may be empty and must not be indexed.
   const std::byte* const planes =
       component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_;
   get_words(planes, static_cast<std::size_t>(count_), component.width, words);

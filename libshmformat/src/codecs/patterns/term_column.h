@@ -1,8 +1,8 @@
-// TermColumn: codes many values of an array at once. A value is stored as the difference (residual)
-// from its prediction. The prediction comes from other vertices of the same cell (the terms), from
-// the previous step, or from the previous element. The residuals are stored as byte planes
-// compressed by zstd. This method is fast, since it needs neither neighbourhoods nor adaptive
-// models.
+// TermColumn: codes the values of an array, group by group. A value is stored as the difference
+// (residual) from its prediction. The prediction comes from other vertices of the same cell (the
+// terms), from the previous step, or from the previous element. The residuals are stored as byte
+// planes compressed by zstd. This method is fast, since it needs neither neighbourhoods nor
+// adaptive models.
 // spec: "Values by terms"
 #pragma once
 
@@ -43,8 +43,7 @@ class TermColumn {
   struct Elements {
     std::span<const VertexTerms> vertices{};
     std::size_t count = 0;
-    std::uint32_t slots = 0;  ///< size of the slot table (every slot is less); 0 for elements
-                              ///< without terms
+    std::uint32_t slots = 0;  ///< a number greater than every slot; 0 for elements without terms
 
     /// Reference values for elements without terms, packed in the same way as the values; empty if
     /// there are no reference values.
@@ -59,7 +58,7 @@ class TermColumn {
   /// `stride`: number of bytes from an element to the next.
   Encoded encode(const Elements& elements, const std::byte* values, std::size_t stride,
                  TermScratch& scratch);
-  /// Encodes a group by terms. Precondition: the column may have terms.
+  /// Encodes a group by terms. Precondition: terms are allowed for this column.
   std::vector<std::byte> encode_terms(const Elements& elements, const std::byte* values,
                                       std::size_t stride, TermScratch& scratch);
 
@@ -113,9 +112,11 @@ class TermColumn {
   template <class Differences>
   class Ranked;
 
-  // Calls code(differences, element, predicted) for each element. code() returns the index of the
-  // value; if the component has a table, code() returns the rank. `references`: indices of the
-  // reference values; used only by predictors that need references.
+  // Predicts component `c` of each element, and calls code(differences, element, predicted index).
+  // `differences` contains the functions that compute differences of indices. code() returns the
+  // index of the value. If the component has a table, code() receives and returns ranks instead of
+  // indices. `references`: indices of the reference values; used only by predictors that need
+  // references.
   template <class Code>
   void for_each_value(std::size_t c, const Elements& elements,
                       std::span<const std::int64_t> references, Code&& code);

@@ -1,7 +1,7 @@
-// CellFrames: for a corner of a cell that is not a hexahedron, lists the neighbours in the same
-// arrangement as for a hexahedron. A frame lists, for one corner, the other corners that are one
-// step away (near), the corners that are one step away along each of two axes (diagonal), and the
-// sides of the cell across which further neighbours are found.
+// CellFrames: the neighbours of a corner, for cells that are not hexahedra. The neighbours are
+// classified as in a hexahedron. The frame of a corner lists the corners one step away (near), the
+// corners one step away along each of two axes (diagonal), and the sides of the cell across which
+// further neighbours are found.
 // spec: "Neighbourhoods", of a corner of another cell
 #pragma once
 

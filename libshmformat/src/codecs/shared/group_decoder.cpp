@@ -72,8 +72,8 @@ Result<void> GroupDecoder::next_block(DecodedBlock& decoded) {
   return decode_values(block);
 }
 
-/// Appends a vertex number and its import flag to the results. Leaves out results that the caller
-/// did not request.
+/// Appends a vertex number and its import flag to the results. Omits results that the caller did
+/// not request.
 void GroupDecoder::note_import(std::uint64_t number, bool imported, DecodedBlock& decoded) {
   if (imported) decoded.imported.push_back(number);
   if (!imported || parts_.imported_vertices) decoded.mesh.vertex_numbers.push_back(number);

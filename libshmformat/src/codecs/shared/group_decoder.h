@@ -30,9 +30,9 @@ struct DecodedBlock {
   std::uint64_t offset = 0;  ///< offset in the file, in bytes, of the chunk that contains the
                              ///< block's group
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
-  /// `imported`: numbers of the vertices that earlier segments own and that this segment first uses
-  /// in this block. `finalized_imports`: numbers of the imported vertices whose last use is in this
-  /// block.
+  /// `imported`: numbers of the vertices that earlier segments own and whose first use in this
+  /// segment is in this block. `finalized_imports`: numbers of the imported vertices whose last use
+  /// is in this block.
   std::vector<std::uint64_t> imported, finalized_imports;
 
   /// Results that are available after the last block of a group; empty in all other blocks.
@@ -77,8 +77,8 @@ class GroupDecoder {
                                     std::span<const std::byte> bytes) = 0;
   /// Marks the end of the streams. Call it after the last begin_stream().
   virtual Result<void> end_streams() { return {}; }
-  /// Limits the memory for data that columns store by slot. `bytes`: the limit in bytes. `plenty`:
-  /// if more than this number of bytes is in use, the columns begin to save memory.
+  /// Sets limits on the memory that columns use for data stored by slot. `bytes`: maximum number of
+  /// bytes. `plenty`: number of bytes above which the columns begin to save memory.
   virtual void allow_memory(std::uint64_t /*bytes*/, std::uint64_t /*plenty*/) {}
 
   /// Decodes the next block: up to a few thousand cells (a tile), or unused vertices. Precondition:

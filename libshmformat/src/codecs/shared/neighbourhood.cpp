@@ -19,8 +19,8 @@ constexpr std::ptrdiff_t kMostFacesLooked = 32;
 /// The two axes of each diagonal neighbour. Neighbourhood::at[3 + i] is one step away along each of
 /// the axes kDiagonalAxes[i].
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalAxes = {{{0, 1}, {0, 2}, {1, 2}}};
-/// For each axis a: the indices of the two diagonal neighbours that lie one step along axis a. They
-/// are sorted by their other axis.
+/// For each axis a: the indices of the two diagonal neighbours that lie one step along axis a. The
+/// two are sorted by their other axis.
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalsAlong = {{{0, 1}, {0, 2}, {1, 2}}};
 
 }  // namespace
@@ -249,8 +249,8 @@ NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t
       const std::uint32_t a = cell.corner[use.corner ^ 1u << (axis == 0 ? 1 : 0)];
       const std::uint32_t b = cell.corner[use.corner ^ 1u << (axis == 2 ? 1 : 2)];
       if (!((a == one && b == two) || (a == two && b == one))) continue;
-      // Check that the slots `one` and `two` already belonged to the current vertices when the cell
-      // was coded.
+      // Skip the cell if slot `one` or `two` has been reused for another vertex since the cell was
+      // coded.
       if (vertices_[one].introduced > cell.sequence || vertices_[two].introduced > cell.sequence)
         continue;
       return {use.place, use.corner, axis};

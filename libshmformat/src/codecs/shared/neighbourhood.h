@@ -8,8 +8,9 @@
 //                                  diagonal[..] - near[b]  and farther[a] three steps
 //
 // The neighbours of a vertex are corners of hexahedra. The neighbours of a cell are cells across
-// its faces. The neighbours of a mid node (a node of a second-order cell that is not a corner) are
-// other nodes of the edge, face or cell whose middle the mid node is.
+// its faces. A mid node is a node of a second-order cell that is not a corner; it lies in the
+// middle of an edge, a face or a cell. The neighbours of a mid node are other nodes of that edge,
+// face or cell.
 // spec: "Neighbourhoods", "Mid nodes"
 #pragma once
 
@@ -28,9 +29,9 @@ namespace shm {
 inline constexpr std::uint32_t kAtDiagonal = 3, kAtOpposite = 6, kAtBeyond = 7, kAtFarther = 10;
 
 struct Neighbourhood {
-  // Bits of `known`. There is one bit for each entry of `at`, followed by one bit for each near
-  // element. This further bit is set if the near, diagonal and opposite elements of that near
-  // element were all known.
+  // Bits of `known`. For each entry of `at`, there is a bit that is set if the entry is known.
+  // Three more bits (kThird) belong to the three near elements. Such a bit is set if the near,
+  // diagonal and opposite neighbours of that near element were all known.
   static constexpr std::uint32_t kNear = 1u, kDiagonal = 1u << 3, kOpposite = 1u << 6,
                                  kBeyond = 1u << 7, kFarther = 1u << 10, kThird = 1u << 13;
   /// Bits of the near, diagonal and opposite elements
@@ -61,22 +62,22 @@ struct Neighbourhood {
   /// (three steps along one axis).
   std::array<std::uint32_t, 13> at{};
   std::uint16_t known = 0;
-  /// For a vertex: its corner in the stored hexahedron, as corner bits (x + 2y + 4z)
+  /// For a vertex of a hexahedron: which corner of the stored hexahedron it is (x + 2y + 4z)
   std::uint8_t corner = 0;
   Kind kind = other;
 
   bool knows(std::uint32_t bits) const { return (known & bits) == bits; }
   bool is_mid_node() const { return kind == midpoint || kind == centre; }
   /// Returns true if all neighbours that the prediction rule needs are known. In this case, the
-  /// difference between the element's value and its prediction (the *third*) is stored for the
-  /// prediction of later elements.
+  /// difference between the element's value and its prediction is stored, because later elements
+  /// are predicted from it. The code calls this difference `third`.
   bool has_rule() const {
     if (kind == flat) return knows(3 * kNear | kDiagonal);
     if (kind == simplex) return knows(kOpposite);
     return is_mid_node() || knows(kLattice);
   }
-  /// Returns the bits of `known` that are also set in `counts`, and the kind in the higher bits.
-  /// For a mid node, ignores `counts` and returns all bits of `known`.
+  /// Combines `known` and the kind in one number, with the kind in the higher bits. The bits of
+  /// `known` are masked with `counts`, except for a mid node.
   std::uint32_t traits(std::uint32_t counts = 0xffff) const {
     if (is_mid_node()) return known | std::uint32_t{kind} << kKindShift;
     return (known & counts) | (kind > centre ? std::uint32_t{kind} << kKindShift : 0);
@@ -92,8 +93,8 @@ class NeighbourFinder {
   explicit NeighbourFinder(bool cells) : cells_(cells) {}
 
   /// Begins a cell whose slots are known. `as_stored`: true if corners are numbered as in the
-  /// source mesh, false if they are numbered in the coder's frame of axes. `live`: number of live
-  /// vertices.
+  /// source mesh, false if they are numbered along the axes that the coder has chosen for the cell.
+  /// `live`: number of live vertices.
   void begin_cell(const CellTopology& cell, bool as_stored, std::uint64_t live);
   /// Returns the neighbourhood of the new vertex at `position`, and marks this vertex as known.
   /// Call it once for each new vertex of the cell, in order of introduction.
@@ -106,11 +107,11 @@ class NeighbourFinder {
 
  private:
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  /// A use of a vertex: a remembered hexahedron, and its corner at which the vertex is.
+  /// A use of a vertex: a remembered hexahedron, and which corner of it the vertex is.
   struct Use {
     std::uint64_t sequence = kNever;  ///< sequence number of the cell
     std::uint32_t place = kNone;      ///< index of the cell in the ring of remembered cells
-    std::uint32_t corner = 0;         ///< corner of the cell at which the vertex is, as corner bits
+    std::uint32_t corner = 0;         ///< which corner of the cell the vertex is: x + 2y + 4z
   };
   struct Vertex {
     std::uint64_t introduced = 0;  // sequence number of the cell that introduced the vertex
@@ -138,10 +139,10 @@ class NeighbourFinder {
 
   /// Links from a hexahedron to its neighbours, as positions in the ring. Used only by cell().
   struct Links {
-    // Positions in the ring of the neighbouring cells. Side 2 a is at the lower end of axis a, side
-    // 2 a + 1 at the upper end.
+    // Positions in the ring of the neighbouring cells. Side 2 * a is at the lower end of axis a,
+    // side 2 * a + 1 at the upper end.
     std::array<std::uint32_t, 6> behind{};
-    // For each neighbouring cell in `behind`: the side of that cell opposite to the shared side
+    // For each cell in `behind`: the side of that cell that is opposite to the shared side
     std::array<std::uint8_t, 6> onward{};
     bool full = false;
   };
@@ -151,8 +152,8 @@ class NeighbourFinder {
     std::uint32_t slot = kNone, before = kNone, after = kNone;
     std::uint32_t across = kNone;  ///< the opposite vertex, if the face has four vertices
   };
-  /// A hexahedron that was found across a face: its place in the ring, one of its corners on the
-  /// face, and the axis that leads from this corner away from the face.
+  /// A hexahedron that was found across a face: its position in the ring, one of its corners on the
+  /// face, and the axis that leads away from the face.
   struct Found {
     std::uint32_t place = kNone, corner = 0, axis = 0;
     explicit operator bool() const { return place != kNone; }

@@ -188,8 +188,8 @@ void NeighbourFinder::look_along_line(Neighbourhood& item) const {
   item.known |= Neighbourhood::kBeyond;
 }
 
-/// Finds the cells across the sides of `cell`. Side 0 of a flat cell is the cell itself; this side
-/// is searched last.
+/// Finds the cells across the sides of `cell`. Side 0 of a triangle or quad is the face that the
+/// cell itself forms; it is searched last, after the edges.
 void NeighbourFinder::look_beside_cell(Neighbourhood& item, const CellTopology& cell) const {
   item.kind = Neighbourhood::beside;
   const auto sides = faces_of(cell.shape, cell.corners);

@@ -120,8 +120,8 @@ struct SegmentSize {
   std::uint64_t topology = 0;  ///< size of connectivity, corner order and vertex numbers
   std::uint64_t values = 0;    ///< size of coordinates and arrays, including the headers of their
                                ///< streams
-  std::uint64_t besides = 0;   ///< size of imports, and of the headers of all streams that do not
-                               ///< contain values
+  std::uint64_t besides = 0;   ///< size of the import streams, and of the headers of all streams
+                               ///< that do not contain values
   std::uint64_t all() const { return topology + values + besides; }
 
   /// Adds the size of a stream: `bytes` bytes and the stream's header.
@@ -137,7 +137,8 @@ struct SegmentOptions {
   Codec codec_id{};               ///< id of `codec`; set by make_segment_encoder()
   Level level = Level::standard;  ///< level of the value coders
 
-  /// False if coordinates and arrays are not encoded, because only the size of the mesh is measured
+  /// False if coordinates and arrays are not encoded, because only the size of the connectivity is
+  /// of interest
   bool values = true;
   bool with_order = true;  ///< true: groups contain `own` and `cell_numbers`
 };
@@ -184,7 +185,7 @@ class GroupValues {
   struct Column {
     std::uint32_t array = 0;
     bool of_cells = false;
-    std::size_t bytes = 0, offset = 0;  // offset of the values in the data of a vertex
+    std::size_t bytes = 0, offset = 0;  // byte offset of the column in the data of a vertex
     ShortRuns<std::byte> cells{};
   };
   std::size_t count(std::size_t column) const {
@@ -211,14 +212,15 @@ class SegmentEncoder {
 
   /// Encodes the cells of `piece`. Appends all groups that end in this piece to `done`.
   Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done);
-  /// Ends the segment. Appends the last group to `done` unless this group is empty.
+  /// Ends the segment. Appends the current group to `done` unless it is empty.
   void end(std::vector<EncodedGroup>& done);
 
   /// Returns the approximate size in bytes of the segment so far. The values of the current group
   /// are not included.
   SegmentSize size();
-  /// Returns the approximate size in bytes of the values of the current group. `rated`: for each
-  /// column, the domains that earlier calls have chosen; missing domains are chosen and added.
+  /// Returns the approximate size in bytes of the values of the current group. `rated` contains,
+  /// for each column, the domains that earlier calls have chosen. This call uses them, and adds the
+  /// domains of columns that have none yet.
   std::uint64_t about_values(RatedDomains& rated) {
     rated.resize(values_.columns());
     return has_group() ? values_at_hand(&rated) : 0;
@@ -251,8 +253,8 @@ class SegmentEncoder {
 
   /// Adds vertex `index` of the piece, with its values, to the group.
   void take_vertex(const SegmentPiece& piece, std::size_t index);
-  /// Records that `active` vertices are active now. The group's header contains the maximum of
-  /// these numbers.
+  /// Records the current number of active vertices. The header of the group contains the maximum of
+  /// all recorded numbers.
   void note_active(std::uint64_t active);
   /// Adds a stream with the contents `bytes`. Sets the size and checksum in `entry`.
   void add_stream(container::StreamEntry entry, std::vector<std::byte> bytes);

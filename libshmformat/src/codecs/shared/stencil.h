@@ -1,6 +1,6 @@
 // Stencil: the live vertices from which the number of a new vertex is predicted, and the formula of
-// the prediction. The rules are the spectral rules of the paper (section 3.2, Table 1). They are
-// applied to any set of known corners.
+// the prediction. The formulas are the spectral prediction rules of the paper (section 3.2, Table
+// 1). Here they are used for every combination of known corners.
 // spec: "Stencils"
 #pragma once
 

@@ -183,8 +183,7 @@ std::uint64_t at_part(std::span<const std::uint64_t> bits, std::size_t i, std::s
   return bits[static_cast<std::size_t>(std::uint64_t{i} * bits.size() / parts)];
 }
 
-/// Numbers of digits of the shortest decimal number that converts back to the same floating-point
-/// number.
+/// Digit counts of the shortest decimal number that converts back to a given floating-point number.
 struct Decimal {
   std::int32_t digits = 0;  ///< number of significant digits
 
@@ -293,8 +292,8 @@ Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   return shapes;
 }
 
-/// The best domain that contains multiples of a power of ten or of two, and the length of its
-/// indices in bits. If no domain is suitable, `length` is 64.
+/// The best domain whose values are multiples of a power of ten or of a power of two, and the
+/// length in bits of its indices. If no domain is suitable, `length` is 64.
 struct LinearCandidate {
   ValueDomain domain;
   int length = 64;
@@ -326,8 +325,8 @@ bool repeats_often(std::span<const std::uint64_t> bits) {
   return static_cast<std::size_t>(distinct) < kSample - kSample / 64;
 }
 
-/// Returns the indices that occur in the group, in ascending order. Returns an empty table if the
-/// indices are so different that a table would not reduce the size.
+/// Returns a table of the distinct indices in the group, in ascending order. Returns an empty table
+/// if a table would not reduce the size because there are too many distinct indices.
 std::vector<std::int64_t> table_of(const ArrayInfo& info, std::size_t component,
                                    std::span<const std::uint64_t> bits, const ValueDomain& domain) {
   std::vector<std::int64_t> table;
@@ -365,8 +364,8 @@ ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
     return all ? ValueDomain{DomainKind::quantized} : ValueDomain();
   }
   const int longest = info.type == ScalarType::float32 ? kLongNarrowIndex : kLongIndex;
-  // Examine a sample first. If these domains do not suit an array, the sample usually suffices to
-  // show it.
+  // Examine a sample first. If decimal and binary domains do not suit the array, the sample is
+  // usually enough to show it.
   std::vector<std::uint64_t> sample;
   for (std::size_t i = 0; i < kSampled; ++i) sample.push_back(at_part(bits, i, kSampled));
   const Shapes shapes = shapes_of(info, bits);

@@ -113,8 +113,9 @@ T ordered_value(std::int64_t index) {
 struct LinearSpace {
   static std::int64_t index(double prediction) { return nearest_integer(prediction); }
   static double state(std::int64_t index) { return static_cast<double>(index); }
-  /// Returns a length in bits to subtract from the length of a residual, so that residuals of small
-  /// and large values are comparable. It is 0 in this space.
+  /// Returns a number of bits that depends on the magnitude of a value. The caller subtracts it
+  /// from the length of a residual, which makes the residuals of small and large values comparable.
+  /// In this space, the result is always 0.
   static std::int32_t scale(double) { return 0; }
 };
 
@@ -242,7 +243,7 @@ struct ValueDomain {
     return kind == DomainKind::binary || kind == DomainKind::decimal ||
            kind == DomainKind::integers || kind == DomainKind::quantized;
   }
-  /// Returns true if each value has the same state in both domains.
+  /// Returns true if each value has the same state in this domain as in `other`.
   bool has_states_of(const ValueDomain& other) const {
     return kind == other.kind && exponent == other.exponent;
   }

@@ -105,8 +105,8 @@ class Trial {
 
   GroupIndices group_;
   const KnownNumbers* known_;
-  // For each place in the ring: the index in the group of the element at this place, plus 1; 0 if
-  // the group has no element there
+  // For each position in the ring: 1 plus the index of the element in the group; 0 if no element of
+  // the group is at this position
   std::vector<std::uint32_t> placed_;
   std::vector<Candidate> candidates_;
   std::vector<std::uint64_t> powers_;  // distances of all taps of all candidates

@@ -27,7 +27,7 @@ struct GroupIndices {
   }
 };
 
-/// Returns the factors that predict the values best. The lags of the factors are from `lags`.
+/// Returns the factors that predict the values best. The lag of each factor is one of `lags`.
 /// Returns no factors if no combination improves the prediction. `known`: the element numbers known
 /// before the group.
 std::vector<Factor> choose_factors(ScalarType type, DomainKind kind, const GroupIndices& group,

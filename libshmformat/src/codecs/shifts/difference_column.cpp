@@ -193,7 +193,7 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
     if (is_float(info_->type)) return differences;
   }
   // Also try shuffled_zstd: the integers may be material numbers or similar ids, which repeat often
-  // but do not change in even steps.
+  // but are hard to predict.
   std::vector<std::byte> packed(numbers.size() * components_.size() * width_);
   const std::size_t bytes = components_.size() * width_;
   for (std::size_t e = 0; e < numbers.size(); ++e)

@@ -37,8 +37,8 @@ class DifferenceColumn {
   };
   /// Encodes a group. `numbers`: the vertex or cell numbers of the elements, in coding order.
   /// `values`: the values of these elements in the same order. `stride`: number of bytes from a
-  /// value to the next. `lags`: differences of element numbers along which values may be
-  /// predictable, the most likely lag first.
+  /// value to the next. `lags`: differences between the numbers of an element and of an earlier
+  /// element that may predict its value; the most likely lag first.
   Encoded encode(std::span<const std::uint64_t> numbers, const std::byte* values,
                  std::size_t stride, std::span<const std::uint32_t> lags,
                  DifferenceScratch& scratch, ZstdCompressor& zstd);

@@ -19,8 +19,8 @@ namespace shm {
 /// order.
 std::vector<DifferenceColumn> difference_columns(const Schema& schema);
 
-/// Returns columns that predict the same values from neighbourhoods. The pointer is null if the
-/// column is left out. The pointer is also null if the column may not be coded as differences,
+/// Returns columns that predict the same values from neighbourhoods. A pointer is null if its
+/// column is not requested. The pointer is also null if the column may not be coded as differences,
 /// because both kinds of column need memory for each element number, even if there are few
 /// elements. `Column`: ColumnPlanner or ColumnDecoder.
 template <class Column>

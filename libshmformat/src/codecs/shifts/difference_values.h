@@ -1,5 +1,6 @@
-// Difference values: converts the values of a component to words, and words to indices of a domain
-// without escapes. Differences are computed from the indices.
+// Difference values: converts the values of a component to 64-bit words that hold their bits, and
+// converts these bits to indices in a value domain. Differences are computed from the indices. The
+// domain must contain all values, since there are no escapes.
 // spec: "Values as differences"
 #pragma once
 
@@ -35,7 +36,8 @@ inline void load(const std::byte* values, std::size_t stride, std::size_t width,
   }
 }
 
-/// Stores words as values. `stride`: number of bytes from a value to the next.
+/// Converts words back to values of one component, and stores the values at `to`. `stride`: number
+/// of bytes from a value to the next.
 template <class Bits>
 void save_as(std::span<const std::uint64_t> bits, std::byte* to, std::size_t stride) {
   for (std::uint64_t word : bits) {
@@ -77,16 +79,16 @@ decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
               [&translator](std::int64_t index) { return translator.bits(index); });
 }
 
-/// Returns true if all values of an array may be coded in this domain without escapes. The values
-/// of a quantized array may also be coded in the domain `floats`, since the domain `quantized` may
-/// need escapes.
+/// Returns true if this domain is allowed for an array whose values are coded as differences.
+/// Differences have no escapes. For a quantized array, the domain `floats` is therefore also
+/// allowed: it contains every value, but the domain `quantized` may not.
 inline bool may_be(const ArrayInfo& info, const ValueDomain& domain) {
   return domain.kind != DomainKind::digits &&
          (domain.fits(info) || (is_float(info.type) && domain == ValueDomain()));
 }
 
-/// Returns true if the same kind of prediction suits both domains. All components of an array must
-/// use the same kind.
+/// Returns true if values in the domains `a` and `b` are predicted in the same way. This must hold
+/// for the domains of all components of an array.
 inline bool predicted_alike(DomainKind a, DomainKind b) {
   const auto is_float = [](DomainKind kind) {
     return kind == DomainKind::floats || kind == DomainKind::narrow;
@@ -94,7 +96,7 @@ inline bool predicted_alike(DomainKind a, DomainKind b) {
   return is_float(a) || is_float(b) ? a == b : true;
 }
 
-/// Returns the size in bytes of the largest residual that can occur.
+/// Returns the largest possible size in bytes of a residual in a domain of this kind.
 inline std::uint32_t most_bytes(ScalarType type, DomainKind kind) {
   if (kind == DomainKind::narrow) return 4;
   const bool as_stored = kind == DomainKind::floats || kind == DomainKind::integers;

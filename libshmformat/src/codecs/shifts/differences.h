@@ -1,6 +1,6 @@
-// Differences: predicts a value from earlier elements. The number of an earlier element is smaller
-// by a fixed amount (lag). This suits meshes whose elements are numbered in rows and layers. Along
-// each of up to three lags, the prediction continues a polynomial.
+// Differences: predicts the value of an element from earlier elements, whose element numbers are
+// smaller by fixed amounts (lags). This suits meshes whose elements are numbered in rows and
+// layers. Along each of up to three lags, the prediction continues a polynomial.
 //   Factor        a lag and an order: the order-th difference along the lag is expected to be 0
 //   Tap           the weight of one earlier value in the prediction, and its distance
 //   KnownNumbers  a ring of the numbers of known elements
@@ -22,17 +22,19 @@ namespace shm {
 // Largest number of factors (lags) of a prediction, and largest order of a factor. Frozen: part of
 // the format.
 inline constexpr std::uint32_t kMostFactors = 3, kMostOrder = 3;
-/// Largest number of places in the ring of known elements. An element is known until an element
-/// with the same number modulo the number of places replaces it.
+/// Largest number of places in the ring of known elements. The place of an element is its number
+/// modulo the number of places. An element is known until a later element takes its place.
 inline constexpr std::uint64_t kMostPlaces = std::uint64_t{1} << 17;
-/// Largest number of places for each element of the first group. The number of places is a power of
-/// two. The limit keeps the time for clearing the ring in proportion to the size of the data.
+/// The number of places in the ring is at most this number times the number of elements in the
+/// first group, rounded down to a power of two. The limit keeps the time for clearing the ring in
+/// proportion to the size of the data.
 inline constexpr std::uint64_t kPlacesForEach = 64;
 constexpr std::uint64_t places_for(std::uint64_t count) {
   return std::bit_floor(std::min(kMostPlaces, kPlacesForEach * std::max<std::uint64_t>(count, 1)));
 }
-/// Largest total number of components of the columns that use differences. Each component needs up
-/// to 1 MB; a column with three components needs 4 MB.
+/// Largest total number of components of the columns that use differences. The values of each
+/// component need up to 1 MB. A column with three components needs 4 MB, because its elements are
+/// padded to four values.
 inline constexpr std::uint32_t kMostDifferenceRings = 32;
 
 struct Factor {
@@ -46,7 +48,8 @@ struct Tap {
 };
 /// Returns the taps for these factors. They are the terms of the polynomial 1 - product of all (1 -
 /// x^lag)^order, except zero terms, in descending order of the power. The farthest element comes
-/// first and the previous element last, so that its value is needed only at the end of the sum.
+/// first. The previous element comes last, so that the value of the previous element is needed only
+/// at the end of the sum.
 std::vector<Tap> taps_of(std::span<const Factor> factors);
 
 class KnownNumbers {
@@ -60,7 +63,8 @@ class KnownNumbers {
   void clear(std::uint64_t places) {
     mask_ = places - 1;
     numbers_.resize(static_cast<std::size_t>(places));
-    // Mark all places as empty: the number i ^ 1 does not belong to place i.
+    // Mark all places as empty: store the number i ^ 1 in place i. An element with this number
+    // never has place i.
     for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = i ^ 1;
   }
 
@@ -75,7 +79,7 @@ class KnownNumbers {
 /// Differences of integers. They are computed modulo 2^64 or within the range of the integer type
 /// of the values. This class is used for domains with evenly spaced values.
 struct WholeDifferences {
-  int unused = 0;  // number of high bits that the type does not use
+  int unused = 0;  // number of high bits of a word that are not part of the integer type
   bool has_sign = true;
 
   static WholeDifferences of(ScalarType integers) {
@@ -95,7 +99,7 @@ struct WholeDifferences {
   }
   /// Returns half of the sum, rounded down.
   static Sum half(Sum sum) { return static_cast<Sum>(static_cast<std::int64_t>(sum) >> 1); }
-  /// Returns the predicted index for a sum. For integers, the sum itself is the index.
+  /// Converts a weighted sum of states to the predicted index. For integers, the sum is the index.
   static std::int64_t index(Sum sum) { return static_cast<std::int64_t>(sum); }
   static Sum sum_of(std::uint64_t remembered) { return remembered; }
   std::uint64_t residual(std::int64_t value, std::int64_t predicted) const {
@@ -140,7 +144,8 @@ struct FloatDifferences {
   }
 };
 
-/// Calls `work` with the class of differences that suits the domain.
+/// Calls `work` with an object that computes differences in a domain of this kind: a
+/// FloatDifferences or a WholeDifferences.
 template <class Work>
 decltype(auto) with_differences(ScalarType type, DomainKind kind, Work&& work) {
   if (kind == DomainKind::narrow || (kind == DomainKind::floats && type == ScalarType::float32))

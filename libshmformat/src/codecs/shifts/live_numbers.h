@@ -139,8 +139,8 @@ class LiveNumbers {
     count_ -= static_cast<std::uint64_t>(std::popcount(bits));
     if (word.live == 0) close(place);
   }
-  /// Closes the gap after the entry `hole` has become free: moves later words closer to their
-  /// preferred entries.
+  /// Removes the free entry `hole` from the probe sequences: moves later words into the gap, closer
+  /// to the entries that their hashes select.
   void close(std::size_t hole) {
     --used_;
     for (std::size_t i = (hole + 1) & mask_; words_[i].live != 0; i = (i + 1) & mask_) {

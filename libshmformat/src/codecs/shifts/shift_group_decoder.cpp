@@ -54,8 +54,8 @@ Result<void> ShiftGroupDecoder::begin_streams(std::optional<ConnectivityCodec> c
 Result<void> ShiftGroupDecoder::begin_stream(const container::StreamEntry& entry,
                                              std::span<const std::byte> bytes) {
   const auto place = static_cast<std::size_t>(&entry - header_->streams.data());
-  // This bound prevents an overflow in sums of sizes, even if the caller has set a very large
-  // limit.
+  // Limit decoded_bytes, so that later sums of sizes cannot overflow even if the caller has set a
+  // very large limit.
   const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
   if (entry.kind == StreamKind::connectivity)
     return place == 0 ? begin_connectivity(bytes, decoded_bytes) : wrong_stream(entry);
@@ -74,12 +74,12 @@ Result<void> ShiftGroupDecoder::begin_connectivity(std::span<const std::byte> by
   if (!in.ok() || !neighbours_.begin_group(bits, header_->cells) ||
       (!has_neighbours_ &&
        (needs_ring(*schema_) || parts_.vertex_neighbourhoods || parts_.cell_neighbourhoods)))
-    return corrupt("connectivity: the size of its ring is invalid");
+    return corrupt("connectivity: the size of the ring is invalid");
   if (predicted_.empty() && has_neighbours_)
     predicted_ = predicted_columns<ColumnDecoder>(*schema_, columns_, parts_);
-  // Largest unpacked size of the shifts. A shift needs at most 10 bytes for each node of a new
-  // cell, and decoded_bytes counts 8 bytes for this node. The number of an unused vertex needs at
-  // most 10 bytes, and decoded_bytes counts 12 bytes for this vertex.
+  // Upper bound on the unpacked size of the shifts. For each node of a cell, decoded_bytes includes
+  // 8 bytes, and the shifts need at most 10 bytes. For each unused vertex, decoded_bytes includes
+  // 12 bytes, and the shifts need at most 10 bytes.
   const std::uint64_t most = 3 * decoded_bytes + 64 * std::uint64_t{header_->cells};
   if (!shifts_.begin_group(in.get_bytes(in.left()), header_->cells, most, zstd_))
     return corrupt("connectivity: cannot be unpacked");
@@ -196,9 +196,9 @@ void ShiftGroupDecoder::name_imports(std::vector<std::uint64_t>& corners) {
 }
 
 /// Counts the vertices that each cell of a run (cells with the same shift) introduces and
-/// finalizes. Returns false if the cells are irregular: the vertex numbers do not increase by one
-/// from cell to cell, or a vertex is used in another irregular way. Also returns false if the run
-/// is invalid.
+/// finalizes. Returns false if the cells must be processed one by one, for example because their
+/// vertex numbers do not increase by one from cell to cell. Also returns false if the run is
+/// invalid.
 bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                   std::size_t count, std::uint64_t& introduced,
                                   std::uint64_t& finalized) {
@@ -211,12 +211,11 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   for (std::size_t i = 0; i < nodes; ++i) {
     if (numbers[nodes + i] != first[i] + 1 || first[i] > ~std::uint64_t{0} - 64) return false;
     LiveNumbers::Run run = live_.run(first[i], length);
-    // True if the vertex of node i also occurs at an earlier node, and both nodes are marked as
-    // last use
+    // True if node i is the same vertex as an earlier node, and both nodes are marked as last use
     bool again = false;
     for (std::size_t j = 0; j < nodes; ++j) {
-      // Number of cells after which the number of node i equals the number that node j has in the
-      // first cell
+      // Vertex numbers increase by one per cell. After this number of cells, node i is the vertex
+      // that is node j of the first cell.
       const std::uint64_t ahead = first[j] - first[i];
       if (ahead >= count) continue;
       if (has_bit(marks.introduced, j)) {

@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-/// For each neighbour in the order of Neighbourhood::at: the axes (as corner bits) along which the
-/// neighbour is one step away.
+/// For each neighbour in the order of Neighbourhood::at: the axes along which the neighbour is one
+/// step away, as a bit mask (1: x, 2: y, 4: z).
 constexpr std::array<std::uint32_t, 7> kLatticeBits = {1, 2, 4, 3, 5, 6, 7};
 
 }  // namespace
@@ -22,7 +22,8 @@ bool needs_ring(const Schema& schema) {
 
 void ShiftNeighbours::Ring::clear(std::size_t places) {
   number.resize(places);
-  // Mark all places as empty: the number i ^ 1 does not belong to place i.
+  // Mark all places as empty: store the number i ^ 1 in place i. An element with this number never
+  // has place i.
   for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;
   full.assign(places, 0);
 }
@@ -118,9 +119,10 @@ void ShiftNeighbours::look_around(Neighbourhood& item, std::uint32_t position,
   vertices_.look_for_thirds(item);
 }
 
-/// Finds the neighbours of a cell. A cell is identified by the number of its last corner. If
-/// neighbouring cells are numbered in the same way, the last corner of a neighbouring cell is also
-/// a corner of this cell, so the neighbour can be identified.
+/// Finds the neighbours of a cell. A cell is identified by the vertex number of its final corner.
+/// If neighbouring cells list their corners in the same order, the final corner of an earlier
+/// neighbour is also a corner of this cell. The neighbour can then be looked up by that vertex
+/// number.
 void ShiftNeighbours::add_cell(std::uint32_t axes, const std::uint64_t* numbers,
                                std::vector<Neighbourhood>& cells) {
   Neighbourhood& item = cells.emplace_back();

@@ -1,7 +1,7 @@
 // ShiftNeighbours: finds neighbourhoods in segments that are coded as shifts. The near neighbours
 // of a new vertex are in the same cell. Neighbours farther away, and the neighbours of cells, are
 // found by vertex numbers: the numbers are assumed to continue in the same steps as within the
-// cell. This needs neither a surface nor a search, and almost no time.
+// cell. No active surface and no search are needed, so this takes almost no time.
 // spec: "Neighbourhoods by number"
 #pragma once
 
@@ -17,11 +17,11 @@
 
 namespace shm {
 
-/// Largest size of a ring of elements, as the number of bits of an index: a ring has 2^bits places.
-/// The place of a vertex or cell is its number modulo 2^bits, which is also its slot. Frozen: part
-/// of the format.
+/// Largest size of a ring of elements, as a number of bits: a ring has 2^bits places. The place of
+/// a vertex or cell in the ring is its number modulo 2^bits. The index of the place is also the
+/// slot of the element. Frozen: part of the format.
 inline constexpr std::uint32_t kMostRingBits = 18;
-/// Largest number of places of a new ring for each element of the first group. The limit keeps the
+/// A new ring has at most this number of places for each element of the group. The limit keeps the
 /// time for clearing the ring, and the memory that columns need, in proportion to the size of the
 /// data.
 inline constexpr std::uint64_t kRingPlacesForEach = 4;
@@ -37,8 +37,8 @@ constexpr std::uint32_t most_ring_bits(std::uint64_t elements) {
 
 class ShiftNeighbours {
  public:
-  /// `of_vertices`, `of_cells`: true if the neighbourhoods of vertices or cells are needed.
-  /// `schema` must outlive this object.
+  /// `of_vertices`: true if the neighbourhoods of vertices are needed. `of_cells`: true if those of
+  /// cells are needed. `schema` must outlive this object.
   ShiftNeighbours(const Schema& schema, bool of_vertices, bool of_cells);
 
   /// Begins a group of `elements` elements. `bits`: the ring has 2^bits places; if `bits` is 0, the
@@ -60,7 +60,8 @@ class ShiftNeighbours {
   void add_unused(std::uint64_t number, std::vector<Neighbourhood>& vertices);
 
  private:
-  /// The remembered elements. The place of an element is its number modulo the number of places.
+  /// A ring of the elements whose neighbourhoods can be looked up. The place of an element is its
+  /// number modulo the number of places.
   struct Ring {
     std::vector<std::uint64_t> number;
     /// For each place: 1 if the near, diagonal and opposite neighbours of the element were all

@@ -118,7 +118,7 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   return true;
 }
 
-/// Returns the number by which the shifts refer to a new vertex.
+/// Returns the vertex number that the shifts use for a new vertex.
 std::uint64_t ShiftSegmentEncoder::number_of(const SegmentPiece::Vertex& vertex) const {
   if (!numbered_by_order_) return vertex.number;
   return vertex.imported ? next_import_ : next_own_;
@@ -147,8 +147,9 @@ void ShiftSegmentEncoder::note_lags() {
   }
 }
 
-/// Returns the lags of cell numbers if cells are in rows and layers. A lag is the distance between
-/// two cells with the same rare shift, without another cell with this shift between them.
+/// Estimates the lengths of rows and layers of cells, and returns them as lags (differences between
+/// cell numbers). A lag is the distance from a cell to the previous cell with the same shift. At
+/// the beginning of a row or layer, cells have a shift that is rare within rows.
 std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
   std::array<std::size_t, 256>
       last{};  // for each symbol: the position of its most recent occurrence, plus 1
@@ -159,9 +160,7 @@ std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
     const std::size_t lag = i + 1 - before;
     if (before > 0)
       note(lags, lag,
-           lag == 1
-               ? 2
-               : lag);  // a lag of n counts n times, so a row has the same weight as all its cells
+           lag == 1 ? 2 : lag);  // a lag n > 1 counts n times: once for each cell of the row
   }
   return chosen(std::move(lags));
 }
@@ -174,9 +173,9 @@ void ShiftSegmentEncoder::begin_element(bool is_cell) {
   cells_.tile_begin.push_back(cell_blocks_.size());
 }
 
-/// Returns the size of the ring, as a number of bits. For 19 of 20 sampled cells, the ring covers
-/// the range of the cell's vertex numbers. If the ring is small, it is enlarged so that it also
-/// covers the elements two and three layers back.
+/// Returns the size of the ring, as a number of bits. The size is chosen so that for 19 of 20
+/// sampled cells, the ring covers the range of the cell's vertex numbers. A small ring is enlarged
+/// so that it also covers the elements two and three layers back.
 std::uint32_t ShiftSegmentEncoder::ring_bits() const {
   const std::uint32_t noted = std::accumulate(spreads_.begin(), spreads_.end(), 0u);
   std::uint32_t bits = 1, within = spreads_[0];

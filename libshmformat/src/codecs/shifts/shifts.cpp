@@ -64,8 +64,8 @@ std::size_t ShiftEncoder::find(const Shift& shift, std::uint32_t nodes) const {
 void ShiftEncoder::add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers) {
   const auto nodes = static_cast<std::uint32_t>(numbers.size());
   std::uint64_t* const last = table_.last(marks.block).data();
-  // First try the shift that followed the previous shift when that shift last occurred. It is
-  // almost always the current shift.
+  // First try the successor of the previous shift: the shift that came after it the last time. The
+  // current shift is almost always this successor.
   const std::size_t guess = table_.size() == 0 ? 0 : followed_[last_place_];
   const Shift& guessed = table_.size() == 0 ? shift_ : table_.at(guess);
   std::uint64_t differs = 0;

@@ -100,7 +100,7 @@ class ShiftEncoder {
   ShiftEncoder(const Schema& schema, bool may_import);
 
   void add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers);
-  /// Adds a vertex that no cell uses. Call it after the cells of the group.
+  /// Adds a vertex that no cell uses. Call this function after adding the cells of the group.
   void add_unused(std::uint64_t number);
   /// Returns the bitstream of the current group as if the group ended now.
   std::vector<std::byte> packed(ZstdCompressor& zstd) const;

@@ -26,13 +26,14 @@
 namespace shm {
 
 /// Calls visit(info, blocks, traits) for each column of static values: first for geometry, then for
-/// the static arrays in schema order. These are the arguments of the column's constructor.
+/// the static arrays in schema order. `info`, `blocks` and `traits` are the arguments of the
+/// constructor of a column.
 template <class Visit>
 void for_each_static_column(const Schema& schema, Visit&& visit) {
   ColumnTraits traits{.repeats = false, .earlier_values = schema.earlier_values, .copies = true};
   visit(coordinates_info(schema), std::vector<std::uint32_t>(), traits);
   traits.repeats = true;
-  // Number of further components that may still have tables (see kMostTableComponentsInAll)
+  // Number of components in later columns that may have tables (see kMostTableComponentsInAll)
   std::uint32_t room = kMostTableComponentsInAll - 3;
   for (const ArrayInfo& info : schema.arrays) {
     if (info.per_step) continue;
@@ -49,7 +50,8 @@ void for_each_static_column(const Schema& schema, Visit&& visit) {
 template <class Column>
 class ValueStreams {
  public:
-  /// `schema` must outlive this object. Columns that `parts` excludes must not be used.
+  /// `schema` must outlive this object. If `parts` states that an array is not decoded, its column
+  /// must not be used.
   ValueStreams(const Schema& schema, const DecodedParts& parts);
 
   // For each cell in coding order, call begin_cell(), then add_vertex() for each new vertex in
@@ -71,12 +73,14 @@ class ValueStreams {
     vertex_reach_ = least_vertex_reach_;
     cell_reach_ = least_cell_reach_;
   }
-  /// Decoding: increases the reach in this group, if necessary, to the reach that a column needs.
+  /// Decoding: increases the reach (how far neighbourhoods extend) in this group, if a column needs
+  /// a larger reach.
   void need_reach(std::size_t column, Reach reach) {
     Reach& own = is_of_cells_[column] ? cell_reach_ : vertex_reach_;
     own = std::max(own, reach);
   }
-  /// Encoding: sets the reach of all neighbourhoods. Call it before the first cell of the segment.
+  /// Encoding: sets the reach (how far neighbourhoods extend). Call this function before the first
+  /// cell of the segment.
   void set_reach(Reach reach) { vertex_reach_ = cell_reach_ = reach; }
   /// Encoding: begins a tile of a group. Call it before the first element of the tile.
   void begin_tile() {
@@ -108,7 +112,8 @@ class ValueStreams {
   bool finds() const { return of_vertices_ || of_cells_; }
 
   const Schema* schema_;
-  bool of_vertices_, of_cells_;  // true if the neighbourhoods of vertices, or of cells, are needed
+  bool of_vertices_, of_cells_;  // of_vertices_: true if neighbourhoods of vertices are needed;
+                                 // of_cells_: the same for cells
   NeighbourFinder finder_;
   Reach least_vertex_reach_ = Reach::lattice, least_cell_reach_ = Reach::lattice;
   Reach vertex_reach_ = Reach::farther, cell_reach_ = Reach::farther;
@@ -213,8 +218,8 @@ class MeshStreams {
   void finish_cell(const CellTopology& cell) { connectivity_.finish_cell(cell); }
 
   Connectivity<Coder>& connectivity() { return connectivity_; }
-  /// Coordinates and static arrays. The caller must pass the same cells to this object and to the
-  /// returned object.
+  /// The streams of coordinates and static arrays. The caller must pass each cell both to
+  /// MeshStreams and to ValueStreams.
   using Values = ValueStreams<Column>;
   Values& values() { return values_; }
   const Values& values() const { return values_; }

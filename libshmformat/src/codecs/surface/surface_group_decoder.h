@@ -54,7 +54,7 @@ class SurfaceGroupDecoder final : public GroupDecoder {
   Vertex& vertex_at(std::uint32_t slot) { return at_slot(vertices_, slot); }
   std::uint64_t active() { return streams_.connectivity().surface().active_vertices(); }
 
-  ColumnMemory memory_;  // limit for the memory of data that columns store by slot
+  ColumnMemory memory_;  // limit on the memory for data that columns store by slot
   Streams streams_;
   std::vector<Streams::Stream> listed_;
   std::vector<Vertex> vertices_;

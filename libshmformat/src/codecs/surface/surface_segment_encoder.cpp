@@ -118,8 +118,8 @@ std::uint64_t SurfaceSegmentEncoder::values_at_hand(RatedDomains* rated) {
   return bytes;
 }
 
-// A decoder treats a missing stream as a stream of zeros. Therefore an empty stream is left out,
-// unless it is needed to state its codec.
+// A decoder treats a missing stream as a stream of zeros. An empty stream is therefore not stored,
+// unless the decoder needs it to learn the codec.
 
 void SurfaceSegmentEncoder::add_symbols(std::size_t stream) {
   using container::StreamKind;

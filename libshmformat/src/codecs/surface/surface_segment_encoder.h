@@ -26,7 +26,8 @@ class SurfaceSegmentEncoder final : public SegmentEncoder {
   struct Handle {
     std::uint64_t number = 0;    // the caller's number of the vertex
     std::uint32_t slot = kNone;  // slot on the active surface (after the vertex has been encoded)
-    std::uint32_t vertex = 0;    // index in the current piece (before the vertex has been encoded)
+    std::uint32_t vertex =
+        0;  // index in the current SegmentPiece (before the vertex has been encoded)
   };
 
   bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,

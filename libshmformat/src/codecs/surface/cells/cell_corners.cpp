@@ -180,7 +180,7 @@ void CellCorners<Coder>::gather(const CellTopology& cell, Corner& corner) {
 }
 
 /// Collects the candidates that can be found without examining faces. Chooses the lead among them:
-/// the candidate with the strongest reasons (the first of these if several are equally strong).
+/// the candidate with the strongest evidence (the first one if there is a tie).
 template <class Coder>
 void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& corner) {
   const std::uint32_t i = corner.position;
@@ -255,8 +255,8 @@ void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace
     if (face.size != n) return;
     if (std::find(owners_.begin(), owners_.end(), faces_.number_of(face)) != owners_.end()) return;
     for (std::uint32_t direction :
-         // 1: the nodes of the face run in the direction opposite to the side of this cell, as is
-         // usual for a neighbour's face; 2: in the same direction
+         // Direction in which the nodes of the face are listed, compared with the side of this
+         // cell. 1: opposite, as usual for the face of a neighbour; 2: the same
          {1u, 2u}) {
       const auto node = [&](std::uint32_t k) {
         const std::uint32_t steps = (k + n - anchor) % n;
@@ -275,8 +275,8 @@ void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace
   });
 }
 
-/// Chooses the model of each candidate. Sorts the candidates by the probability that the model
-/// predicts, the most likely candidate first.
+/// Chooses the model of each candidate. Sorts the candidates by predicted probability; the most
+/// likely candidate comes first.
 template <class Coder>
 void CellCorners<Coder>::rank(const Corner& corner) {
   auto& which = models_->which[corner.model];
@@ -292,8 +292,8 @@ void CellCorners<Coder>::rank(const Corner& corner) {
   sort_by_chance(candidates_);
 }
 
-/// Finds the neighbours across those sides of the current cell whose nodes have all become known
-/// with the node at `position`.
+/// The node at `position` has just become known. For each side of the current cell whose nodes are
+/// now all known, finds the neighbour across this side.
 template <class Coder>
 void CellCorners<Coder>::find_owners(const CellTopology& cell, std::uint32_t position) {
   std::array<std::uint32_t, 4> cycle{};

@@ -44,8 +44,8 @@ class CellCorners {
   /// in the order of the source; false if they are ordered by the coder's frame (the three axes of
   /// the hexahedron).
   void take_note(const CellTopology& cell, CellShape shape, bool as_stored);
-  /// Codes the flags last_use of the corners of a cell: whether the cell is the last to use the
-  /// vertex. Call it after code() has coded the cell.
+  /// Codes the last_use flag of each corner of a cell: whether the cell is the last one that uses
+  /// the vertex. Call this function after code() has coded the cell.
   void code_last_use(Coder& symbols, CellTopology& cell, CellShape shape);
   void forget(std::uint32_t vertex) { faces_.forget(vertex); }
 
@@ -128,7 +128,7 @@ class CellCorners {
   struct Corner {
     std::uint32_t position = 0, model = 0;  ///< model: `position`, limited to kPositions - 1
     std::uint64_t expected =
-        0;  ///< id of the vertex if ids continue as in the previous cell of the block
+        0;  ///< predicted id of the vertex, if ids increase as in the previous cell of the block
     std::uint32_t lead = kNone;  ///< slot of the lead, the most likely vertex before faces are
                                  ///< examined; kNone if there is none
     AdaptiveBit* lead_model = nullptr;

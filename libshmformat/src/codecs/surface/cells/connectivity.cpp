@@ -82,8 +82,7 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, const S
   // node_ids_ is used only for cells that have nodes other than corners.
   if (!cell.by_faces && cell.slots.size() > corners && !code_nodes(symbols, stored, cell, corners))
     return false;
-  // A coder that finds vertices by number does not need counts of uses, and has already coded the
-  // last uses.
+  // A coder that finds vertices by number needs no use counts, and has already coded the last uses.
   const std::size_t done = cell.hexahedral && finds_by_number_ ? 8 : 0;
   for (std::size_t i = done; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
   if (others_) {
@@ -181,13 +180,13 @@ bool Connectivity<Coder>::code_count(Coder& symbols, CellTopology& cell) {
 }
 
 /// Codes the nodes that are not corners. If the layout of nodes is known, a node is predicted from
-/// its position in the cell. Otherwise its id is coded relative to the same node of the previous
-/// cell of the block.
+/// its position in the cell. Otherwise its id is coded relative to the id at the same position in
+/// the previous cell of the block.
 template <class Coder>
 bool Connectivity<Coder>::code_nodes(Coder& symbols, const StoredCell& stored, CellTopology& cell,
                                      std::uint32_t first) {
   auto& last = node_ids_[cell.block];
-  std::uint64_t shift = 0;  // id of the previous node, minus the id of the same node in the
+  std::uint64_t shift = 0;  // id of the previous node, minus the id at the same position in the
                             // previous cell of the block
   const std::size_t count = cell.slots.size();
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -219,8 +218,8 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, const StoredCell& stored, C
   return true;
 }
 
-/// Encoding: returns the first of the kMaxLastUse positions before `i` that has the same vertex, or
-/// kNone if none of them has it.
+/// Encoding: searches the kMaxLastUse positions before `i` for the vertex at position `i`. Returns
+/// the first position with this vertex, or kNone if there is none.
 template <class Coder>
 std::uint32_t Connectivity<Coder>::earlier_position(const StoredCell& stored,
                                                     const CellTopology& cell, std::uint32_t i) {
@@ -241,9 +240,9 @@ void Connectivity<Coder>::sort_numbers(const StoredCell& stored) {
   std::sort(positions_.begin(), positions_.end());
 }
 
-/// Encoding: after a new vertex at position `i`, stores its slot at later positions with the same
-/// vertex number. This is needed only for positions that are more than kMaxLastUse after `i`, since
-/// the models code repeats at nearer positions.
+/// Encoding: copies the slot of the new vertex at position `i` to later positions of the cell that
+/// have the same vertex number. This is needed only for positions more than kMaxLastUse after `i`,
+/// since repetitions at nearer positions are coded by the models.
 template <class Coder>
 void Connectivity<Coder>::fill_farther_repeats(const StoredCell& stored, CellTopology& cell,
                                                std::uint32_t i) {

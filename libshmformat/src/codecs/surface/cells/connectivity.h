@@ -49,8 +49,8 @@ class Connectivity {
   Connectivity(const Connectivity&) = delete;  // the coders contain pointers to the surface
   Connectivity& operator=(const Connectivity&) = delete;
 
-  /// Sets the codec of hexahedra. Call it before the first cell; without this call, the codec is
-  /// rows. Precondition: `codec` is neither automatic nor shifts nor patterns.
+  /// Sets the codec of hexahedra. Call it before the first cell. The default is the codec `rows`.
+  /// Precondition: `codec` is neither automatic nor shifts nor patterns.
   void set_codec(ConnectivityCodec codec);
 
   /// Codes one cell. Encoding: `stored` is the cell. Decoding: `stored` is not read. In both cases
@@ -99,7 +99,7 @@ class Connectivity {
                        CellTopology& cell);
   bool code_nodes(Coder& symbols, const StoredCell& stored, CellTopology& cell,
                   std::uint32_t first_position);
-  /// Returns true if the order in which hexahedra of this block store their corners is coded.
+  /// Returns true if the stored order of the corners is coded for the hexahedra of this block.
   bool order_matters(const BlockInfo& block) const {
     return schema_->corner_order || block.nodes_per_cell != 8;
   }

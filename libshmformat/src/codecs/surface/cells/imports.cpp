@@ -52,7 +52,7 @@ Stencil ImportFlags<Coder>::stencil(const CellTopology& cell, std::uint32_t posi
       known |= std::uint64_t{1} << i;
   const Stencil stencil = stencil_of(cell, position, known);
   return stencil.kind == Stencil::midpoint
-             ? Stencil{}  // the predictor would use the corners, which may not be imported
+             ? Stencil{}  // a midpoint would be predicted from corners, which may not be imported
              : stencil;
 }
 

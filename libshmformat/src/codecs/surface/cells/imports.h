@@ -19,8 +19,8 @@ namespace shm {
 template <class Coder>
 class ImportFlags {
  public:
-  /// Begins a cell: records that it is unknown which of its new vertices are imported. Call it
-  /// before code() is called for these vertices.
+  /// Begins a cell: resets the state of its new vertices to `unknown`. Call this function before
+  /// calling code() for these vertices.
   void begin_cell(const CellTopology& cell);
   /// Codes whether the new vertex at `position` is imported. Call it for the new vertices of a cell
   /// in the order of new_positions.

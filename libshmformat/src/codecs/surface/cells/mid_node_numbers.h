@@ -23,15 +23,15 @@ class MidNodeNumbers {
   /// recently coded number plus 1.
   Guess expect(const CellTopology& cell, const MidNode& node, std::uint32_t position,
                std::uint64_t known, const std::vector<std::uint64_t>& numbers, std::uint64_t next);
-  /// Updates the errors of the rules. `number`: the actual number of the node that the most recent
-  /// call to expect() predicted.
+  /// Updates the mean error of each rule. `number`: the actual number of the node for which
+  /// expect() was called most recently.
   void learn(std::uint64_t number);
 
  private:
-  /// Rules in order of preference. Some rules add a step: the step that would have made the rule's
-  /// previous prediction right.
+  /// Rules in order of preference. Some rules add a step. It is the step with which the previous
+  /// prediction of the same rule would have been right.
   enum Rule : std::uint8_t {
-    follows,       ///< the last coded number plus 1
+    follows,       ///< the most recently coded number plus 1
     follows_kind,  ///< the most recent number of a node of the same kind (edge, face or body), plus
                    ///< 1
     /// The number of the mid node of a parallel edge, plus the difference between the numbers of
@@ -39,9 +39,9 @@ class MidNodeNumbers {
     transport,
     parallel,    ///< the number of the mid node of a parallel edge, plus a step
     square,      ///< extrapolation from the mid nodes of three parallel edges
-    from_first,  ///< the number of the first end of the edge, plus a step
-    /// The number of the other end of the edge, plus a step. For faces and bodies: the number of
-    /// another node, plus a step
+    from_first,  ///< the vertex number at the first end of the edge, plus a step
+    /// The vertex number at the second end of the edge, plus a step. For face nodes and body nodes:
+    /// the number of a second known node around the mid node, plus a step
     from_other,
     introduced,  ///< the number of the most recent new node at this position, plus a step
     midpoint,    ///< halfway between the numbers of the ends
@@ -49,8 +49,8 @@ class MidNodeNumbers {
   };
   struct Place {
     std::array<std::uint64_t, kRules> step{};
-    std::array<std::uint32_t, kRules>
-        missed{};  ///< moving mean of the bit length of the error, in units of 1/256
+    std::array<std::uint32_t, kRules> missed{};  ///< for each rule: moving mean of the bit length
+                                                 ///< of its prediction error, in units of 1/256
     std::uint64_t last = 0;
   };
   void add(Rule rule, std::uint64_t base, std::uint64_t step);

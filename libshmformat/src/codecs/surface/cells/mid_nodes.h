@@ -36,14 +36,14 @@ class MiddleTable {
     bool is_face = false;
   };
   Place edge(std::uint32_t a, std::uint32_t b) const;
-  /// Returns the place that identifies the face: the ends of the diagonal that contains the face's
+  /// Returns the Place of a face. It consists of the ends of the diagonal that contains the face's
   /// oldest vertex.
   Place face(const std::array<std::uint32_t, 4>& corners) const;
 
   /// Returns the live vertex in the middle of `place`, or kNone if no such vertex exists.
   std::uint32_t find(const Place& place) const;
-  /// Stores `slot` as the vertex in the middle of `place`. If it was stored for another place,
-  /// removes that entry.
+  /// Stores `slot` as the vertex in the middle of `place`. If the same vertex has an entry for a
+  /// different place, removes that entry.
   void put(const Place& place, std::uint32_t slot);
   /// Removes the entry of a vertex. Call it before the vertex is finalized.
   void forget(std::uint32_t slot) {
@@ -67,7 +67,8 @@ class MiddleTable {
   void erase(std::uint32_t slot);
 
   const ActiveSurface* surface_;
-  std::vector<Entry> entries_;  // entries by slot of the vertex in the middle
+  std::vector<Entry> entries_;  // the entry of each vertex that is in the middle of an edge or
+                                // face, by vertex slot
 
   // Maps from an edge or face (its two slots) to the vertex in its middle: one map for edges, one
   // for faces

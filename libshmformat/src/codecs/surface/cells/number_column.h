@@ -1,5 +1,5 @@
 // NumberColumn: codes the stream numbers of imported vertices. A number is predicted from the
-// imported neighbours in the cell, by the rules that the published method uses for coordinates.
+// imported neighbours in the cell, by the rules that predict coordinates (codecs/shared/stencil.h).
 // spec: "Imports"
 #pragma once
 

@@ -221,8 +221,8 @@ void Polyhedra<Coder>::note_outcome(std::uint32_t outcome) {
   cell_outcomes_.push_back(outcome);
 }
 
-/// Encoding: after a new vertex at this position, stores its slot at all other positions of the
-/// cell with the same vertex number.
+/// Encoding: copies the slot of the new vertex at this position to all other positions of the cell
+/// that have the same vertex number.
 template <class Coder>
 void Polyhedra<Coder>::fill_repeats(CellTopology& cell) {
   const std::uint64_t number = numbers_[position_];
@@ -419,8 +419,8 @@ void Polyhedra<Coder>::add_expected() {
   if (Candidate* const c = slot == kNone ? nullptr : add(slot)) c->shift = true;
 }
 
-/// Chooses the model of each candidate. Sorts the candidates by the probability that the model
-/// predicts, the most likely candidate first.
+/// Chooses the model of each candidate. Sorts the candidates by predicted probability; the most
+/// likely candidate comes first.
 template <class Coder>
 void Polyhedra<Coder>::rank() {
   auto& which = which_[at_most(path_.size(), 2)];

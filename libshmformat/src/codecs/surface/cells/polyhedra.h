@@ -39,8 +39,8 @@ class Polyhedra {
   /// before the call. Returns false only when decoding damaged data.
   bool code(Coder& symbols, const StoredCell& stored, CellTopology& cell, std::uint64_t number,
             const std::function<void(std::uint32_t)>& add_vertex);
-  /// Codes the flags last_use of a cell that is stored as a list of faces: whether the cell is the
-  /// last to use a vertex.
+  /// Codes the last_use flags of a cell that is stored as a list of faces. Each flag states whether
+  /// the cell is the last one that uses the vertex.
   void code_last_use(Coder& symbols, CellTopology& cell);
   void forget(std::uint32_t vertex) { open_.forget(vertex); }
   /// Returns the numbers of at most eight earlier polyhedra that share faces with the most recent
@@ -64,8 +64,8 @@ class Polyhedra {
   /// A candidate: a vertex that may be the next node of a face, and the reasons for this guess.
   struct Candidate {
     std::uint32_t slot = kNone;
-    /// Result of beginning() for an open face that contains the current face's nodes so far,
-    /// followed by this vertex; 0 if there is no such open face
+    /// Set if an open face contains the known nodes of the current face, followed by this vertex.
+    /// In this case, it is the result of beginning() for the open face; otherwise 0
     std::uint8_t open = 0;
     /// A count of at most 2. For a later node of a face: how often the cell contains the edge to
     /// this vertex. For the first node of a later face: the number of edges at this vertex that
@@ -102,11 +102,12 @@ class Polyhedra {
     std::vector<std::uint64_t> ids;
     std::uint64_t step = 0;
   };
-  /// Data of a vertex. Each item belongs to the current cell, face or node only if its round equals
-  /// the current round.
+  /// Data of a vertex. The data about the cell, the face and the node were each set in a round,
+  /// which is a running number. They are valid only if this round is the current one, so that they
+  /// need not be cleared.
   struct Seen {
     std::uint64_t cell = 0, face = 0,
-                  node = 0;  ///< rounds in which the data about the cell, face and node were set
+                  node = 0;  ///< rounds of the data about the cell, the face and the node
     std::uint32_t vertex = 0, candidate = kNone;
     std::uint32_t place = 0;  ///< position in the face, from 1
   };
@@ -121,7 +122,7 @@ class Polyhedra {
   std::uint32_t code_taken(CellTopology& cell);
   bool code_missed(CellTopology& cell);
   void note_outcome(std::uint32_t outcome);
-  /// Returns the outcome that the previous cell had at the current position.
+  /// Returns the outcome that was coded at this position in the previous cell.
   std::uint32_t last_outcome() const {
     return position_ < last_outcomes_.size() ? last_outcomes_[position_] : 0;
   }
@@ -155,8 +156,8 @@ class Polyhedra {
   // Models of the decision whether a face is the final face of the cell, by whether the cell is
   // closed and by the number of faces
   std::array<std::array<MixedBit, 16>, 2> end_;
-  // Models of the decision whether a face ends, by match with an open face, by edge, and by number
-  // of nodes
+  // Models of the decision whether a face ends. The indices are: how well the face matches an open
+  // face, the state of the edge that would close the face, and the number of nodes
   std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;
   // Models of the decisions kNew and kAmong, by the number of nodes so far and the kind of the best
   // candidate
@@ -190,7 +191,7 @@ class Polyhedra {
   std::uint64_t shift_ = 0;
   std::vector<std::uint32_t> cell_outcomes_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> cell_edges_;
-  // Nodes of those faces of the cell that were not open before the cell, one face after another.
+  // Nodes of the faces that the cell does not share with earlier cells, one face after another.
   // cycle_ends_ contains the position after the end of each face
   std::vector<std::uint32_t> new_cycles_, cycle_ends_;
   std::vector<std::pair<std::uint64_t, std::uint32_t>>

@@ -8,14 +8,15 @@
 namespace shm {
 namespace {
 
-// A corner may be coded as the same vertex as a corner of one of this number of earlier cells.
-// Frozen: part of the format
+// A corner may be coded as a reference to the same vertex in an earlier cell. This is the number of
+// earlier cells that can be referred to. Frozen: part of the format
 constexpr std::uint64_t kEarlierCells = 256;
 constexpr std::uint64_t kLeastSlots = 1024;
 constexpr std::uint32_t kRepeatedStrays =
-    4;  // encoder: number of cells with repeated strays after which strays are followed
-constexpr std::uint64_t kSearch = 64;  // encoder: new distances are tried that differ by at most
-                                       // this number from the distance used most recently
+    4;  // encoder: strays are predicted after this number of cells that had a stray at the same
+        // corner as their model cell
+constexpr std::uint64_t kSearch = 64;  // encoder: largest difference between a new distance that is
+                                       // tried and the most recently used distance
 
 constexpr std::uint8_t bit(std::uint32_t i) { return static_cast<std::uint8_t>(1u << i); }
 
@@ -50,9 +51,9 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, const StoredCell& stor
   return true;
 }
 
-/// Returns the expected vertex numbers and last uses of the current cell. The numbers are those of
-/// the cell `distance` cells back, plus a shift. The shift is the numbers of the cell `beside`
-/// cells back, minus the numbers of the cell `over` cells before that cell.
+/// Returns the expected vertex numbers and last uses of the current cell. Let number[k] be the
+/// vertex numbers of the cell k cells back. The expected numbers are number[distance] +
+/// number[beside] - number[beside + over].
 template <class Coder>
 auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
                                    std::uint64_t beside) const -> Guess {
@@ -161,8 +162,9 @@ auto ReplayHexahedra<Coder>::choose(const StoredCell& stored, const Numbers& num
   // row by row, these cells include the cells below and beside this cell.
   for (std::uint32_t c = 0; c < 8; ++c)
     if (stored.slots[c] < introduced_.size()) try_new(sequence_ - introduced_[stored.slots[c]], 12);
-  // For meshes with repeated parts: try the distance to the most recent mispredicted cell that had
-  // the same step from its previous cell.
+  // For meshes with repeated parts: try the distance to the most recent mispredicted cell with the
+  // same step. The step is the difference between the vertex numbers of a cell and those of the
+  // cell before it.
   if (!misses_.empty()) try_new(sequence_ - misses_[step_key(number)], 12);
   // For layers with holes: try distances that are slightly larger or smaller than the distance used
   // most recently.
@@ -329,8 +331,9 @@ bool ReplayHexahedra<Coder>::resolve(const StoredCell& stored, CellTopology& cel
   return true;
 }
 
-/// Handles the common case: for each corner, tries the source at which the corner's vertex was
-/// found last time. Returns the set of corners whose vertices are not at this source.
+/// Handles the common case: for each corner, looks for the vertex at the source (corner of an
+/// earlier cell) that was right most recently. Returns the set of corners whose vertices are not at
+/// this source.
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::look_up_hints(CellTopology& cell,
                                                     const Numbers& number) const {
@@ -366,8 +369,8 @@ bool ReplayHexahedra<Coder>::resolve_corner(const StoredCell& stored, CellTopolo
   return true;
 }
 
-/// Decoder: finds the vertex of a corner if it is not at the source at which the corner's vertex
-/// was found last time.
+/// Decoder: finds the vertex of a corner if it is not at the source (corner of an earlier cell)
+/// that was right most recently.
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::find(std::uint64_t number, std::uint32_t corner) {
   const std::uint32_t slot = find_anywhere(number);
@@ -426,8 +429,7 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
     if (moved != 0 && (away == 0 || away == moved)) marks_shift_ = away != 0;
   }
   if (!follows_strays_ && (strays_ & likely_strays()) != 0) ++repeated_strays_;
-  // If a cell has no strays, store the strays of its model cell (the earlier cell that it repeats)
-  // for it.
+  // A cell without strays inherits the strays of its model cell, the earlier cell that it repeats.
   if (strays_ == 0) strays_ = likely_strays();
   if (follows_strays_) follow_strays(number);
   Past& record = remember(cell, number);
@@ -464,10 +466,10 @@ void ReplayHexahedra<Coder>::follow_strays(const Numbers& number) {
   }
 }
 
-/// Returns the storage for the current hexahedron, with its vertex numbers set. The capacity of the
-/// ring grows with the mesh and its active surface, since cells further back do not help
-/// prediction. The ring of slots can be smaller, since live vertices were usually used within the
-/// last layer.
+/// Adds the current hexahedron to the ring of earlier cells, and stores its vertex numbers there.
+/// Returns the new entry. The capacity of the ring grows with the active surface; cells further
+/// back do not help prediction. The ring of slots can be smaller, since most live vertices were
+/// used within the most recent layer.
 template <class Coder>
 auto ReplayHexahedra<Coder>::remember(const CellTopology& cell, const Numbers& number) -> Past& {
   const std::uint64_t active = surface_->active_vertices();

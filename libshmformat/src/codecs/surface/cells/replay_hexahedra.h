@@ -1,4 +1,4 @@
-// Replay hexahedra: codes each hexahedron as a repetition of an earlier hexahedron with other
+// Replay hexahedra: codes each hexahedron as a repetition of an earlier hexahedron with different
 // vertex numbers. Hexahedra are coded in coding order, as symbols of the bitstream "connectivity".
 // Encoder and decoder keep the same state: a ring of the most recent cells, the numbers of live
 // vertices, and the models.
@@ -12,13 +12,14 @@
 // and no face is ever looked up. If the rule does not hold for a cell, the cell is coded corner by
 // corner.
 //
-// In a refined mesh, a cell combines a corner of the original cell with new vertices. The number of
-// an original corner differs from the number predicted from the earlier (model) cell. A corner with
-// such a number is a stray. If a corner is a stray in a cell, the same corner was usually a stray
-// in the model cell. When the encoder has detected such cells, it follows strays: encoder and
-// decoder then predict which corners are strays, and predict their numbers. The prediction is the
-// number of the previous stray plus a step. The step is found by looking up the last occurrence of
-// the current step, and taking the step that came after it.
+// The earlier cell i - d is the model cell of cell i. A stray is a corner whose vertex number was
+// mispredicted from the model cell. Strays are common in refined meshes: when a cell is divided,
+// each new cell has one corner of the original cell, and the number of this corner does not
+// continue regularly. If a corner of a cell is a stray, the same corner of the model cell usually
+// was a stray, too. As soon as the encoder has found enough repeated strays, it switches to
+// following strays: encoder and decoder then predict which corners are strays, and which vertex
+// numbers the strays have. The predicted number is the number of the previous stray plus a step.
+// This step is the one that came after the most recent occurrence of the current step.
 // spec: "Replay hexahedra"
 #pragma once
 
@@ -61,8 +62,8 @@ class LastRing {
     kept_ = std::min<std::uint64_t>(kept_ + 1, ring_.size());
     return entry;
   }
-  /// Sets the capacity and the number of elements to those of another ring. The elements themselves
-  /// are default values.
+  /// Sets the capacity and the number of elements to those of another ring, and sets all elements
+  /// to T{}.
   template <class Other>
   void begin_as(const LastRing<Other>& other) {
     ring_.assign(other.ring_.size(), T{});
@@ -93,8 +94,8 @@ template <class Coder>
 class ReplayHexahedra {
  public:
   /// `surface` must outlive this object. `keep`: if true, corners are coded by the source's numbers
-  /// in StoredCell::original; if false, by stream numbers. `strays`: true if strays may be
-  /// followed.
+  /// in StoredCell::original; if false, by stream numbers. `strays`: true if the encoder may
+  /// predict strays (mispredicted corners).
   ReplayHexahedra(ActiveSurface& surface, bool keep, bool strays)
       : surface_(&surface), keep_(keep), may_follow_(strays) {}
 
@@ -111,11 +112,11 @@ class ReplayHexahedra {
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
   static constexpr std::size_t kMissSlots = 1024;
-  // Number of distances that are remembered. It is the largest number possible with a tree of 3
-  // bits, because the symbols 6 (new distance) and 7 (kFollowStrays) are coded in the same tree
+  // Number of recently used distances that are stored. The index of a distance is coded in a tree
+  // of 3 bits. The values 6 (new distance) and 7 (kFollowStrays) are reserved, so 6 indices remain
   static constexpr std::uint32_t kDistances = 6;
-  // Symbol that can occur once in the stream, in place of the index of a distance. From this symbol
-  // on, strays are followed
+  // Symbol that can occur once in the stream, before the index of a distance. After this symbol,
+  // strays (mispredicted corners) are predicted
   static constexpr std::uint32_t kFollowStrays = 7;
 
   // Binary logarithm of the size of the table followers_. Frozen: part of the format
@@ -128,18 +129,19 @@ class ReplayHexahedra {
     std::uint8_t next = 0;   // set of corners whose number was the largest number so far plus 1
     std::uint8_t marks = 0;  // set of corners marked as last use
 
-    // Set of strays: corners whose numbers were mispredicted. If there are none, the set of the
-    // model cell (the earlier cell that this cell repeats)
+    // Set of strays: corners whose numbers were mispredicted. If the cell has no strays, this is a
+    // copy of the set of its model cell, the earlier cell that it repeats
     std::uint8_t strays = 0;
-    bool guessed = false;      // true if all corners and last-use marks were as expected
-    std::uint32_t beside = 1;  // distance to the earlier cell whose shift was repeated in this cell
+    bool guessed = false;  // true if all corners and last-use marks were as expected
+    std::uint32_t beside =
+        1;  // this cell repeats the shift of the cell that is this number of cells back
   };
   struct Named {
     std::uint64_t number = 0;
     bool known = false;  // true if the vertex can be found by its number
   };
-  /// A source: a place where the vertex of a corner was found. It is the corner `corner` of the
-  /// cell that is `distance` cells before the current cell.
+  /// A source: an earlier corner with the same vertex. It is the corner `corner` of the cell that
+  /// is `distance` cells before the current cell.
   struct Source {
     std::uint32_t distance = 1;
     std::uint8_t corner = 0;
@@ -153,11 +155,12 @@ class ReplayHexahedra {
   struct Choice {
     std::uint32_t place = 0;     // index in distances_; kDistances if the distance is new
     std::uint64_t distance = 0;  // the new distance, if there is one
-    bool old_shift = false;      // true if the shift is computed from the previously used distance
-                                 // instead of the distance chosen here
+    bool old_shift = false;      // true if the shift is computed with the distance of the previous
+                                 // guess instead of the distance chosen here
 
-    // The cell whose shift is repeated. 0: the same choice as for the model cell. 1: the previous
-    // cell. From 2 on: the cell at distance distances_[beside - 2]
+    // The earlier cell whose shift is repeated. 0: the cell at the same distance as for the model
+    // cell (Past::beside). 1: the previous cell. From 2 on: the cell at distance distances_[beside
+    // - 2]
     std::uint32_t beside = 0;
   };
 
@@ -199,7 +202,7 @@ class ReplayHexahedra {
     return reaches(distances_[0]) ? past(distances_[0]).strays : std::uint8_t{0};
   }
   static std::size_t place_of_follower(std::uint64_t step, std::size_t corner);
-  // The next two functions must be called only while strays are followed.
+  // The next two functions must be called only after kFollowStrays has been coded.
   std::uint64_t next_stray(std::size_t corner) const {
     return last_stray_ + followers_[place_of_follower(stray_step_, corner)];
   }
@@ -217,17 +220,18 @@ class ReplayHexahedra {
                            // fewer cells than pasts_
   std::uint64_t sequence_ = 0;  // sequence number of the current hexahedron
 
-  // Distances used before; the most recently used distance comes first
+  // Recently used distances to model cells; the most recently used distance comes first
   std::array<std::uint64_t, kDistances> distances_{1};
   bool marks_shift_ = false;
 
   std::vector<Named> named_;               // numbers of vertices, by slot
   std::vector<std::uint64_t> introduced_;  // encoder: for each vertex slot, the sequence number of
                                            // the hexahedron that introduced the vertex
-  std::vector<std::uint64_t> misses_;  // encoder: for each step_key(), the sequence number of the
-                                       // most recent mispredicted hexahedron
-  bool clash_ = false;                 // true if two live vertices had the same number
-  NumberMap by_number_;                // vertices by number; used in Order::keep only
+  std::vector<std::uint64_t>
+      misses_;  // encoder: for each result of step_key(), the sequence number of the most recent
+                // mispredicted hexahedron with this key
+  bool clash_ = false;   // true if two live vertices had the same number
+  NumberMap by_number_;  // vertices by number; used in Order::keep only
   std::uint64_t largest_ = ~std::uint64_t{0};
   Numbers
       top_{};  // for each corner: the largest vertex number with which this corner was mispredicted
@@ -239,12 +243,13 @@ class ReplayHexahedra {
   std::uint64_t beside_now_ = 1;
   bool follows_strays_ = false;
   std::uint32_t repeated_strays_ =
-      0;  // encoder: number of cells so far in which a likely stray was a stray
+      0;  // encoder: number of cells so far in which a corner was a stray, as in the model cell
 
-  // Vertex number of the most recent stray, and the step to it from the stray before it. followers_
-  // contains, for each step and corner, the step that came next.
+  // last_stray_: vertex number of the most recent stray (mispredicted corner). stray_step_: this
+  // number minus the number of the stray before it. followers_: for each step and corner, the step
+  // that came next.
   std::uint64_t last_stray_ = 0, stray_step_ = 0;
-  std::vector<std::uint64_t> followers_;  // empty until strays are followed
+  std::vector<std::uint64_t> followers_;  // empty until kFollowStrays has been coded
 
   // Contexts of the next decisions
   std::uint32_t hits_ = 0;

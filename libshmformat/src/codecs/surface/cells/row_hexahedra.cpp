@@ -8,9 +8,8 @@ namespace {
 
 constexpr std::size_t kMaxJoins = 24;
 
-/// The vertices above an edge. For a face (a quadrilateral) that contains the edge from `a` to `b`:
-/// the vertex next to `a` and the vertex next to `b` that are not on this edge, and the other three
-/// edges of the face.
+/// The rest of a quadrilateral face, seen from its edge between `a` and `b`: the other neighbour of
+/// `a`, the other neighbour of `b`, and the other three edges of the face.
 struct Above {
   std::uint32_t a = kNone, b = kNone;
   FaceEdge beside_a = kNone, beside_b = kNone, top = kNone;
@@ -23,8 +22,8 @@ Above above(const ActiveSurface& surface, FaceEdge edge, std::uint32_t a) {
   return {quad[two], quad[three], face + one, face + three, face + two};
 }
 
-/// Returns true if the face belongs to a cell that is not a hexahedron. Cells with eight corners
-/// are hexahedra, and their faces are on the active surface.
+/// Returns true if the face belongs to a cell that is not a hexahedron. In OpenFaces, a cell with
+/// eight corners is a hexahedron.
 bool is_of_other_cell(const OpenFaces& open, const OpenFaces::Face& face) {
   return open.owner(face).size < 8;
 }
@@ -60,8 +59,9 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, const Stored
   if (kind != kStart && !code_orientation(corner_order, symbols, order_matters, orientation))
     return false;
 
-  // Return the corners in the order of the frame. stored_corner contains the order in which the
-  // caller of the encoder stored the corners, even if a reader receives them in another order.
+  // Return the corners in the order of the frame (the axes of the hexahedron). stored_corner
+  // contains the order in which the caller of the encoder stored the corners, even if a reader
+  // receives the corners in a different order.
   const auto& stored_bits = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
   for (std::uint32_t i = 0; i < 8; ++i) {
     const std::uint32_t b = kCornerBits[i];
@@ -170,10 +170,10 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
 
 // --- corners
 
-/// Counts the known neighbours of the unknown corner `corner` that have an edge on the surface
-/// which points in the direction of that corner and whose other end is not a known corner. Returns
-/// twice this count, plus 1 if an unshared face has two known neighbours of the corner as opposite
-/// vertices.
+/// Returns a measure of how likely the unknown corner `corner` is already on the surface. Each
+/// known neighbour of the corner adds 2 if an edge on the surface leads from the neighbour towards
+/// the corner and ends at a vertex that is not a known corner. The result increases by 1 if two
+/// known neighbours of the corner are opposite vertices of an unshared face.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
   Corners known{};  // slots of the known corners; kNone if unknown
@@ -243,7 +243,8 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
         const bool same = kFaceAt[here ^ there][(there & ~here) != 0] == direction;
         add(face.quad[j], same ? 3 : 1);
       }
-      // Look for a face in which the vertex opposite to p is another known neighbour of the corner.
+      // Let p be a known neighbour of the corner. Look for a face in which the vertex opposite to p
+      // is another known neighbour.
       for (std::uint32_t other : {1u, 2u, 4u}) {
         if (other == axis || !known(corner ^ other)) continue;
         if (face.quad[(i + 2) % 4] == work_.corner[corner ^ other]) {
@@ -401,8 +402,8 @@ std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) cons
 template <class Coder>
 void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   Record& record = records_[cell.cell_slot];
-  // Find the candidates for the gate of the next hexahedron. The vertices of these faces probably
-  // stay alive
+  // Find the candidates for the gate of the next hexahedron (active faces). Their vertices are
+  // probably not used for the last time by this hexahedron
   list_candidates();
   const std::uint32_t owner_finals = work_.owner != nullptr ? owner_.finals : 0;
   for (std::uint32_t i = 0; i < 8; ++i) {

@@ -112,8 +112,8 @@ class RowHexahedra {
     std::uint8_t repeats = 0;      // set of corners that have the same vertex as an earlier corner
     bool guessed = false;          // true if the gate of this hexahedron was one of the candidates
   };
-  /// A hexahedron that shares a face with the hexahedron coded last. `side`: index of the shared
-  /// face in this hexahedron.
+  /// A hexahedron that shares a face with the most recently coded hexahedron. `side`: index of the
+  /// shared face in the hexahedron described here.
   struct Owner {
     std::uint32_t cell = kNone;
     std::uint64_t sequence = 0;
@@ -127,10 +127,11 @@ class RowHexahedra {
   };
   /// The current hexahedron.
   struct Work {
-    Corners corner{};                       // vertices of the known corners
-    Corners target{};                       // encoder: vertices of all corners; kNone: new
-    std::array<std::uint64_t, 8> number{};  // encoder: numbers of the corners; two numbers are
-                                            // equal if the vertices are equal
+    Corners corner{};  // vertices of the known corners
+    Corners target{};  // encoder: vertices of all corners; kNone: new
+    std::array<std::uint64_t, 8>
+        number{};  // encoder: vertex numbers of the corners; two numbers are equal if and only if
+                   // both corners are the same vertex
     std::uint32_t known = 0;
     std::uint8_t introduced = 0;
     std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
@@ -145,15 +146,15 @@ class RowHexahedra {
   struct Join {
     std::uint32_t slot = 0, score = 0, met = 0;
   };
-  /// A vertex that would close an open quadrilateral together with known corners. The quadrilateral
-  /// belongs to a cell that is not a hexahedron.
+  /// A vertex that, as the next corner, would make a side of the hexahedron coincide with an open
+  /// quadrilateral (a face of a cell that is not a hexahedron).
   struct ClosingVertex {
     std::uint32_t slot = kNone;
-    /// Sum over the edges at which there is such a quadrilateral: 2 for each edge, or 3 if the
-    /// other three corners of the quadrilateral are known
+    /// Sum over the edges of known corners at which an open quadrilateral contains the vertex: 2
+    /// for each edge, or 3 if the other three corners of the quadrilateral are known
     std::uint32_t score = 0;
-    std::uint32_t others = 0;  ///< number of other vertices that would close an open quadrilateral
-                               ///< at this corner
+    std::uint32_t others =
+        0;  ///< number of other vertices that would also close an open quadrilateral at this corner
   };
 
   // Gate (row_hexahedra_surface.cpp)
@@ -238,17 +239,17 @@ class RowHexahedra {
   Work work_;
   Record owner_;  // copy of the record of the hexahedron to which the gate belongs
 
-  // The hexahedron coded last
+  // The most recently coded hexahedron
   std::uint32_t last_cell_ = kNone;
   std::uint64_t sequence_ = 0;  // sequence number of the next hexahedron
   std::array<Owner, 6> owners_{};
   std::uint32_t owner_count_ = 0;
   struct Candidate {
     std::uint32_t face = kNone;
-    std::uint32_t support = 0;  // number of other candidates with which the candidate shares an
-                                // edge
-    bool guessed = false;  // true if the hexahedron of this face was attached to a gate that was a
-                           // candidate
+    std::uint32_t support =
+        0;                 // number of other candidates with which this candidate shares an edge
+    bool guessed = false;  // true if the hexahedron with this face was attached to a gate that was
+                           // itself a candidate
   };
   std::array<Candidate, 6> candidates_{};
   std::uint32_t candidate_count_ = 0;

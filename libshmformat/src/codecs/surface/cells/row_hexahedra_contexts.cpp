@@ -10,7 +10,8 @@ namespace shm {
 
 // --- numbers in contexts
 
-/// Returns the record of the hexahedron that was coded last. Call it before attach().
+/// Returns the record of the previous hexahedron. Call this function before attach() adds the
+/// current hexahedron.
 template <class Coder>
 auto RowHexahedra<Coder>::last() const -> const Record& {
   static constexpr Record kNobody{};

@@ -197,9 +197,11 @@ bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const StoredCell& store
   return true;
 }
 
-/// Encoder: chooses the gate if no candidate is shared with the hexahedron. Returns the first kind
-/// for which there is a shared face. If only the kind that codes distances is left, prefers a face
-/// at a distance used before, then the face coded last.
+/// Encoder: chooses the gate of a hexahedron that shares no face with the candidates. The gate must
+/// be an active face that the hexahedron shares. Returns the kind of rule by which the gate can be
+/// found: kPrevious, kChain and kAtEdge are tried in this order. If all three fail, returns
+/// kRecent, which codes the distance to the owner of the gate; it prefers a recently used distance,
+/// otherwise the smallest one. Returns kStart if no face is shared.
 template <class Coder>
 auto RowHexahedra<Coder>::choose_elsewhere(const StoredCell& stored, Fit& gate,
                                            std::uint32_t& index) -> Kind {

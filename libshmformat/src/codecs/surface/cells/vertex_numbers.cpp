@@ -6,8 +6,9 @@
 #include "mesh/hexahedron.h"
 
 namespace shm {
-/// If the stencil of a new vertex of a hexahedron is a copy, returns the direction from the copied
-/// vertex to the new vertex, as a side of the frame. Otherwise returns kNone.
+/// If a new vertex of a hexahedron is predicted as a copy of a neighbour, returns the direction
+/// from this neighbour to the new vertex: 2 * axis, plus 1 in positive direction. Otherwise returns
+/// kNone.
 template <class Coder>
 std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::uint32_t position,
                                                  const Stencil& stencil) {

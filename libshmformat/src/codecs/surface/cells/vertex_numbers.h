@@ -39,7 +39,8 @@ class VertexNumbers {
     std::uint64_t near = 0, second = 0;  // second may equal near
     std::uint32_t kind = 0;
     std::uint32_t direction = kNone;
-    // Slot of the vertex whose number is copied along a direction; kNone if no number is copied
+    // Slot of the neighbour from whose number this number is predicted along a direction; kNone if
+    // there is none
     std::uint32_t from = kNone;
   };
 
@@ -55,8 +56,9 @@ class VertexNumbers {
                 largest_ = ~std::uint64_t{0};  // largest number so far; before the first vertex it
                                                // is -1 modulo 2^64
   std::array<std::uint64_t, 6> stride_{1, 1, 1,
-                                       // For each side: the most recent difference between the
-                                       // numbers of two neighbours
+                                       // For each direction (index of a side): the most recent
+                                       // difference between the numbers of two neighbouring
+                                       // vertices
                                        1, 1, 1};
   MidNodeNumbers mid_node_numbers_;
   std::array<std::uint64_t, kKinds> miss_{};  // last error of `near`, by kind

@@ -29,8 +29,8 @@ std::uint8_t stand_of(const Neighbourhood& item) {
   return static_cast<std::uint8_t>((item.corner | item.kind << 3) & 63);
 }
 
-/// The elements of the history, followed by the elements of the group. All are numbered
-/// consecutively.
+/// A list of elements with consecutive numbers: first the elements of the history (the elements
+/// just before the group), then the elements of the group.
 class Elements {
  public:
   Elements(std::span<const std::vector<std::uint64_t>> bits,
@@ -77,12 +77,13 @@ std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
   return next;
 }
 
-/// For each element, finds an earlier element with the same bits in the group or in `history`, and
-/// returns the distance to it; 0 if there is none within `farthest`. If the distance of the most
-/// recent element with the same kind and corner (`stands`) is possible, returns this distance.
-/// Otherwise returns the distance that remains valid for the longest run of elements with this kind
-/// and corner. `bits`, `history`: one list for each component. `history` contains the elements just
-/// before the first element of the group.
+/// For each element of the group, finds an earlier element with the same bits, and returns the
+/// distance to it. The distance is at most `farthest`; it is 0 if no such element is found.
+/// `stands`: the kind and corner of each element. If the most recent distance for the same kind and
+/// corner leads to an equal element, that distance is returned. Otherwise the result is the
+/// distance that remains valid for the longest run of elements with the same kind and corner.
+/// `bits`, `history`: one list for each component. `history` contains the elements just before the
+/// first element of the group.
 std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
                                        std::span<const std::vector<std::uint64_t>> bits,
                                        std::span<const std::vector<std::uint64_t>> history,
@@ -165,8 +166,8 @@ EncodedColumn ColumnPlanner::encode(const TiledItems& elements, const std::byte*
   return under_zstd(elements, bits, std::move(bytes));
 }
 
-/// Returns a group in codec shuffled_zstd with the contents `bytes`, and updates the column's
-/// state.
+/// Codes the contents `bytes` with the codec shuffled_zstd, updates the state of the column, and
+/// returns the coded group.
 EncodedColumn ColumnPlanner::under_zstd(const TiledItems& elements, const Bits& bits,
                                         std::vector<std::byte> bytes) {
   column_.forget_history();
@@ -174,8 +175,8 @@ EncodedColumn ColumnPlanner::under_zstd(const TiledItems& elements, const Bits& 
   return {Codec::shuffled_zstd, std::move(bytes)};
 }
 
-/// Stores the values of a group that was coded in another codec, since later values are predicted
-/// from them.
+/// Stores the values of a group that was not coded with predictions. The values of later groups are
+/// predicted from them.
 void ColumnPlanner::keep_values(const TiledItems& elements, const Bits& bits) {
   std::size_t offset = 0;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
@@ -247,8 +248,8 @@ std::optional<std::vector<std::byte>> ColumnPlanner::encode_predicted(const Tile
   return with_copies;
 }
 
-/// Returns, for each covered element, the distance to an earlier element with the same value, or 0.
-/// Returns an empty list if too few elements can be copies.
+/// Returns, for each element that the array covers, the distance to an earlier element with the
+/// same value, or 0 if there is none. Returns an empty list if too few elements can be copies.
 std::vector<std::uint32_t> ColumnPlanner::copies_among(const TiledItems& elements,
                                                        const Bits& bits) const {
   if (!column_.has_copies()) return {};
@@ -341,9 +342,10 @@ DomainAndTable ColumnPlanner::choose_domain(std::size_t component, const TiledIt
   return chooser.choose(component, bits, reference, std::move(candidates));
 }
 
-/// Returns the style for the group. Far neighbours and matches take time. Below level best, they
-/// are used only if they save enough bytes in the first tile. The first group of a mesh always uses
-/// the full style, since its first tile is not typical.
+/// Returns the style of the group: whether far neighbours and matches are used for prediction. Both
+/// take time. At level `best` they are used, and at level `fast` they are not. At other levels,
+/// they are used if they save enough bytes in the first tile, and always in the first group of a
+/// mesh, since the first tile of that group is not typical.
 ColumnStyle ColumnPlanner::choose_style(std::span<const Neighbourhood> first_tile, const Bits& bits,
                                         const Bits& reference,
                                         std::span<const DomainAndTable> domains, Level level) {
@@ -359,8 +361,8 @@ ColumnStyle ColumnPlanner::choose_style(std::span<const Neighbourhood> first_til
   return lean_size <= least || (lean_size - least) * kWorthFarShare <= lean_size ? lean : full;
 }
 
-/// Returns the size that the first tile would have in the given style. The heads of the components
-/// are not included.
+/// Returns the size that the first tile would have in the given style. The size does not include
+/// the heads of the components (domains and tables).
 std::size_t ColumnPlanner::size_with(const ColumnStyle& style,
                                      std::span<const Neighbourhood> first_tile, const Bits& bits,
                                      const Bits& reference,

@@ -22,8 +22,9 @@ struct EncodedColumn {
   std::vector<std::byte> bytes;
 };
 
-/// Returns the largest reach that a style can have at this level. Neighbourhoods are searched up to
-/// this reach, because a style is chosen later.
+/// Returns the largest reach (distance of neighbours) that can be used for prediction at this
+/// level. Neighbourhoods must be found up to this reach, because the reach that is used is chosen
+/// later.
 inline constexpr Reach farthest_reach(Level level) {
   return level == Level::fast ? Reach::lattice : Reach::farther;
 }
@@ -39,7 +40,7 @@ class ColumnPlanner {
   void make_room(std::uint32_t slots, std::uint32_t all = 0) { column_.make_room(slots, all); }
   /// Declares that every group has reference values. Call it before the first element.
   void use_reference() { column_.use_reference(); }
-  /// After this call, groups in shuffled_zstd do not change the state of the column.
+  /// After this call, groups coded with shuffled_zstd do not change the state of the column.
   void see_own_groups_only() { sees_other_groups_ = false; }
 
   // `values`: the values of the covered elements of a group, in order. `stride`: number of bytes
@@ -50,8 +51,9 @@ class ColumnPlanner {
   EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
                        Level level, const std::byte* reference = nullptr);
   /// Returns the estimated size in bytes of the result of encode(), without changing the column.
-  /// `rated`: one entry for each component. On input it is empty, or it is the result of an earlier
-  /// call for the same values with other neighbourhoods; the latter makes the estimate fast.
+  /// `rated`: the result has one entry for each component. Pass an empty list in the first call. In
+  /// later calls for the same values with different neighbourhoods, pass the previous result, which
+  /// makes the estimate faster.
   std::uint64_t about_bytes(const TiledItems& elements, const std::byte* values, std::size_t stride,
                             std::vector<RatedDomain>& rated);
   /// Returns the exact size in bytes of the result of encode(), without changing the column.
@@ -102,7 +104,7 @@ class ColumnPlanner {
   std::vector<ModeWatch> watches_;  // by component
   TilePlanner tiles_;
 
-  ColumnStyle style_;                    // style of the group encoded last
+  ColumnStyle style_;                    // style of the most recently encoded group
   std::vector<DomainAndTable> domains_;  // domains of the previous group, by component
   std::uint32_t groups_ = 0;             // number of groups encoded so far
   std::vector<std::uint32_t>

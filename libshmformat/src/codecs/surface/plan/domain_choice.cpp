@@ -142,13 +142,14 @@ SampleCost estimate_cost(const ArrayInfo& info, std::size_t component,
 
 namespace {
 
-/// Smallest share of all bits that recalled values or partners must save. If they save less, they
-/// are not used.
+/// Recalled values and partners (two ways to predict a value from an earlier value) are used only
+/// if they save at least this share of all bits.
 constexpr double kWorthwhileShare = 0.02;
 constexpr std::uint64_t kFewestHelped =
-    32;  // recalled values or partners must also make at least one in 32 values shorter
+    32;  // at least one in this number of values must also become shorter
 
-/// Estimated cost in bits of a value with a partner, in addition to its residual.
+/// Estimated cost in bits of a value that is predicted from a partner, in addition to the residual.
+/// A partner is an earlier element with a similar reference value.
 constexpr double kPartnerBits = 1.5;
 /// Constants that make the estimate for recalled values more cautious, since the models of recalled
 /// values have to adapt first.
@@ -307,7 +308,7 @@ double EarlierValues::choose(std::span<const Value> values, bool has_table,
   domain.partners = by_partners > least;
   const double saved = domain.partners ? by_partners : 0.0;
   if (has_table) return saved;
-  // If a partner predicts a value well, recalling the value saves nothing.
+  // If values have partners, count only what recalled values save in addition to the partners.
   const double by = domain.partners ? by_recall_besides : by_recall;
   const double recalls =
       (by - binary_entropy(of_misses.all, values.size())) * kRecallTrust -
@@ -333,7 +334,8 @@ RatedDomain DomainChooser::choose(std::size_t component, const Bits& bits, const
   std::vector<SampleCost> costs;
   std::vector<ClassModes> modes;
   std::vector<RatedDomain> rated;
-  // Index of the best candidate domain that has no table. Only such a domain can recall values
+  // best: index of the best candidate domain. best_without: index of the best candidate without a
+  // table; only domains without a table can have recalled values
   std::size_t best = 0, best_without = candidates.size();
   for (std::size_t p = 0; p < candidates.size(); ++p) {
     costs.push_back(estimate_cost(info(), component, candidates[p], sample,

@@ -112,9 +112,9 @@ struct SampleCost {
   std::vector<double> predicted;       ///< predicted value, by element; 0 if copied
 };
 
-/// Estimates the size of a sample in a domain. `families`: the family of each class. `matches`: see
-/// choose_modes(). `modes`: the modes of each class; if `modes` is empty, the function chooses
-/// modes and stores them in `modes`.
+/// Estimates the size of a sample in a domain. `families`: for each class of neighbourhoods, the
+/// number of its family (a group of similar classes). `matches`: see choose_modes(). `modes`: the
+/// modes of each class; if `modes` is empty, the function chooses modes and stores them in `modes`.
 SampleCost estimate_cost(const ArrayInfo& info, std::size_t component,
                          const DomainAndTable& candidate, const GroupSample& sample,
                          std::span<const std::uint16_t> families, bool matches,
@@ -129,8 +129,8 @@ class EarlierValues {
 
   /// Returns false if choose() would certainly leave `recalls` and `partners` unset.
   bool may_help() const;
-  /// A value of a sample, and the way in which it is coded if it is neither recalled nor predicted
-  /// by a partner.
+  /// A value of a sample, and the result of coding it from its neighbours, without an earlier value
+  /// (recalled value or partner).
   struct Value {
     std::uint32_t place = 0;   ///< number of the value in the group
     double predicted = 0;      ///< prediction from the neighbours
@@ -158,7 +158,7 @@ class EarlierValues {
   // Number of values that could be recalled, and number of values that a partner could predict
   std::uint64_t recallable_ = 0, partners_ = 0;
 };
-/// The group for which domains are chosen. The struct refers to data of the caller.
+/// The group for which domains are chosen. The struct contains references to the caller's data.
 struct GroupToPlan {
   const TiledItems& elements;
   ColumnStyle style;                       ///< style of the samples

@@ -15,7 +15,8 @@ constexpr std::size_t kLookAt = 256, kFitAt = 256, kFewestToFit = 40;
 // The first round tries all modes on kFirstLooks elements. It selects the kKeptAlone modes that are
 // best without a second mode, and the kKeptBeside modes that are best as a second mode.
 constexpr std::size_t kFirstLooks = 32, kKeptAlone = 3, kKeptBeside = 2;
-// Largest number of tiles for which a large class keeps its modes before they are chosen again.
+// Largest number of tiles for which a class with many elements keeps its prediction modes before
+// they are chosen again.
 constexpr std::uint32_t kMostTilesKept = 8;
 // Estimated costs in bits: kModeBits for coding a different mode, kWeightsBits for coding weights.
 constexpr double kModeBits = 5.0, kWeightsBits = 250.0;
@@ -28,7 +29,8 @@ std::uint32_t cost_of(std::int64_t residual) {
   return length == 0 ? 3 : 17 + length * kCostParts;
 }
 
-/// Function object that returns a feature of an element.
+/// Function object that returns a feature of an element. A feature is a number from which the
+/// element is predicted.
 struct FeatureAt {
   const std::array<double, kFeatures>* of = nullptr;
   double operator()(std::uint32_t feature) const { return (*of)[feature]; }
@@ -80,8 +82,9 @@ struct Members {
   std::vector<std::uint32_t> order;
 };
 
-/// Calls visit(element, predictor, added) for `count` members that are spread evenly. Skips members
-/// without an index. `added`: state to add to predictions.
+/// Picks `count` members, spread evenly over the list, and calls visit(element, predictor, added)
+/// for each of them. Skips members without an index. `added`: state that must be added to each
+/// prediction.
 template <class Visit>
 void for_each_picked(const InputsOfElements& all, std::span<const std::uint32_t> members,
                      std::size_t count, std::uint32_t input, Visit&& visit) {
@@ -110,8 +113,8 @@ Weights fit_members(const Space& space, const InputsOfElements& all,
   return fit_weights(samples);
 }
 
-/// Fits weights to families of classes. New classes of a family that are too small for weights of
-/// their own share these weights, and share the cost of coding them.
+/// Fits weights to families of classes. If a new class is too small for its own weights, it uses
+/// the weights of its family. The classes that use these weights share the cost of coding them.
 template <class Space>
 class FamilyFits {
  public:
@@ -166,9 +169,9 @@ class FamilyFits {
   std::array<std::vector<std::optional<Weights>>, 2> weights_;
 };
 
-/// Searches for the best modes of one class with one input. It first tries all modes on a few
-/// elements. It then tries the most promising modes on more elements, as a first mode and as a
-/// second mode.
+/// Searches for the best prediction modes of one class, either with the states as input or with the
+/// differences from the reference values. First tries all modes on a few elements. Then tries the
+/// most promising modes on more elements, as a first mode and as a second mode.
 template <class Space>
 class Search {
  public:
@@ -247,8 +250,8 @@ class Search {
     if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
     return differs_from_lattice(mode, all_->elements[members_[0]].known);
   }
-  /// Computes the residuals of a mode at the current picks. Skips residuals that have been computed
-  /// before.
+  /// Computes the residuals of a mode at the picked elements. Skips residuals that have been
+  /// computed before.
   void look_on(std::uint32_t mode) {
     Looks& looks = looks_[mode];
     for (; looks.count < looked_; ++looks.count) {
@@ -309,8 +312,7 @@ class Search {
       if (tried_[mode] && with_change(mode) < with_change(chosen_.mode)) chosen_.mode = mode;
   }
 
-  /// Cost of the residuals if the second mode predicts those elements for which it is better than
-  /// the first mode.
+  /// Cost of a pair of modes: each element is predicted by the mode that has the smaller residual.
   struct Beside {
     std::uint64_t sum = 0;
     std::size_t taken = 0;

@@ -21,9 +21,9 @@
 namespace shm {
 
 /// Computes the data from which the value of element `i` of a tile is predicted. Then stores the
-/// state of the value, so that the next element can be processed. `known`: bits of
-/// Neighbourhood::known that the style uses. `bits`: the bits of the value. `differences`: null if
-/// the component has no reference values.
+/// state of the value, so that the next element can be processed. `known`: bit mask of the
+/// neighbours that may be used (bits of Neighbourhood::known). `bits`: the bits of the value.
+/// `differences`: null if the component has no reference values.
 template <class Space>
 void look_ahead(ColumnState& state, const Space& space, std::uint32_t known, const ColumnTile& tile,
                 std::size_t i, std::uint64_t bits, ElementInputs& inputs,
@@ -54,9 +54,9 @@ void look_ahead(ColumnState& state, const Space& space, std::uint32_t known, con
   state.keep(element, value, lattice);
 }
 
-/// Chooses the modes of each class of these elements. `families`: the family of each class.
-/// `modes`: the modes of each class; on input, the current modes. `matches`: true if modes may use
-/// matches and other components.
+/// Chooses the modes of each class of these elements. `families`: for each class, the number of its
+/// family (a group of similar classes). `modes`: the modes of each class; on input, the current
+/// modes. `matches`: true if modes may use matches and other components.
 template <class Space>
 void choose_modes(const Space& space, const InputsOfElements& elements,
                   std::span<const std::uint16_t> families, bool matches,
@@ -66,17 +66,17 @@ void choose_modes(const Space& space, const InputsOfElements& elements,
 class ModeWatch {
  public:
   /// Returns true if modes must be chosen for the next tile. `classes`: the classes of the tile's
-  /// elements. `hurries`: if true, modes are chosen only if a class is new, if a class needs more
-  /// bits than just after its last choice of modes, or if it has had the same modes for several
-  /// tiles.
+  /// elements. `hurries`: if false, modes are chosen for every tile. If true, they are chosen only
+  /// if a class is new, needs more bits than just after its modes were chosen, or has had the same
+  /// modes for several tiles.
   bool begin_tile(std::span<const std::uint16_t> classes, bool hurries);
   /// Returns the counts of residuals in the current tile, by class. The coder updates these counts.
   std::span<CodedResiduals> coded() { return coded_; }
 
  private:
   struct Record {
-    // Bits per element just after the last choice of modes; negative if modes have not been chosen
-    // yet
+    // Bits per element just after modes were most recently chosen; negative if modes have not been
+    // chosen yet
     double bits_then = -1;
     std::uint32_t tiles_since = 0;
   };
@@ -120,8 +120,8 @@ constexpr std::uint32_t log2_steps(std::uint32_t n) {
   return steps;
 }
 
-/// Returns the cost in bits of one outcome, if this outcome occurred `count` times in `all`
-/// decisions. Precondition: count <= all < 2^32.
+/// Returns the cost in bits of coding an outcome once, if this outcome occurs `count` times among
+/// `all` decisions. Precondition: count <= all < 2^32.
 constexpr double bits_of_one(std::uint64_t count, std::uint64_t all) {
   if (count == 0) return 0.0;
   return static_cast<double>(log2_steps(static_cast<std::uint32_t>(all)) -

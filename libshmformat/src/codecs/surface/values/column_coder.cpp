@@ -10,14 +10,15 @@
 namespace shm {
 namespace {
 
-/// True if values of this kind of domain may be recalled. Values that are ranks in a table are not
-/// recalled.
+/// True if values in this kind of domain may be recalled, i.e. coded relative to an earlier value.
+/// Values that are coded as ranks in a table cannot be recalled.
 template <class Space>
 constexpr bool kMayRecall = !requires(const Space& space) {
   space.table;
 };
 
-/// Returns the modes for an element that has no partner.
+/// Returns the modes with which an element is predicted if it has no partner (an earlier element
+/// with a similar reference value). The partner mode is replaced.
 ClassModes modes_without_partner(const ClassModes& modes) {
   ClassModes own = modes;
   if (own.second == kPartnerMode) own.second = kNoMode;
@@ -487,8 +488,8 @@ bool ColumnDecoder::decode_tile(const TiledItems::Tile& tile, std::vector<std::b
   return true;
 }
 
-/// Appends the next values of a group in shuffled_zstd to `out`. Also stores the values in the
-/// states of the components.
+/// Appends the next values of a group coded with shuffled_zstd to `out`. Also stores the values in
+/// the states of the components.
 bool ColumnDecoder::copy_unpacked(std::span<const Neighbourhood> items,
                                   std::vector<std::byte>& out) {
   const std::size_t stride = column_.element_bytes(), width = column_.scalar_width();

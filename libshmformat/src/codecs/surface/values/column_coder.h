@@ -41,9 +41,9 @@ struct TiledItems {
   std::vector<std::uint32_t> blocks;       ///< element block of each cell; empty for vertices
   std::vector<std::size_t> tile_begin{0};  ///< first item of each tile
 
-  /// For each tile: the number of uncovered elements that were left out because no covered element
-  /// depends on them. The numbers are modulo 2^64, since some of these elements may belong to a
-  /// later tile. The list is empty if no elements were left out.
+  /// The items may omit elements that the array does not cover, if the prediction of no covered
+  /// element depends on them. For each tile: the number of omitted elements, modulo 2^64, since
+  /// some of them may belong to a later tile. The list is empty if no elements were omitted.
   std::vector<std::uint64_t> left_out;
 
   struct Tile {
@@ -75,13 +75,14 @@ inline constexpr std::uint32_t kMostTableComponents = 16, kMostTableComponentsIn
 struct ColumnTraits {
   /// True if values may repeat so often that zstd compresses them better; false for coordinates
   bool repeats = true;
-  bool tables = true;  ///< true if the column may have tables; it has none if there are too many
-                       ///< components
+  bool tables = true;  ///< true if the column may have match tables, bit mixing and a value
+                       ///< history; false if there are too many components
 
-  /// For columns with tables: true if values may be recalled, and elements may have partners.
+  /// For columns with tables: true if values may be predicted from earlier values of similar
+  /// magnitude (recalled values and partners, see column_state.h).
   bool earlier_values = true;
-  /// True if elements may be copies of earlier elements. Only arrays of several components that are
-  /// not quantized and whose values may be recalled can have copies.
+  /// True if elements may be copies of earlier elements. Copies are possible only if the array has
+  /// several components, is not quantized, and its values may be recalled.
   bool copies = false;
 };
 
@@ -128,8 +129,8 @@ struct ElementInputs {
 /// The inputs of several elements.
 struct InputsOfElements {
   std::vector<ElementInputs> elements;
-  /// For each element: its features minus the features of the reference. Empty if there are no
-  /// reference values
+  /// For each element: its features (inputs of the prediction) minus the features of its reference
+  /// value. Empty if there are no reference values
   std::vector<std::array<double, kFeatures>> differences;
 };
 
@@ -138,14 +139,16 @@ struct CodedResiduals {
   double count = 0, bits = 0;
 };
 
-/// The plan for the encoding of one component of a tile. It refers to data of the caller.
+/// The plan for the encoding of one component of a tile. It contains references to the caller's
+/// data.
 struct TilePlan {
   std::span<const ClassModes> modes;  ///< by class
-  /// Inputs of all elements of the tile if the caller has computed them; otherwise null. Computing
-  /// them has already updated the states of the component to those after the tile.
+  /// Inputs of the predictions of all elements of the tile, if the caller has computed them;
+  /// otherwise null. If the inputs have been computed, the states of the component have already
+  /// been updated with the values of the tile.
   const InputsOfElements* inputs = nullptr;
-  std::span<CodedResiduals> coded;  ///< for each class: counts that the coder increases; may be
-                                    ///< empty
+  std::span<CodedResiduals>
+      coded;  ///< for each class: counters of residuals, which the coder updates; may be empty
 };
 
 // --- one component
@@ -153,7 +156,7 @@ struct TilePlan {
 template <class Coder>
 class ComponentCoder {
  public:
-  /// `earlier_values`: true if values may be recalled, and elements may have partners.
+  /// `earlier_values`: see ColumnTraits::earlier_values.
   ComponentCoder(std::shared_ptr<const ArrayInfo> info, std::size_t component, bool earlier_values)
       : state_(std::move(info), component), models_(earlier_values ? kPartnerMode : kStayMode) {}
 
@@ -190,8 +193,8 @@ class ComponentCoder {
   /// Returns the rank table of the group. The table is empty if indices are coded directly instead
   /// of as ranks.
   std::span<const std::int64_t> table() const { return table_; }
-  /// Returns known indices, from which the entries of a rank table in this domain are predicted.
-  /// `before`: see begin_group().
+  /// Returns indices that the decoder already knows. The entries of a rank table in this domain are
+  /// predicted from them. `before`: see begin_group().
   std::vector<std::int64_t> known_entries(const ValueDomain& domain,
                                           std::span<const ComponentCoder<Coder>> before) const;
 
@@ -265,7 +268,7 @@ class ColumnCoder {
 
   const ArrayInfo& info() const { return *info_; }
   bool has_tables() const { return has_tables_; }
-  /// Returns true if values may be recalled, and elements may have partners.
+  /// See ColumnTraits::earlier_values.
   bool has_earlier_values() const { return has_earlier_values_; }
   bool has_copies() const { return has_copies_; }
   /// The next two functions return the size in bytes of one component of an element, and of a whole
@@ -277,8 +280,7 @@ class ColumnCoder {
   const ColumnStyle& style() const { return style_; }
 
   /// Allocates memory for `slots` slots. If groups have been skipped, call it before the next
-  /// group. `all`: number of slots of all elements; differs from `slots` if some elements are left
-  /// out.
+  /// group. `all`: number of slots that would be needed if no elements were omitted.
   void make_room(std::uint32_t slots, std::uint32_t all);
   /// Declares that every group has reference values. Call it before the first element.
   void use_reference();
@@ -286,11 +288,11 @@ class ColumnCoder {
   bool covers(std::uint32_t block) const {
     return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
   }
-  /// Returns the elements of a tile that the array covers. Gives each uncovered element the state
-  /// of the element before it.
+  /// Returns the elements of a tile that the array covers. Each element that is not covered
+  /// receives the state of the element before it.
   std::span<const Neighbourhood> covered(const TiledItems::Tile& tile);
-  /// Returns the elements of a tile that the array covers. Calls skip(item) for each uncovered
-  /// element.
+  /// Returns the elements of a tile that the array covers. Calls skip(item) for each element that
+  /// is not covered.
   template <class Skip>
   std::span<const Neighbourhood> covered(const TiledItems::Tile& tile, Skip&& skip) {
     if (blocks_.empty()) return tile.items;
@@ -317,7 +319,7 @@ class ColumnCoder {
   /// coded.
   ColumnTile tile_of(std::size_t component, std::span<const Neighbourhood> items,
                      std::span<const std::uint64_t> reference, std::span<const std::uint32_t> back);
-  /// Codes one component of a tile that has been begun. See ComponentCoder::code_tile().
+  /// Codes one component of the current tile. See ComponentCoder::code_tile().
   bool code_tile(Coder& coder, std::size_t component, const ColumnTile& tile,
                  std::span<std::uint64_t> bits, const TilePlan& plan = {});
 
@@ -383,8 +385,8 @@ class ColumnDecoder {
   /// `limit`: largest unpacked size in bytes. Returns false if the data is damaged, or if `codec`
   /// is not allowed for groups of this column.
   bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit);
-  /// Returns the reach that is needed for the neighbourhoods of the group. Call it after
-  /// begin_group().
+  /// Returns the reach that the neighbourhoods of the group must have (how distant the neighbours
+  /// are). Call it after begin_group().
   Reach reach() const {
     return codec_ == Codec::shuffled_zstd ? Reach::lattice : column_.style().reach;
   }

@@ -29,7 +29,8 @@ std::int64_t code_near_length(Coder& coder, NearModel& model, std::uint32_t gues
   const auto bits = static_cast<std::uint64_t>(residual);
   const std::uint64_t low = (std::uint64_t{1} << (length - 1)) - 1;
   std::uint64_t size = residual < 0 ? 0 - bits : bits;
-  // `length` plain bits: the sign bit takes the position of the leading bit, which is always 1
+  // Code `length` bits without a model. The leading bit of the magnitude is always 1 and need not
+  // be coded, so the sign takes its position
   std::uint64_t plain = (size & low) | (residual < 0 ? low + 1 : 0);
   plain = coder.raw(plain, static_cast<int>(length));
   size = (plain & low) | (low + 1);

@@ -42,8 +42,8 @@ class ColumnModels {
 
   // --- once per tile
 
-  /// Begins a tile. A class that occurs for the first time starts with the modes of its family.
-  /// These are the modes that were coded last for a class of the family, before this tile.
+  /// Begins a tile. A class that occurs for the first time starts with the modes that were coded
+  /// most recently for a class of the same family before this tile.
   void begin_tile(const TileClasses& classes);
   /// Copies the current modes of all classes to `modes`.
   void copy_modes(std::vector<ClassModes>& modes) const;
@@ -83,9 +83,9 @@ class ColumnModels {
   std::int64_t code_mixed_residual(Coder& coder, const ResidualContext& context, bool second,
                                    const SizesAround& sizes, std::uint32_t of_class,
                                    const OtherPredictions& others, std::int64_t residual);
-  /// Codes whether the value is recalled. `by_source`: true if the class has a source, which
-  /// indicates the earlier value that is probably recalled. `near`: number of near elements that
-  /// were recalled.
+  /// Codes whether the value is recalled. `by_source`: true if the class has a source, the earlier
+  /// value that was recalled most recently. The value next to the source is probably recalled now.
+  /// `near`: number of near elements that were recalled.
   bool code_is_recalled(Coder& coder, bool by_source, std::uint32_t near, bool is) {
     RecallModels& models = recall_.get();
     auto& bits = models.from[by_source ? 1 : 0].is_recalled[models.last ? 1 : 0];
@@ -117,12 +117,14 @@ class ColumnModels {
   };
   /// Models of recalled values.
   struct RecallModels {
-    /// Two sets of models: one if the expected rank comes from the prediction, the other if it
-    /// comes from a source.
+    /// There are two sets of models. The first is used if the rank of the recalled value is
+    /// predicted from the prediction of the value, the second if it is predicted from the
+    /// previously recalled value (the source).
     struct From {
-      // Models whose indices are `last` and the number of near elements that were recalled
+      // Models indexed by `last` (1 if the previous value was recalled) and by the number of near
+      // elements that were recalled
       std::array<std::array<AdaptiveBit, 4>, 2> is_recalled{};
-      std::uint32_t length = 0;  // bit length of the last rank difference
+      std::uint32_t length = 0;  // bit length of the previous rank difference
       NearModel ranks;
     };
     std::array<From, 2> from;
@@ -135,7 +137,7 @@ class ColumnModels {
     std::uint64_t tile =
         0;  // number of the most recent tile that contains an element of the class, counted from 1
     ClassModes modes;
-    // Models whose index is the number of near elements that were predicted by a second mode
+    // Models indexed by the number of near elements that were predicted by a second mode
     std::array<AdaptiveBit, 4> takes_second;
   };
 
@@ -151,8 +153,8 @@ class ColumnModels {
   std::uint64_t tile_ = 0;  // number of the current tile, from 1
   TileClasses tile_classes_;
   std::vector<Class> classes_;
-  // For each family: number, counted from 1, of the class coded last; 0 if no class has been coded
-  // yet
+  // For each family: number, counted from 1, of the most recently coded class; 0 if no class has
+  // been coded yet
   std::vector<std::uint16_t> last_coded_;
   AdaptiveBit same_mode_, same_second_, same_input_, same_weights_, family_weights_;
   TreeModel<5> mode_, second_;

@@ -96,8 +96,8 @@ bool ColumnState::make_room_in_memory(std::uint32_t slot) {
   return true;
 }
 
-/// Replaces the slots with the contents that nearly all slots have in common, and a short list of
-/// exceptions. If there are too many exceptions, returns false and changes nothing.
+/// Saves memory if nearly all slots have the same contents: stores these contents once, and the
+/// exceptions in a short list. If there are too many exceptions, returns false and changes nothing.
 bool ColumnState::fold() {
   const std::size_t count = slots_.states.size();
   common_ = count == 0 ? KeptElement() : slots_.at(static_cast<std::uint32_t>(count - 1));
@@ -131,8 +131,8 @@ void ColumnState::unfold() {
   apart_.clear();
 }
 
-/// Borrows the slots that the columns of a segment share. Sets the slots of these items and of
-/// their neighbours.
+/// Borrows the set of slots that the columns of a segment share. Fills in the slots of `items` and
+/// of their neighbours.
 void ColumnState::borrow_slots(std::span<const Neighbourhood> items) {
   slots_ = std::move(memory_->for_tile_);
   borrows_ = true;
@@ -152,7 +152,8 @@ bool ColumnState::give_slots_back(std::span<const Neighbourhood> items) {
   borrows_ = false;
   ColumnSlots borrowed = std::move(slots_);
   slots_ = {};
-  // After the first tile, the common contents are those of the final element of this tile.
+  // After the first tile, use the contents of the tile's final element as common_, the contents
+  // that most slots are assumed to have.
   if (elements_ == items.size() && !items.empty()) common_ = borrowed.at(items.back().self);
   for (const Neighbourhood& item : items) {
     const KeptElement kept = borrowed.at(item.self);

@@ -1,4 +1,4 @@
-// ColumnState: the data about the elements coded so far that are stored for one component: the
+// ColumnState: the data that one component stores about the elements coded so far. These are the
 // states from which later elements are predicted, and the sizes of the residuals. Encoder and
 // decoder update these data in the same way.
 //   state      the double that predictions use: the value, or its index if the domain is linear
@@ -68,15 +68,15 @@ struct TileElement {
   const Neighbourhood& item = tile.items[i];
   MatchTables::Places places{};  ///< result of ColumnState::find_matches()
 
-  /// Result of ColumnState::find_partner(). It describes the reference value of this element, and
-  /// is valid only if the element can have a partner.
+  /// Result of ColumnState::find_partner(): magnitude and sign of the reference value of this
+  /// element, by which partners are found. `is`: true if the element can have a partner.
   struct Key {
     std::uint64_t magnitude = 0;
     bool is = false, negative = false;
   } key{};
   struct Partner {
     bool is = false;
-    /// States of the partner's value (`state`) and of the partner's reference value (`then`)
+    /// state: the state of the partner's value. then: the state of the partner's reference value
     double state = 0.0, then = 0.0;
   } partner{};
 
@@ -97,8 +97,7 @@ struct ResidualContext {
 /// residual.
 struct SizesAround {
   std::array<std::uint32_t, 3> near{};  ///< sizes at the near elements
-  std::uint32_t last = 0;               ///< size for the element coded last (stored without adding
-                                        ///< one)
+  std::uint32_t last = 0;  ///< size for the previously coded element (stored without adding one)
 
   /// Sizes for this element in the previous component, and in the component before the previous one
   std::uint32_t before = 0, two_before = 0;
@@ -267,9 +266,10 @@ class SortedValues {
   List old_, recent_;  // no magnitude occurs in both lists
 };
 
-/// The earlier values of a component, accessible by magnitude and by number. For each class, the
-/// list also stores the source of the most recently recalled value. The next recalled value of the
-/// class probably comes from the value after this source, or from the value before it.
+/// The earlier values of a component, accessible by magnitude and by number. A recalled value is
+/// coded relative to one of them, its source. For each class, the object stores the most recent
+/// source. The source of the next recalled value in the class is probably the value just after or
+/// just before it.
 class RecalledValues {
  public:
   bool empty() const { return list_.size() == 0; }
@@ -278,8 +278,8 @@ class RecalledValues {
   /// The expected rank of a recalled value. The actual rank is coded relative to it.
   struct Start {
     std::size_t rank = 0;
-    bool by_source = false;  ///< true if the rank comes from the most recent source: it is that of
-                             ///< the value just before or after the source
+    bool by_source = false;  ///< true if `rank` is the rank of the value just after or before the
+                             ///< most recent source; false if it is the rank of the prediction
   };
   Start start(std::uint32_t of_class, std::uint64_t predicted) const {
     if (of_class < sources_.size() && sources_[of_class].trust >= kTrusted)
@@ -321,8 +321,8 @@ class RecalledValues {
 
  private:
   static constexpr int kTrusted = 2, kMostTrust = 3;
-  /// A source. `here`: number of the most recently recalled value of a class. `there`: number of
-  /// the earlier value from which it was recalled.
+  /// The most recent source of a class. `here`: number of the most recently recalled value.
+  /// `there`: number of the source, the earlier value relative to which that value was coded.
   struct Source {
     std::int64_t here = 0, there = 0;
     std::int8_t direction = 1;
@@ -330,8 +330,8 @@ class RecalledValues {
     bool known = false;
   };
 
-  /// Returns the magnitude that the current value should have if the class continues from its most
-  /// recent source. Returns null if the earlier value with this magnitude is no longer stored or
+  /// Returns the magnitude of the earlier value that is expected to be recalled next, if the
+  /// sequence of sources of this class continues. Returns null if that value is no longer stored or
   /// does not exist.
   const std::uint64_t* next_of(const Source& source) const {
     const auto here = static_cast<std::int64_t>(count_);
@@ -361,7 +361,8 @@ class ColumnState {
   /// Declares that every tile has reference values. Call it before the first element.
   void use_reference() { has_reference_ = true; }
   bool has_reference() const { return has_reference_; }
-  /// Sets whether predictions may use matches and the values of other components.
+  /// Sets whether predictions may use matches (earlier values with the same neighbouring values)
+  /// and the values of other components.
   void use_matches(bool uses) { uses_matches_ = uses; }
 
   /// Returns true if the column may change to `domain`. The total number of converted slots must
@@ -382,9 +383,9 @@ class ColumnState {
     slots_.make_room(slot, has_reference_);
     return true;
   }
-  // The next two functions account for elements that a sparse reader leaves out, since no covered
-  // element depends on them. The counts are then equal to those in a reader that skips these
-  // elements one by one.
+  // The next two functions are for sparse readers. A sparse reader omits elements on which no
+  // covered element depends. These functions add the omitted elements to the counts, so that the
+  // counts are equal to those in a reader that skips the elements one by one.
   void count_left_out(std::uint64_t elements) { elements_ += elements; }
   void count_room(std::uint32_t slot) { room_ = size_with_room(room_, slot); }
 
@@ -397,7 +398,7 @@ class ColumnState {
   /// Does the same as skip(), but does not count the element. It is used in trials that need the
   /// states of neighbours.
   void stand_in(const Neighbourhood& item);
-  /// Stores the states of values that were coded in another codec.
+  /// Stores the states of values that were not coded with predictions.
   void keep_values(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
 
   /// Begins a tile. Returns false if the tile needs more memory than the memory budget allows.
@@ -428,8 +429,8 @@ class ColumnState {
   /// if its bit in `known` is set; the other entries of `states` do not change.
   void features(const TileElement& element, std::uint32_t known,
                 std::array<double, kFeatures>& states) const;
-  /// Returns the state of a reference value. `bits`: the bits of the value; any bits are allowed.
-  /// The result is the same on all machines.
+  /// Returns the state of a reference value. `bits`: the bits of the value; every bit pattern is
+  /// allowed. The result is the same on all machines.
   double reference_state(std::uint64_t bits) const {
     const double state = translator_.from_value(scalar_as_double(info_->type, bits));
     return is_finite(state) ? state : last_reference_;
@@ -464,8 +465,8 @@ class ColumnState {
       if ((item.known >> a & 1) != 0 && (slots_.marks[item.at[a]] & kRecalled) != 0) ++count;
     return count;
   }
-  /// Returns the list of the values coded so far. Values are stored there only if the domain
-  /// recalls values.
+  /// Returns the list of the values coded so far. The list is filled only if the domain has
+  /// recalled values.
   RecalledValues& values_so_far() { return so_far_; }
   void add_to_values_so_far(double state) {
     so_far_.add(SortedValues::magnitude_of(translator_.as_value(state)));
@@ -476,8 +477,8 @@ class ColumnState {
   /// Stores the state of a coded element. `lattice`: the lattice prediction of the element.
   void keep(const TileElement& element, double state, double lattice);
   void keep_reference(const Neighbourhood& item, double state);
-  /// Stores the marks of a copied element. The element receives the residual size of the element
-  /// coded last.
+  /// Stores the marks of a copied element. The element receives the residual size of the previously
+  /// coded element.
   void keep_copied(const TileElement& element) { keep_residual(element, last_size_, false, false); }
   void keep_residual(const TileElement& element, ResidualSize size, bool second, bool recalled) {
     slots_.marks[element.item.self] =
@@ -522,9 +523,9 @@ class ColumnState {
   ValueTranslator translator_;
   bool has_reference_ = false, uses_matches_ = true;
   std::uint64_t elements_ = 0;  // number of elements so far
-  std::size_t room_ = 0;        // number of slots of all elements, including elements that are left
-                                // out; 0 if none are left out
-  std::uint64_t moved_ = 0;     // total number of slots converted to other domains
+  std::size_t room_ = 0;  // number of slots for all elements, including omitted elements; 0 if no
+                          // elements are omitted
+  std::uint64_t moved_ = 0;  // total number of slots converted to other domains
 
   ColumnSlots slots_;
   // Data for scarce memory: the budget, a flag that only exceptions are stored, a flag that slots
@@ -542,7 +543,7 @@ class ColumnState {
   // Maps the magnitude of an element's reference value to the element's value; the value is negated
   // if the reference value is negative
   SortedValues references_so_far_;
-  // States of the two elements coded last
+  // States of the two most recently coded elements
   double last_ = 0, before_last_ = 0;
   double last_reference_ = 0, before_last_reference_ = 0;
   ResidualSize last_size_ = 0;

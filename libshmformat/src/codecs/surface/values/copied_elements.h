@@ -32,8 +32,8 @@ class CopiedElements {
 
  private:
   /// Result for an element. kOwn: not a copy. kAgain: a copy at the same distance as the previous
-  /// copy in the class. kBefore: a copy at the different distance that the class used before that.
-  /// kOther: a copy at any other distance.
+  /// copy in the class. kBefore: a copy at the most recent other distance of the class. kOther: a
+  /// copy at any other distance.
   enum Outcome : std::uint8_t { kOwn, kAgain, kBefore, kOther };
   struct Class {
     std::uint32_t last = 0, before_last = 0;  // the two most recent distinct distances; 0: none
@@ -72,8 +72,8 @@ class CopiedElements {
     ++here_;
     return true;
   }
-  /// Codes a distance. It is coded relative to the distance to the element after the previous
-  /// source. Returns 0 if the data is damaged.
+  /// Codes the distance to the source. The predicted source is the element after the previous
+  /// source, and the difference from its distance is coded. Returns 0 if the data is damaged.
   std::uint32_t code_other(Coder& coder, std::uint32_t wanted) {
     const auto by =
         code_signed(coder, other_, static_cast<std::int64_t>(here_ - wanted - following_));

@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-// Encoder: an entry of `known` is used only if at most this number of entries of `known` are
-// skipped; otherwise the distance is coded
+// Encoder: an entry is coded as an entry of `known` only if this skips at most this number of
+// entries of `known`. Otherwise its distance from the previous entry is coded
 constexpr std::uint64_t kMostSkipped = 63;
 
 /// Returns the index of the negated value.
@@ -61,8 +61,8 @@ bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
   if (count > most_entries) return false;
   std::sort(known.begin(), known.end());
   known.erase(std::unique(known.begin(), known.end()), known.end());
-  // If there are no entries of other tables, the negative entries of this table predict its
-  // positive entries.
+  // If no entries of other tables are known, the positive entries of this table are predicted from
+  // its negative entries.
   bool mirrors = known.empty();
   table.clear();
   Steps steps;

@@ -16,11 +16,11 @@ namespace shm {
 struct RankTableModels {
   CompactNumberModel entries, step, skipped;
   SignedModel<CompactNumberModel> first_entry;
-  // Models of whether the distance equals a recent distance. The index is the position in the list
-  // of recent distances
+  // Models of the decision whether the distance equals a recent distance. The index is the position
+  // in the list of recent distances
   std::array<AdaptiveBit, 4> same_step;
-  // Models of whether an entry occurs in an earlier table. The index combines the previous three
-  // decisions
+  // Models of the decision whether an entry occurs in an earlier table. The index combines the
+  // previous three decisions
   std::array<AdaptiveBit, 8> known_entry;
 };
 

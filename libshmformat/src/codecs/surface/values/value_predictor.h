@@ -102,10 +102,11 @@ class ClassNumbers {
 
 // --- predictors
 
-/// Features: states around an element from which it is predicted. They are, in this order: near
-/// elements (0-2), diagonal elements (3-5), opposite element (6), beyond (7-9), farther (10-12),
-/// thirds (13-15, the residuals of the lattice prediction at near elements 0-2), the two elements
-/// coded last in the column, matches, the previous component of this element, and the partner.
+/// Features: the states from which an element is predicted. They are the states of, in this order:
+/// near elements (0-2), diagonal elements (3-5), the opposite element (6), elements two steps away
+/// (7-9), elements three steps away (10-12), thirds (13-15, the residuals of the lattice prediction
+/// at near elements 0-2), the two most recently coded elements of the column (16, 17), matches
+/// (18-20), the previous component of this element (21), and the partner (22).
 enum Feature : std::uint32_t {
   kFNear = 0,
   kFDiagonal = 3,
@@ -115,8 +116,8 @@ enum Feature : std::uint32_t {
   kFThird = 13,
   kFLast = 16,
   kFBeforeLast = 17,
-  kFMatch = 18,    // 18-20: matches (earlier values) found by looking up the near values, the two
-                   // most recent values, and the other components
+  kFMatch = 18,    // 18-20: matches (earlier values) found by three keys: the values of the near
+                   // elements, the two most recent values, and the other components
   kFOther = 21,    // value of the previous component of this element
   kFPartner = 22,  // value of this component at the partner
   kFeatures = 23
@@ -124,7 +125,7 @@ enum Feature : std::uint32_t {
 
 enum Mode : std::uint32_t {
   kLattice = 0,         // prediction by the best rule for the known neighbours
-  kNearMode = 1,        // 1..3: the near value along one axis
+  kNearMode = 1,        // 1..3: the value of the near element along one axis
   kLineMode = 4,        // 4..6: linear extrapolation along one axis
   kCurveMode = 7,       // 7..9: quadratic extrapolation along one axis
   kFaceMode = 10,       // 10..12: the parallelogram rule in one face
@@ -136,9 +137,10 @@ enum Mode : std::uint32_t {
   kMeanFaceMode = 19,
   kLastMode = 20,
   kLastLineMode = 21,
-  kMatchMode = 22,  // 22..24: matches (earlier values) found by looking up the near values, the two
-                    // most recent values, and the other components
-  kOtherMode = 25,  // 25, 26: the previous component of this element, or its negative
+  kMatchMode = 22,  // 22..24: matches (earlier values) found by three keys: the values of the near
+                    // elements, the two most recent values, and the other components
+  kOtherMode =
+      25,  // 25: the value of the previous component of this element; 26: the negated value
   kFittedMode = 27,  // linear combination; the encoder determines the weights
   kStayMode = 28,    // prediction 0; with differences as input, this predicts the reference value
   kPartnerMode = 29,
@@ -245,8 +247,8 @@ class Predictor {
       if (has(a)) return at_(a);
     return at_(kFLast);
   }
-  /// Returns the kind of the neighbourhood. It is `lattice` for all kinds that use the same rule as
-  /// `lattice`, because Neighbourhood::traits() replaces these kinds.
+  /// Returns the kind of the neighbourhood. Neighbourhood::traits() reports all kinds that are
+  /// predicted by the rule of `lattice` as `lattice`.
   std::uint32_t kind() const { return known_ >> Neighbourhood::kKindShift; }
   bool is_mid_node() const {
     return kind() == Neighbourhood::midpoint || kind() == Neighbourhood::centre;
@@ -255,8 +257,9 @@ class Predictor {
     return mean([&](std::uint32_t a) { return has(a); }, [&](std::uint32_t a) { return at_(a); },
                 none);
   }
-  /// Extrapolates across a face. The prediction is the middle of the face, plus half of the
-  /// difference between this middle and the vertex (or mean of the vertices) on the other side.
+  /// Extrapolates across a face. Let m be the mean of the vertices of the face, and v the vertex
+  /// (or the mean of the vertices) on the other side of the face. The prediction is m + (m - v) /
+  /// 2.
   double behind_face() const {
     const double middle = mean_near(at_(kFLast));
     if (has(kFOpposite)) return middle + (middle - at_(kFOpposite)) * 0.5;
@@ -301,8 +304,8 @@ class Predictor {
     const std::uint32_t feature = kTermFeatures[i];
     if (!has(feature)) return 0.0;
     if (feature >= kFThird) return at_(feature);
-    // If all near, diagonal and opposite elements are known, the other terms determine the opposite
-    // term, so it is left out.
+    // If all near, diagonal and opposite elements are known, the term of the opposite element is a
+    // linear combination of the other terms. It is then omitted.
     if (feature == kFOpposite && knows_lattice()) return 0.0;
     return at_(feature) - base;
   }
@@ -361,8 +364,8 @@ class ClassPredictor {
 
 // --- matches
 
-/// Number of kinds of keys by which values are looked up: the near values, the two most recent
-/// values, the other components.
+/// Number of kinds of keys by which values are looked up: the values of the near elements, the two
+/// most recent values, and the values of the other components.
 inline constexpr std::uint32_t kMatchKinds = 3;
 
 /// Finds earlier values that were coded next to the same neighbouring values. Such values occur in
