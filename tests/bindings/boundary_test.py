@@ -48,8 +48,8 @@ POLYGON, POLYHEDRON = 7, 42
 
 
 def faces_of(nodes):
-    """Returns the faces of a polyhedron. Returns an empty list if the node list does not consist of faces
-    that each repeat their first vertex at the end."""
+    """Returns the faces of a polyhedron. `nodes` lists the faces one after the other, each with its first
+    vertex repeated at its end. Returns an empty list if `nodes` does not have this form."""
     faces, at = [], 0
     while at < len(nodes):
         if nodes[at] not in nodes[at + 1:]:
@@ -124,8 +124,8 @@ class Grid:
         return odd
 
     def reasons(self, faces):
-        """Yields two truth values for each face that VTK's result lacks: whether the face belongs to exactly
-        one volume cell, and whether VTK hides the face."""
+        """For each of these faces, which VTK's result lacks, yields two truth values: whether the face belongs
+        to exactly one volume cell, and whether VTK hides the face."""
         at = defaultdict(list)
         wanted = {vertex for face in faces for vertex in face}
         for cell, (_, nodes) in enumerate(self.cells):

@@ -11,8 +11,8 @@
 
 namespace {
 
-// Number of allocations that will still succeed. The allocation after them fails. If `for_good` is
-// true, all later allocations fail, too. If this number is negative, all allocations succeed.
+// Number of allocations that will still succeed. The next allocation then fails. If `for_good` is
+// true, all later allocations fail, too. A negative number means that all allocations succeed.
 long allowed = -1;
 bool for_good = true, has_failed = false;
 
@@ -44,7 +44,7 @@ void* taken(std::size_t bytes) {
 namespace shm {
 namespace {
 
-/// Calls `work` repeatedly, and lets one more allocation succeed each time, until no allocation
+/// Calls `work` repeatedly, letting one more allocation succeed each time, until no allocation
 /// fails. Does this twice: first, all allocations after the first failure fail, too; then only a
 /// single allocation fails.
 template <class Work>

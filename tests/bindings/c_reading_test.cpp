@@ -101,8 +101,8 @@ void expect_same(std::span<const std::byte> bytes, const File& file) {
     expect_same(file.get(), *mesh);
     return;
   }
-  // The vertices of this file are not numbered consecutively from 0. Arrays of the whole mesh
-  // therefore cannot be read.
+  // An array of the whole mesh can be read only if the vertices are numbered consecutively from 0.
+  // In this file, they are not.
   EXPECT_EQ(mesh.error().code, ErrorCode::corrupt);
   std::vector<Wanted> wanted{{SHMF_POINTS, SHMF_FLOAT64}};
   shmf_error why{};

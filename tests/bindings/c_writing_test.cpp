@@ -118,7 +118,7 @@ TEST(CInterface, WhatItWritesIsWhatTheLibraryWrites) {
           given(SHMF_POINTS, SHMF_FLOAT64, mesh.xyz),
           given(SHMF_CORNERS, narrow ? SHMF_INT32 : SHMF_UINT64, narrow ? few : many),
           given(SHMF_CELL_BLOCKS, SHMF_INT32, blocks)};
-      // If each block states the number of corners per cell, SHMF_CORNER_BEGIN is not needed.
+      // SHMF_CORNER_BEGIN is needed only if a block does not state the number of corners per cell.
       if (!narrow) arrays.push_back(given(SHMF_CORNER_BEGIN, SHMF_INT64, begin));
       for (std::uint32_t a = 0; a < mesh.arrays.size(); ++a)
         if (!mesh.schema.arrays[a].per_step)

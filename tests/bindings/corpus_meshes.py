@@ -26,8 +26,8 @@ import shmformat.meshio
 import shmformat.vtk
 
 vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-# For (linear cell type, number of nodes): the second-order cell type. Some programs write second-order cells
-# with the linear type.
+# Maps a linear cell type and a number of nodes to the second-order cell type with that number of nodes. Some programs
+# write second-order cells with the linear type.
 HIGHER = {(12, 20): 25, (12, 27): 29, (13, 15): 26}
 POLY_VERTEX, PIXEL, QUAD, VOXEL, HEXAHEDRON = 2, 8, 9, 11, 12
 
@@ -268,7 +268,7 @@ def grids_of(tree):
 
 
 def joined(blocks):
-    """Joins the arrays of all blocks that have the same name. For a block without an array of that name,
+    """Joins the arrays that have the same name in different blocks. For a block without an array of that name,
     fills in NaN, or 0 if the values are integers."""
     found = {}
     for at, (_, arrays) in enumerate(blocks):

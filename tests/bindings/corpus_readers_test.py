@@ -5,7 +5,7 @@
 
 Each file is compressed once. The Python package reads all arrays at all steps. This data is compared bit for bit with
 - the source as read by VTK, meshio and Gmsh,
-- the same .shm file as read by a pipeline of VTK, by meshio and by programs in C (read_all.c, and the example of the
+- the same .shm file as read by a VTK pipeline, by meshio and by C programs (read_all.c, and the example of the
   header),
 - the .vtu files that `shm decompress` writes, as read by VTK.
 Points are compared in the precision of the
@@ -38,7 +38,7 @@ from c_library_test import program_of_the_header  # noqa: E402
 
 CORPUS = Path(os.environ.get("SHM_CORPUS") or "/nowhere")
 EXCEPTIONS = HERE / "corpus_exceptions.tsv"
-SKIPPED = "SHM_CORPUS is not a folder, so that no corpus file was read"
+SKIPPED = "SHM_CORPUS is not a folder, so no corpus file was read"
 # For each source format, as named by `shm info`: the independent readers for it.
 OTHERS = {"exodus": ("vtk", "meshio"), "vtk": ("vtk", "meshio"), "vtu": ("vtk", "meshio"), "ucd": ("vtk", "meshio"),
           "gmsh": ("gmsh", "meshio")}
@@ -68,8 +68,8 @@ def header_example(folder, mesh):
 
 
 def compare_file(name):
-    """Compares the readers for one file. Returns the differences by reader as pairs (subject, sentence). If a
-    reader fails, its only subject is "all"."""
+    """Compares the readers for one file. Returns a list of differences for each reader. A difference is a pair
+    (subject, sentence). If a reader fails, its list has one entry, with the subject "all"."""
     import corpus_meshes as meshes
     import shmformat
     source, found = CORPUS / name, {}

@@ -81,7 +81,7 @@ def bent_bar(path, side, warmer=0, rough=0):
 
 @functools.cache
 def long_file():
-    """Creates a .shm file of 131 thousand hexahedra in eight segments, which is larger than a megabyte.
+    """Creates a .shm file that is larger than a megabyte, with 131 thousand hexahedra in eight segments.
     Returns its path and cell count."""
     source, packed = FOLDER / "long.vtk", FOLDER / "long.shm"
     cells = bent_bar(source, 32, rough=.25)
@@ -177,7 +177,7 @@ class Page(unittest.TestCase):
         return self.browser.run(f"document.getElementById({json.dumps(name)}).textContent")
 
     def drawn(self):
-        """Returns the number of pixels of each colour in the picture, without the white background."""
+        """Returns the number of pixels of each colour in the picture, excluding the white background."""
         _, _, found = self.browser.picture("#picture")
         counts = Counter(found)
         ground = (255, 255, 255)
@@ -228,7 +228,7 @@ class Page(unittest.TestCase):
         before = self.browser.processor_seconds()
         seconds = self.open(packed)
         processor = self.browser.processor_seconds() - before
-        print(f"{cells} hexahedra are visible after {seconds:.2f} s, of at most {MOST_SECONDS}; "
+        print(f"{cells} hexahedra are visible after {seconds:.2f} s (limit: {MOST_SECONDS} s); "
               f"{processor:.2f} s of CPU time")
         self.assertIn(f"{cells:,} cells", self.text())
         faces = 2 * 21 * 21 + 4 * 21 * 84
@@ -258,7 +258,7 @@ class Page(unittest.TestCase):
                                 "[one.getAttribute('x2'), one.getAttribute('y2')]).join()")
 
     def size(self):
-        """Returns the number of pixels that show the mesh or its focus frame."""
+        """Returns the number of pixels that show the mesh or the frame that marks keyboard focus."""
         return sum(self.drawn().values())
 
     def test_fingers_wheel_and_keys(self):
@@ -439,8 +439,8 @@ class Page(unittest.TestCase):
         for segment, part, most in (("", 1, 12), ("&segment=4", 1 / 8, 6)):
             Ranges.sent = Ranges.requests = 0
             self.go(f"{PAGE.as_uri()}?url={address}{segment}")
-            print(f"{Ranges.sent} of {whole} bytes on a server{segment and ', for a segment,'} were fetched by "
-                  f"{Ranges.requests} requests")
+            print(f"{Ranges.requests} requests fetched {Ranges.sent} of {whole} bytes from a server"
+                  f"{segment and ' to show one segment'}")
             self.assertIn(f"{cells:,} cells", self.text())
             self.assertLess(Ranges.sent, part * whole + FOUND)
             self.assertLessEqual(Ranges.requests, most)

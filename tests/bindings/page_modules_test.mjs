@@ -147,7 +147,7 @@ test("a polygon is divided into triangles around its first corner", () => {
   assert.deepEqual(surface.viewOfPlane(frame), [0, 0, 1]);
 });
 
-test("faces with a vertex that is not finite are left out, lines and vertices are drawn", () => {
+test("lines and vertices are drawn, and faces with a vertex that is not finite are left out", () => {
   const points = Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0, NaN, 0, 0, 0, 0, Infinity);
   const faces = { points, faceCount: 4, connectivity: Uint32Array.of(0, 1, 3, 0, 1, 2, 4),
     offsets: BigUint64Array.of(0n, 3n, 5n, 6n, 7n) };

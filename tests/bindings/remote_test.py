@@ -91,7 +91,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 class Server(http.server.ThreadingHTTPServer):
     def handle_error(self, *_):
-        pass  # ignores the error if a client closes the connection during an answer
+        pass  # ignores the error if a client closes the connection while the server is answering
 
 
 class Remote(unittest.TestCase):

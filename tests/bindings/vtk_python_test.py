@@ -327,9 +327,8 @@ class Sets(Case):
     CORNERS = {3: 2, 5: 3, 9: 4, 21: 2, 22: 3, 23: 4, 28: 4}  # number of corners of each side type
 
     def all_sides(self, kinds):
-        """Writes a file with one cell of each kind, and a side set for each cell that contains all sides of
-        the cell. The points of the cells are random, except that a node on an edge is at the midpoint of the
-        edge."""
+        """Writes a file with one cell of each kind, and for each cell a side set with all its sides. The points
+        of the cells are random, except that a node on an edge is at the midpoint of the edge."""
         sides = {"triangle": 5, "quad": 6, "tetrahedron": 4, "pyramid": 5, "wedge": 5, "hexahedron": 6}
         points = np.random.default_rng(5).random((sum(nodes for _, nodes in kinds), 3)).astype(np.float32)
         offsets = np.cumsum([0] + [nodes for _, nodes in kinds])

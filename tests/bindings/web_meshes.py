@@ -96,9 +96,9 @@ class Native:
             self.read_all()
 
     def describe(self):
-        """Collects the description in `self.described`. The caller adds it to the lines only if describing
-        the whole file succeeds, because the web package reports nothing about a file that it cannot
-        describe."""
+        """Stores the lines that describe the file in `self.described`. The caller prints them only if the whole
+        file can be described, because the web package reports nothing about a file that it cannot describe
+        completely."""
         def put(what, *words):
             self.described.append([what, " ".join(map(str, words))])
 

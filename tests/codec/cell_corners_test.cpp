@@ -170,9 +170,9 @@ std::uint64_t bytes_of(const TestMesh& mesh, const char* stream) {
 }
 std::uint64_t connectivity_bytes(const TestMesh& mesh) { return bytes_of(mesh, "connectivity"); }
 
-// Checks the encoded size of float64 coordinates, in bits per vertex, on grids in which lattice
-// prediction is exact for nearly all coordinates. Without lattice prediction, a vertex needs 90
-// bits or more.
+// Checks the encoded size of float64 coordinates on grids in which lattice prediction is exact for
+// nearly all coordinates. The size must be less than 1.7 (wedges) or 5 (tetrahedra) times the size
+// on the same grid of hexahedra. Without lattice prediction, a vertex needs 90 bits or more.
 TEST(CellCorners, CoordinatesOfCutGridsCostLittleMore) {
   const double whole =
       8.0 * static_cast<double>(bytes_of(bent_cut_grid(CellShape::hexahedron, kWhole), "geometry"));
@@ -188,8 +188,8 @@ TEST(CellCorners, RegularMeshesCostNextToNothing) {
   EXPECT_LT(connectivity_bytes(cut_grid(CellShape::wedge, kWedges)), 250u);
 }
 
-/// Returns a grid in which every second column is divided into wedges. All wedges precede all
-/// hexahedra.
+/// Returns a grid in which every second column of hexahedra is divided into wedges. In the list of
+/// cells, all wedges precede all hexahedra.
 TestMesh columns_of_wedges() {
   TestMesh mesh = grid(12, 11, 10);
   mesh.schema.blocks.push_back({2, "", CellShape::wedge, 6});

@@ -1,5 +1,5 @@
-// Tests which codec a Writer chooses for hexahedra by default: the file must not be larger than
-// with the codec that results in the smallest file.
+// Tests which codec a Writer chooses for hexahedra by default: no other codec may result in a
+// smaller file.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -98,7 +98,7 @@ TEST(CodecChoice, FastTakesPatternsWhereThereCanBeSome) {
   for (auto& point : points)
     for (double& v : point) v = static_cast<double>(random() >> 40);
   mesh.set_points(points);
-  // A few cells are out of order. The codec `rows` encodes such a mesh in fewer bits than
+  // A few cells are out of order. Such a mesh needs fewer bits with the codec `rows` than with
   // `patterns`.
   for (std::size_t i = 4000; i < mesh.cells.size(); i += 4000)
     std::swap(mesh.cells[i], mesh.cells[i + random() % 60]);

@@ -13,8 +13,8 @@
 namespace shm {
 namespace {
 
-/// Returns the codecs that occur in the generated files, even if the writer chose another codec
-/// than requested.
+/// Returns the codecs that occur in the generated files, even if the writer chose a codec other
+/// than the requested one.
 const CodecUses& written_uses() {
   static const CodecUses all = [] {
     CodecUses uses;

@@ -17,9 +17,9 @@
 #include "programs/mesh_fields.h"
 #include "shm/mesh.h"
 
-// Calls the function whose instructions are counted. callgrind collects data while this function
-// runs, and finds the function by its name, so compilers must not create renamed copies of the
-// function. Therefore the function does not end with a tail call, and it is called through a
+// Calls the function whose instructions are counted. callgrind counts only while counted_run() is
+// active. It finds counted_run() by its name, so compilers must not create renamed copies of
+// counted_run(). Therefore counted_run() does not end with a tail call, and it is called through a
 // pointer whose value no compiler can determine.
 extern "C" bool counted_run(const std::function<bool()>& run) {
   volatile bool ok = run();
@@ -58,8 +58,8 @@ shm::Mesh with_floats(shm::Mesh mesh) {
   return mesh;
 }
 
-/// Adds a float32 array whose values are the same at all steps, and another float32 array whose
-/// values increase from step to step.
+/// Adds two float32 arrays. The values of the first are the same at all steps; the values of the
+/// second increase from step to step.
 void add_field(shm::Mesh& mesh, const make_mesh::Field& field, shm::Location location) {
   std::vector<float> values(field.values.begin(), field.values.end());
   mesh.add_array<float>(field.name, location, values);

@@ -47,8 +47,8 @@ TEST(NodeLayout, OfHexahedraIsVtks) {
     EXPECT_EQ(node->kind, p < 20 ? Kind::edge : p < 26 ? Kind::face : Kind::body);
     EXPECT_EQ(node->parallels, p < 20 ? 3 : p < 26 ? 1 : 0);
     for (std::size_t i = 0; i < node->parallels; ++i) {
-      // The vector from node p to its parallel node i equals the vector from the first corner to
-      // the node beside[i].
+      // The vector from node p to node parallel[i] equals the vector from node corner[0] to node
+      // beside[i].
       int away = 0;
       for (int a = 0; a < 3; ++a) {
         const int step = kTriquadratic[node->parallel[i]][a] - kTriquadratic[p][a];
@@ -181,9 +181,9 @@ TEST(MidNodes, OfAllShapesComeBack) {
       }
 }
 
-// The decoder may rotate the corners of hexahedra with eight nodes, but not those of adjacent
-// second-order cells. Encoder and decoder must agree on the corner order of a face between two
-// second-order cells.
+// The decoder may rotate the corners of hexahedra with eight nodes, but not those of second-order
+// cells next to these hexahedra. Encoder and decoder must nevertheless agree on the corner order of
+// a face between two second-order cells.
 TEST(MidNodes, BesideHexahedraThatMayTurn) {
   for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
                            ConnectivityCodec::mixed, ConnectivityCodec::replay})
@@ -210,7 +210,7 @@ TEST(MidNodes, BesideHexahedraThatMayTurn) {
     }
 }
 
-// Mid nodes need no bytes if their positions and numbers can be computed from the corners. The
+// Mid nodes need no bytes if their positions and numbers can be computed from the corners. All
 // encoded bytes belong to the corners.
 TEST(MidNodes, CostNothingOnAGrid) {
   for (std::uint32_t nodes : {20u, 27u})

@@ -25,8 +25,8 @@ WITHIN = .05
 
 
 def instructions_of(profile, library):
-    """Returns the number of instructions that a callgrind file attributes to `library`, without those of
-    functions that the library calls."""
+    """Returns the number of instructions executed in the code of `library` itself, according to a callgrind
+    file. Instructions of other libraries that it calls are not counted."""
     total, ours, of_call = 0, False, False
     with open(profile, encoding="utf-8", errors="replace") as lines:
         for line in lines:

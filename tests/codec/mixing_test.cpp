@@ -49,8 +49,8 @@ std::vector<std::byte> both_ways(Code code) {
   return bytes;
 }
 
-/// Encodes and decodes `decisions` in a single context. The clues of decision i are computed from
-/// of(i). Returns the encoded bytes.
+/// Encodes and decodes `decisions` in a single context. The two clues for decision i are hashes of
+/// the number of(i). Returns the encoded bytes.
 template <class Of>
 std::vector<std::byte> coded(const std::vector<bool>& decisions, Of&& of) {
   return both_ways([&](auto& coder) {
@@ -88,8 +88,8 @@ TEST(Mixing, CluesAndHistoryArePutToUse) {
     copies[i] = noise[i];
     waves[i] = i / 3 % 2 == 0;
   }
-  // Each decision can be predicted: in `copies` from its clue, in `waves` from the previous
-  // decisions.
+  // Each decision in `copies` can be predicted from its clue. Each decision in `waves` can be
+  // predicted from the previous decisions.
   EXPECT_LT(coded(copies, [&](std::size_t i) { return noise[i] ? 1 : 2; }).size(), 60u);
   EXPECT_LT(coded(waves, [](std::size_t) { return 0; }).size(), 60u);
 }
@@ -115,8 +115,8 @@ TEST(Mixing, NumbersInTreesAndRunsBothWays) {
 }
 
 TEST(Mixing, EveryClueIsATableEntryOfItsOwnUntilTheTableIsFull) {
-  // The test uses more clues than the table has entries. Entries are therefore replaced, and
-  // decoding must still be correct.
+  // The test uses more different clues than the coder's table has entries. Table entries are
+  // therefore replaced, but decoding must still be correct.
   const auto bits = random_bits(300000, .3);
   const auto bytes = coded(bits, [](std::size_t i) { return i; });
   EXPECT_LT(8. * static_cast<double>(bytes.size()), 300000 * .8813 * 1.03);

@@ -121,9 +121,9 @@ TEST(Zstd, BackAndForth) {
   }
   EXPECT_FALSE(zstd_decompress({}, 0));
   EXPECT_FALSE(zstd_decompress(noise(100), 100));
-  // A zstd frame states its window size by a window descriptor or by its content size. Some of
-  // these frames state a window that is larger than decoders must support. Such frames must be
-  // refused.
+  // A zstd frame states its window size with a window descriptor or with its content size. Some
+  // frames in this test state a window that is larger than decoders must support. Such frames must
+  // be refused.
   const auto framed = [](std::initializer_list<int> head) {
     Bytes frame{std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}};
     for (const int value : head) frame.push_back(static_cast<std::byte>(value));

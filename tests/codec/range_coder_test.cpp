@@ -17,7 +17,7 @@
 namespace shm {
 namespace {
 
-/// Runs `work(coder)` with an encoder, then with a decoder of its bytes.
+/// Runs `work(coder)` with an encoder, then with a decoder of the encoded bytes.
 template <class Work>
 std::vector<std::byte> both_ways(Work&& work) {
   RangeEncoder encoder;

@@ -20,12 +20,13 @@ using Place = std::array<int, 3>;
 
 constexpr std::array<std::uint32_t, 7> kSteps = {1, 2, 4, 3, 5, 6, 7};  // axes, as bits
 constexpr std::uint32_t kRingBits = 12;
-// Number of elements that the group declares. It is large enough for a ring of 2^kRingBits
-// positions.
+// Number of elements that the group is declared to have. It is large enough for a ring buffer of
+// 2^kRingBits positions.
 constexpr std::uint64_t kClaimed = 1024;
 
-/// Returns the number of the vertex or cell at position `at` of the grid. The numbers of rows and
-/// layers are far enough apart that two or three steps beyond the grid never lead to a used number.
+/// Returns the number of the vertex or cell at position `at` of the grid. Numbers in adjacent rows
+/// and layers differ so much that positions up to three steps outside the grid have numbers that no
+/// element uses.
 std::uint64_t number_at(const Place& at) {
   return static_cast<std::uint64_t>((at[0] + 4) + 16 * (at[1] + 4) + 256 * (at[2] + 4));
 }
@@ -66,9 +67,9 @@ void expect_item(const Neighbourhood& item, const Expected& expected, const Plac
     }
 }
 
-/// For each axis along which the nearest neighbour is known, adds the neighbours two and three
-/// steps away, and sets kThird if the whole lattice neighbourhood of the nearest neighbour was
-/// known.
+/// For each axis along which the nearest neighbour is known, adds the second and third neighbours
+/// along that axis to `expected`. Also sets kThird if the whole lattice neighbourhood of the
+/// nearest neighbour was known.
 void go_on(Expected& expected, const Met& met, std::uint32_t axes, const Place& self,
            const std::array<int, 3>& direction) {
   for (std::uint32_t a = 0; a < axes; ++a) {

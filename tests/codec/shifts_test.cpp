@@ -370,8 +370,8 @@ Parts take_apart(const Bytes& bytes, std::size_t cells) {
   return {Bytes(all->begin(), middle), Bytes(middle, all->end())};
 }
 
-/// Decodes all cells of a group and checks that a caller can use the result without checks of its
-/// own.
+/// Decodes all cells of a group and checks that the result is valid, so that callers need not check
+/// it.
 void read_all(const Schema& schema, bool may_import, const Bytes& bytes, std::size_t cells) {
   ShiftDecoder decoder(schema, may_import);
   if (!begin(decoder, bytes, cells)) return;

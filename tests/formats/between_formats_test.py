@@ -34,9 +34,8 @@ def apart(function, *words):
         return pool.submit(function, *words).result()
 
 
-# Node order of each element type according to the Exodus manual: the number of corners, which come first,
-# then one string for each further node. The node is at the mean of those corners whose numbers are in its
-# string.
+# Node order of each element type according to the Exodus manual: the number of corners, which come first, then one
+# string for each further node. The string contains the numbers of the corners whose mean is the position of the node.
 EDGES_HEX = ["12", "23", "34", "41", "15", "26", "37", "48", "56", "67", "78", "85"]
 EDGES_WEDGE = ["12", "23", "31", "14", "25", "36", "45", "56", "64"]
 EDGES_PYRAMID = ["12", "23", "34", "41", "15", "25", "35", "45"]
@@ -259,7 +258,8 @@ class BetweenFormatsTest(FolderTest):
         self.assert_same_places(points, [placed(p) for p in reference(shape, "vtk")])
 
     def check_gmsh(self, shape, path):
-        """Checks that the nodes have the positions of the nodes of Gmsh's own element, after the affine map of its corners."""
+        """Checks that each node is at the mean of the same corners as in Gmsh's own element. The affine map has
+        moved the corners."""
         (kind, points), = apart(seen_by_gmsh, path)
         self.assertEqual(kind, SHAPES[shape][1])
         local = apart(reference, shape, "gmsh")

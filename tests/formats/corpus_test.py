@@ -81,10 +81,9 @@ def exercised(info):
 
 
 def cannot_hold(difference):
-    """Returns true if a difference is unavoidable and the conversion reports it: time steps, and cell shapes
-    that the other format does not have. Items that exist only in B,
-    the converted file, are sets, which are stored as arrays or as
-    cells."""
+    """Returns true if a difference is unavoidable and the conversion reports it. This is the case for time
+    steps and cell shapes that the other format does not have, and for sets, which the converted file (B) stores
+    as arrays or cells that exist only in B."""
     kind, what = difference["kind"], difference["what"]
     if kind == "cells":
         return all(" of other cells " in place["value_b"] for place in difference["places"])
@@ -185,7 +184,7 @@ def main():
             for sentence in wrong:
                 print(f"{name}: {sentence}")
             bad += bool(wrong)
-    print(f"{len(files) - bad} of {len(files)} corpus files come back equal")
+    print(f"{len(files) - bad} of {len(files)} corpus files pass all checks")
     return 1 if bad else 0
 
 

@@ -75,8 +75,8 @@ TEST(ExodusArchive, WhatTheManualDoesNotNameComesBackEqual) {
   }
 }
 
-// Creates a valid netCDF-4 Exodus file. Calls `define` to add an item that cannot be converted.
-// Returns the error message of the conversion.
+// Creates a valid netCDF-4 Exodus file, and calls `define` to add an item that cannot be converted.
+// Returns the error with which opening the file fails.
 Error refusal(const std::string& path, const std::function<void(int)>& define) {
   exodus_files::Maker(path, {EX_NETCDF4 | EX_NOCLASSIC, 8, 32});
   int id = -1;
@@ -110,8 +110,8 @@ TEST(ExodusArchive, GroupsAndTypesOfUsersAreRefusedByName) {
   EXPECT_NE(types.detail.find("'colours', 'lists'"), std::string::npos) << types.detail;
 }
 
-// A set and its variable exceed the maximum size of an extra, so they are divided into several
-// extras. The members of the set are renumbered.
+// A set and the variable on this set are larger than the maximum size of an extra, so each is
+// stored in several extras. The members of the set are renumbered.
 TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   TemporaryFolder folder;
   const std::string path = folder / "large.e", copy = folder / "copy.e";
@@ -150,7 +150,7 @@ TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   EXPECT_TRUE(file_content(path) == file_content(copy));
 }
 
-// Some of these files are nearly empty; others contain values that were never written.
+// Some of these files are nearly empty; others declare values that were never written.
 TEST(ExodusArchive, SparseAndSmallFilesComeBackEqual) {
   TemporaryFolder folder;
   const std::string path = folder / "small.e", copy = folder / "copy.e";
@@ -194,8 +194,8 @@ TEST(ExodusArchive, SparseAndSmallFilesComeBackEqual) {
   }
 }
 
-// The test declares two amounts of values that were never written. In a file of this size, the
-// smaller amount is allowed and the larger amount is refused.
+// The values of the variable are never written. In a file of this size, 100 steps of unwritten
+// values are allowed, and 1000 steps are refused.
 TEST(ExodusArchive, UnwrittenValuesHaveABound) {
   TemporaryFolder folder;
   for (const std::size_t steps : {100, 1000}) {

@@ -167,7 +167,7 @@ TEST(ExodusSkeleton, DamagedTextIsRefused) {
   }
 }
 
-// A damaged file may demand that a long number is inserted many times. The text would become far
+// A damaged file may request that a long number be inserted many times. The text would become far
 // larger than any valid skeleton.
 TEST(ExodusSkeleton, LongNumbersStandForThemselvesOnly) {
   const std::string digits(50000, '7'), marks(50000, '#');
@@ -185,8 +185,8 @@ TEST(ExodusSkeleton, OldTextDoesNotGrowWithoutBound) {
   EXPECT_THROW(from_text(text + "\n", kPlace), Failure);
 }
 
-// The time to read the line of a dimension is proportional to the length of that line, and does not
-// depend on the length of the variable's name.
+// The variable has a long name and a million dimensions. The time to read each dimension must not
+// depend on the length of the name.
 TEST(ExodusSkeleton, LongNamesOfManyDimensionsAreRead) {
   const std::string name(1000000, 'x'), dimensions(1000000, '\t');
   const Skeleton skeleton =

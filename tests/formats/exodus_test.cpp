@@ -331,7 +331,7 @@ TEST(Exodus, PlanarAndSingleFilesComeBackEqual) {
     EX(ex_put_init(id, "flat", dimension, 4, 2, 2, 0, 0));
     const float x[4] = {0, 1, 1, 0}, y[4] = {0, 0, 1, 1};
     EX(ex_put_coord(id, x, dimension > 1 ? y : nullptr, nullptr));
-    // The test changes the ids of the two blocks: first to the same number twice, then to 0 and -3.
+    // The test changes the ids of the two blocks: first both to the same number, then to 0 and -3.
     const int bars[2] = {1, 2}, more[2] = {3, 4};
     EX(ex_put_block(id, EX_ELEM_BLOCK, 5, "BAR  ", 1, 2, 0, 0, 0));
     EX(ex_put_block(id, EX_ELEM_BLOCK, 6, "bEAm2", 1, 2, 0, 0, 0));

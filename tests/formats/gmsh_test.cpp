@@ -136,7 +136,7 @@ class GmshTest : public ::testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string save(const std::string& content, const std::string& name = "in.msh") const {
-    fs::remove(path(name));  // overwriting a file is slow on file systems that flush it
+    fs::remove(path(name));  // some file systems flush a file when it is overwritten, which is slow
     std::ofstream(path(name), std::ios::binary) << content;
     return path(name);
   }
@@ -699,7 +699,8 @@ TEST_F(GmshTest, LyingCounts) {
          {v2 + nodes + "$NodeData\n" + huge + "\n$EndNodeData\n",
           v2 + nodes + "$NodeData\n1\n\"a\"\n1\n0\n3\n0\n1\n" + huge + "\n1 5\n$EndNodeData\n"})
       survives(save(file), path("out.msh"));
-    // If a section is kept in memory, the size of the section limits its counts.
+    // These sections are kept in memory unchanged. The size of a section limits its counts, so a
+    // huge count does no harm.
     expect_round_trip(v4 + nodes4 + "$Periodic\n" + huge + "\n1 1 1\n0\n1\n1 2\n$EndPeriodic\n");
     expect_round_trip(v4 + nodes4 + "$Entities\n" + huge + " 0 0 0\n$EndEntities\n");
     expect_round_trip(v4 + "$PhysicalNames\n" + huge + "\n1 1 \"a\"\n$EndPhysicalNames\n");

@@ -78,8 +78,8 @@ class VtkFamilyTest : public VtkTest {
     write_mesh(mesh, out, *format_named(legacy ? "vtu" : "vtk"), spool_);
     take(*open_mesh(out, spool_));
   }
-  // Returns true if the mesh is written and the file can be read. Returns false if Failure is
-  // thrown.
+  // Replaces the extra `key` with `text`, and writes the mesh in the other format. Returns true if
+  // the written file can be read, or false if Failure is thrown.
   bool writes_with(MeshSource& mesh, const std::string& key, const std::string& text) {
     BentExtra bent(mesh, key, text);
     try {
@@ -127,8 +127,8 @@ TEST_F(VtkFamilyTest, BentExtrasOfXmlFiles) {
   bend_all(*open_vtu(path("out.vtu"), spool_));
 }
 
-// The extra declares so large a number of component names that a list of them could not be created
-// in reasonable time.
+// The extra declares such a large number of component names that a list of them could not be
+// created in reasonable time.
 TEST_F(VtkFamilyTest, ImpossibleNumbersOfComponents) {
   const auto mesh = open_text(kLegacy);
   std::string skeleton = text_of(find_extra(mesh->info(), "vtk/skeleton"));

@@ -31,13 +31,13 @@ EVERY = 5 if SANITIZED else 1  # of very many similar files
 VARIANTS = "field data 'variants' (variants)"
 TABLE = "lookup table 'lookup_table'"
 AXES = ["metadata of " + axis + "_COORDINATES" for axis in "XYZ"]
-# For some files of the corpus, by name: the items of the file that VTU cannot store.
+# Maps the names of some corpus files to the items of the file that VTU cannot store.
 OF_CORPUS = {
     "vtk-data__can.vtk": ["title 'converted from pyvista/vtk-data:Data/can.vtu'"],
     "sofa__vox8_binary.vtk": [TABLE],
 }
-# For some files of the corpus, by name: the items that VTU stores under another name and that legacy files do
-# not contain.
+# Maps the names of some corpus files to the items that VTU stores under another name and that legacy files do not
+# contain.
 OTHERWISE = {"vtk-data__can.vtk": ["Title"]}
 
 HEAD = "# vtk DataFile Version 4.2\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n"
@@ -335,8 +335,8 @@ class VtkFamilyTest(FolderTest):
                             middle = tuple(sum(places[ids.GetId(i)][k] for i in range(8))
                                            for k in range(3))
                             self.assertEqual(names.GetValue(c), name_of(middle))
-                        # Whatever the order of the vertices, each vertex keeps its string, although the order
-                        # of the list of strings changes.
+                        # Each vertex keeps its string in every vertex order, although the order of the strings in the
+                        # list changes.
                         self.shm("diff", path, back, "--match")
         self.assertIn("names", self.shm("diff", source, back, code=1).stdout)
 
@@ -355,7 +355,7 @@ class VtkFamilyTest(FolderTest):
             self.assertIn("strings", self.shm("info", write("bad.vtu", strings), code=3).stderr)
 
     def test_pieces(self):
-        """The strings of all pieces are joined to one array. The tool reports an array that only some pieces
+        """The strings of all pieces are joined into one array. The tool reports an array that only some pieces
         contain."""
         first = grid_xml([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [[0, 1, 2, 3]], 10,
                          "<PointData>" + text_xml("s", "abcd") + "</PointData>")

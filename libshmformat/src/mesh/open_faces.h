@@ -1,5 +1,5 @@
-// OpenFaces: the faces and edges that only one cell has so far, in meshes that also have cells
-// other than hexahedra.
+// OpenFaces: the faces and edges that only one cell has used so far. It is used for meshes that
+// have cells other than hexahedra.
 //   faces  open triangles and quadrilaterals of cells (including flat cells), and open edges of
 //          flat cells. A face is removed as soon as one of its vertices is finalized.
 //   cells  cells that have an open face or recently had one. They are stored by cell number, so
@@ -20,7 +20,8 @@
 
 namespace shm {
 
-/// The nodes around a face of a cell, or at the two ends of an edge, as positions in the cell.
+/// Local node indices within a cell: the nodes around one of its faces, or the two ends of one of
+/// its edges.
 struct ShapeFace {
   std::uint8_t size = 0;
   std::array<std::uint8_t, 4> at{};
@@ -29,22 +30,22 @@ struct ShapeFace {
 /// Sides of a cell. For a flat cell, the first side is the cell itself.
 struct CellSides {
   std::span<const ShapeFace> sides;
-  bool flat = false;  ///< true if the cell is flat. A flat cell covers the face of a solid cell
-                      ///< that has the same vertices
-  /// True if the sides of the cell remain open for later cells.
+  bool flat = false;  ///< true if the cell is flat. A flat cell covers a solid cell's face that has
+                      ///< the same vertices
+  /// True if the sides of the cell become open faces that later cells can share.
   bool opens = true;
 };
 
 class OpenFaces {
  public:
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  /// Largest number of nodes that are stored for a cell, and largest number of its sides.
+  /// Maximum number of nodes stored per cell, and maximum number of sides recorded per cell.
   static constexpr std::uint32_t kMost = 8;
 
   struct Face {
     std::array<std::uint32_t, 4> node{};  ///< vertex slots around the face
-    /// Links of the list of faces at each vertex: 4 * face slot + position of the vertex in the
-    /// face.
+    /// Links of the doubly linked lists of faces, one list per vertex. A link is 4 * face slot +
+    /// position of the vertex in the face.
     std::array<std::uint32_t, 4> next{}, previous{};
     std::uint32_t cell = kNone;  ///< index of the owner, which is the cell that added the face
     std::uint8_t size = 0;       ///< number of corners; 2 for an edge
@@ -52,7 +53,7 @@ class OpenFaces {
     bool covered = false;        ///< true if a flat cell covers the face (has the same vertices)
   };
   struct Cell {
-    /// Number of the cell among cells of all shapes, counted from 0.
+    /// Number of the cell, counted from 0 across cells of all shapes.
     std::uint64_t number = kNever;
     std::uint32_t open = 0;  ///< number of open faces of the cell
     std::uint32_t size = 0;
@@ -66,13 +67,13 @@ class OpenFaces {
   };
 
   /// Adds the next cell. `corners`: vertex slots of the cell's corners. After this call, behind()
-  /// returns the cells across its sides.
+  /// returns the neighbours across the sides of this cell.
   void add_cell(const CellSides& sides, std::span<const std::uint32_t> corners);
   /// Counts a cell without adding any sides.
   void skip_cell() { ++next_number_; }
   std::uint64_t next_number() const { return next_number_; }
   /// Returns one entry for each side of the most recently added cell: the number of the earlier
-  /// cell that had the same face, or kNever if there is none. Only the first kMost sides have an
+  /// cell that has the same face, or kNever if there is none. Only the first kMost sides have an
   /// entry.
   const std::array<std::uint64_t, kMost>& behind() const { return behind_; }
   /// Removes all faces at a vertex. Call it when the vertex is finalized.
@@ -82,7 +83,8 @@ class OpenFaces {
   /// returns the newest. Returns kNone if there is none.
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   const Face& face(std::uint32_t i) const { return faces_[i]; }
-  /// Calls visit(face, place) for each face at a vertex, beginning with the newest face.
+  /// Calls visit(face, place) for each face at a vertex, beginning with the newest face. `place` is
+  /// the position of the vertex in the face.
   template <class Visit>
   void around(std::uint32_t vertex, Visit&& visit) const {
     if (vertex >= vertices_.size()) return;
@@ -102,10 +104,10 @@ class OpenFaces {
   const Cell& owner(const Face& face) const { return cells_[face.cell]; }
 
  private:
-  /// Largest number of faces at a vertex. It equals kMaxFacesAtVertex of the active surface. The
-  /// limit keeps every search short. Frozen: part of the format.
+  /// Maximum number of faces at a vertex, equal to kMaxFacesAtVertex in active_surface.h. The limit
+  /// keeps every search short. Frozen: part of the format.
   static constexpr std::uint32_t kMostAtVertex = 128;
-  /// Number of cells that remain stored although they have no open faces.
+  /// Maximum number of cells without open faces that remain stored.
   static constexpr std::size_t kResting = 256;
 
   void add_side(std::uint32_t side, std::span<const std::uint32_t> cycle, const CellSides& sides);
@@ -119,8 +121,7 @@ class OpenFaces {
   std::vector<Face> faces_;
   std::vector<std::uint32_t> free_faces_;
   std::vector<Cell> cells_;
-  // Indices of the stored cells without open faces. The cell that has been in the list for the
-  // longest time is the first.
+  // Indices of the stored cells without open faces, oldest entry first.
   std::deque<std::uint32_t> resting_;
   IdMap by_number_;
   std::array<std::uint64_t, kMost> behind_{};

@@ -1,5 +1,5 @@
-// PolyhedronSurface: the faces of polyhedra that only one polyhedron has so far, and their edges.
-// The polyhedra have any number of faces.
+// PolyhedronSurface: the faces that only one polyhedron has used so far, and the edges of the
+// polyhedra. The polyhedra have any number of faces.
 //   faces  cycles of vertices that only one polyhedron has used. A face is removed as soon as one
 //          of its vertices is finalized.
 //   edges  edges between live vertices, with the number of polyhedra that have used each edge
@@ -40,10 +40,10 @@ class PolyhedronSurface {
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   std::span<const std::uint32_t> cycle(std::uint32_t face) const { return faces_[face].cycle; }
   std::uint64_t cell_of(std::uint32_t face) const { return faces_[face].cell; }
-  /// Counts another polyhedron for an edge. If the edge is new and one of its vertices already has
-  /// kMostEdges edges, does nothing.
+  /// Increments the number of polyhedra that use an edge. Does nothing if the edge is new and one
+  /// of its vertices already has kMostEdges edges.
   void add_edge(std::uint32_t a, std::uint32_t b);
-  /// Returns the number of polyhedra so far that have the edge between `a` and `b`.
+  /// Returns how many of the polyhedra added so far have the edge between `a` and `b`.
   std::uint32_t cells_at(std::uint32_t a, std::uint32_t b) const;
 
   /// Returns the faces at a vertex, from the oldest to the newest.

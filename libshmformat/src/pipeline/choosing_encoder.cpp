@@ -12,40 +12,40 @@
 namespace shm {
 namespace {
 
-/// Bounds for the shifts codec. The codec qualifies if its cells need at most kShiftBits bits on
-/// average, or, if size matters more than speed, at most kShiftBits / kShiftPart bits. A number of
-/// bits this small means that most vertex numbers continue regularly from cell to cell.
+/// Limits for choosing the shifts codec. The codec qualifies if its cells need at most kShiftBits
+/// bits each on average, or at most kShiftBits / kShiftPart bits if size matters more than speed.
+/// Cells need so few bits only if most vertex numbers continue regularly from cell to cell.
 constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 constexpr std::size_t kFirstPieces = 3;
-/// Excess size that is accepted for the shifts codec if size matters more than speed. The segment
-/// may become larger than with another codec by one part in kShiftShare, or by one part in
+/// Limits on the excess size of the shifts codec, used if size matters more than speed. The segment
+/// may be larger than with another codec by one part in kShiftShare, or by one part in
 /// kShiftShareOfLayer if all cells of the sample are in the first layer of cells. Shifts predict
-/// only from earlier rows and layers, and in the first layer there are no earlier layers. So such a
-/// sample overestimates the size of the segment.
+/// from earlier rows and layers. The first layer has no earlier layers, so such a sample
+/// overestimates the size of the segment.
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
-/// Estimated largest saving of mixing, in tenths of the size of connectivity and vertex numbers.
+/// Largest saving expected from the codec `mixed`, in tenths of the size of connectivity and vertex
+/// numbers.
 constexpr std::uint64_t kMixedSavesTenths = 4;
-/// A round of the race between codecs. The last round, which codes the whole sample, is not in the
-/// table kRounds.
+/// A round of the race between codecs. The final round, which codes the whole sample, is not in
+/// kRounds.
 struct Round {
   std::size_t pieces;   ///< number of pieces of the sample that are coded; a piece usually has 1024
                         ///< cells
   std::uint64_t share;  ///< allowed excess: a codec drops out if its size exceeds the smallest size
                         ///< by more than one part in `share`, plus `bytes`
-  std::uint64_t bytes;  ///< further allowed excess in bytes, because adaptive models cost some
-                        ///< bytes until they have learnt
-  bool values;          ///< true if the size of values is estimated for each codec
-  bool mixes;  ///< true if the mixed codec takes part; with few cells, its models have not learnt
-               ///< enough
+  /// Further allowed excess in bytes, because adaptive models need some bytes to learn.
+  std::uint64_t bytes;
+  bool values;  ///< true if the size of values is estimated for each codec
+  bool mixes;  ///< true if the mixed codec takes part; its models learn too little from a few cells
 };
 constexpr std::array<Round, 3> kRounds = {
     {{1, 10, 256, false, false}, {3, 20, 256, true, true}, {10, 50, 128, true, true}}};
-/// Factor for the allowed excess of the shifts codec. Shifts stay in the race longer than other
-/// codecs, since they need fewer bytes in later rows.
+/// Factor that increases the allowed excess size of the shifts codec. The codec then stays in the
+/// race longer than other codecs, because it needs fewer bytes in later rows.
 constexpr std::uint64_t kShiftPatience = 2;
-/// Factor for an early decision between rows and mixed rows. The decision is made early if mixing
-/// saves more than kClearly times the required share, or less than 1 / kClearly of the required
-/// share.
+/// Factor for an early decision between the codecs `rows` and `mixed`. The decision is made early
+/// if `mixed` saves more than kClearly times the required share of the size, or less than 1 /
+/// kClearly of that share.
 constexpr std::uint64_t kClearly = 2;
 
 /// Largest total number of components of static arrays for which several codecs are tried. Each
@@ -200,14 +200,15 @@ auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
       if (runner && runner->size.all() > least + least * times / round.share + round.bytes)
         drop(runners, codec);
     }
-    // If mixing has been measured on many cells, its saving is typical of the remaining cells.
+    // A round with the codec `mixed` codes enough cells to estimate the saving on the remaining
+    // cells.
     if (round.mixes) settle_mixing(runners, r + 1 == kRounds.size() && trial_.level != Level::best);
   }
   if (runners.size() == 1) return std::move(runners[0]);
   return finish_race(runners, is_over);
 }
 
-/// Runs the last round of the race, in which the whole sample is coded. Returns the winner.
+/// Runs the final round of the race, in which the whole sample is coded. Returns the winner.
 auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) -> Result<Runner> {
   const bool ends = is_over && trial_.level == Level::best;
   const bool is_first = runners[0].size.values == 0;
@@ -249,8 +250,8 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
   return std::move(runners[0]);
 }
 
-/// Returns the number of runners whose values have to be coded separately. The values of mixed rows
-/// are the same as those of rows.
+/// Returns the number of runners whose values must be coded separately. The codec `mixed` is not
+/// counted, because its values are coded exactly as with `rows`.
 std::size_t ChoosingEncoder::have_values_of_their_own(std::span<const Runner> runners) {
   return static_cast<std::size_t>(std::count_if(runners.begin(), runners.end(), [](auto& runner) {
     return runner.codec != ConnectivityCodec::mixed;
@@ -270,22 +271,22 @@ void ChoosingEncoder::drop(std::vector<Runner>& runners, ConnectivityCodec codec
   runners.erase(runners.begin() + (runner - runners.data()));
 }
 
-/// Returns the exact size in bytes of the values so far. Values of the current group are coded to
-/// measure their size.
+/// Returns the exact size in bytes of the values that the runner has taken so far. Values of the
+/// current group are coded to measure their size.
 std::uint64_t ChoosingEncoder::coded_values(Runner& runner) {
   return runner.encoder->size().values + runner.encoder->values_if_coded();
 }
 
-/// Codes the sample up to `pieces` pieces with each runner, and determines the size of the runner's
-/// values. `values`: whether the size of the values is estimated, or assumed to grow in proportion
-/// to the uncompressed size. `mixes`: if false, mixed rows are not coded. Mixed rows are also not
+/// Codes the first `pieces` pieces of the sample with each runner, and determines the size of each
+/// runner's values. `values`: whether that size is estimated, or assumed to grow in proportion to
+/// the uncompressed size. `mixes`: if false, mixed rows are not coded. Mixed rows are also not
 /// coded if mixing cannot save enough.
 Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces, Values values,
                                   bool mixes) const {
   using enum ConnectivityCodec;
   const std::uint64_t bytes = value_bytes(pieces);
-  // Runner whose values are measured first; other runners may adopt the result. It is the runner of
-  // rows or, if rows has dropped out, of the slowest codec.
+  // The runner whose values are measured first. Its result may be used for other runners, too. It
+  // is the runner of `rows` or, if `rows` has dropped out, the runner of the slowest codec.
   Runner* first = find(runners, rows);
   if (!first) first = &runners.back();
   RatedDomains rated;
@@ -299,9 +300,9 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
     runner.value_bytes = bytes;
     return {};
   };
-  // If shifts compete, code the values to measure their size, because estimates do not show
-  // reliably whether predictions from vertex numbers or predictions from neighbours on the surface
-  // need fewer bytes.
+  // If the shifts codec competes, code the values to measure their size. Estimates do not show
+  // reliably whether predicting values by vertex numbers or from neighbours on the surface needs
+  // fewer bytes.
   const bool codes =
       find(runners, shifts) &&
       (trial_.level == Level::best ? values != Values::grown : values == Values::estimated_last);
@@ -319,15 +320,15 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
     if (auto status = size_of(runner, estimates && !is_mixed_rows); !status) return status;
     if (codes && !is_mixed_rows) runner.size.values = coded_values(runner);
     // In the first round, the neighbours of a vertex are about the same for all codecs. Therefore
-    // all codecs get the same size of values.
+    // one estimate of the size of the values is used for all codecs.
     if (is_mixed_rows || runner.size.values == 0) runner.size.values = first->size.values;
   }
   return {};
 }
 
-/// Decides between rows and mixed rows, and drops one of them. Does so only if the difference
-/// between their sizes is clear, or if `finally` is set. Only the saving by mixing distinguishes
-/// these codecs.
+/// Decides between the codecs `rows` and `mixed`, and drops one of them. Does so only if the
+/// difference between their sizes is clear, or if `finally` is set. The two codecs differ only by
+/// the saving of mixing.
 void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) {
   using enum ConnectivityCodec;
   Runner *with_rows = find(runners, rows), *with_mixed = find(runners, mixed);
@@ -341,8 +342,8 @@ void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) 
     drop(runners, rows);
 }
 
-/// Returns true if mixing can save enough to be worthwhile. Mixed bits take several times longer to
-/// decode than other bits.
+/// Returns true if mixing can save enough to be worthwhile. Bits coded by mixing take several times
+/// longer to decode than other bits.
 bool ChoosingEncoder::mixing_can_pay(const SegmentSize& other) const {
   return trial_.level == Level::best ||
          other.topology * kMixedSavesTenths * trial_.spare_share >= other.all() * 10;
@@ -357,11 +358,12 @@ auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
   return *best;
 }
 
-/// Returns true if `smaller` saves enough bytes to be preferred to `faster`, whose codec is faster.
+/// Returns true if `smaller` saves enough bytes to be preferred to `faster`, although its codec is
+/// slower.
 bool ChoosingEncoder::is_better(const Runner& smaller, const Runner& faster) const {
   if (!is_worth_it(smaller.size, faster.size)) return false;
-  // Also apply the limits to mixed rows in short segments: mixed bits take several times longer to
-  // decode than other bits.
+  // Require the saving from the codec `mixed` even in short segments, because its bits take several
+  // times longer to decode than other bits.
   return smaller.codec != ConnectivityCodec::mixed || trial_.level == Level::best ||
          (faster.size.all() - smaller.size.all()) * trial_.spare_share > faster.size.all();
 }
@@ -386,8 +388,8 @@ Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other)
     runner->size = runner->encoder->size();
     runner->size.values += runner->encoder->about_values(rated);
   }
-  // The bytes that shifts need for cells are not counted, because almost all of them are needed at
-  // the beginning of a segment.
+  // The size of the cells coded with shifts is not counted, because almost all of their bytes are
+  // needed at the beginning of a segment.
   const std::uint64_t share = lies_in_a_layer() ? kShiftShareOfLayer : kShiftShare;
   const auto are_as_small = [&] {
     return shifts.size.all() - shifts.size.topology <= other.size.all() + other.size.all() / share;

@@ -8,11 +8,11 @@
 // than the smallest size. The remaining codecs code more cells in the next round, up to the end of
 // the sample. The winner continues after the sample, and does not code the sample again.
 //
-// The size of the values is estimated in the first round for one codec, and later for each codec
-// whose values differ. In further rounds the size is assumed to grow in proportion to the
-// uncompressed size. The values are coded to measure their size only in two cases: if shifts
-// compete, because estimates cannot distinguish shifts well from other codecs; and at level best,
-// if the sample is the whole segment.
+// The size of the values (coordinates and arrays) is estimated: in the first round for one codec
+// only, in later rounds for each codec whose values differ. After these rounds, the size is assumed
+// to grow in proportion to the uncompressed size. The values are coded to measure their size only
+// in two cases: if the shifts codec competes, because estimates cannot reliably compare it with
+// other codecs; and at level best, if the sample is the whole segment.
 #pragma once
 
 #include <cstddef>
@@ -36,18 +36,18 @@ struct CodecTrial {
   /// bytes.
   enum class Shifts : std::uint8_t {
     no,
-    for_speed,  ///< shifts are chosen whenever they qualify
-    for_size,   ///< shifts are chosen if they qualify and their values are about as small as those
-                ///< of other codecs
+    for_speed,  ///< the shifts codec is chosen whenever it qualifies
+    for_size,   ///< the shifts codec is chosen if it qualifies and its values need about as few
+                ///< bytes as those of other codecs
   };
   Shifts shifts = Shifts::no;
   /// Number of cells in the sample. The sample is the beginning of a segment, and codecs are tried
   /// on it. If a segment is shorter, the sample is the whole segment.
   std::size_t sample_cells = 16384;
-  // Savings that a slower codec needs if the segment is longer than the sample. The slower codec
-  // must save more than one bit per `spare_bits` cells. In addition, it must save either more than
-  // one part in `spare_share` of all bytes, or more than one bit of connectivity and vertex numbers
-  // per `spare_bits` cells.
+  // Minimum savings for choosing a slower codec, if the segment is longer than the sample. The
+  // slower codec must save more than one bit per `spare_bits` cells. In addition, it must save
+  // either more than one part in `spare_share` of all bytes, or more than one bit of connectivity
+  // and vertex numbers per `spare_bits` cells.
   std::uint64_t spare_share = 128;
   std::uint64_t spare_bits = 32;
 };
@@ -69,23 +69,23 @@ class ChoosingEncoder {
   Result<void> end(std::vector<EncodedGroup>& done);
 
  private:
-  /// A codec in the race. The runner stores its groups, since the groups of the winner are written
-  /// to the file.
+  /// A codec that takes part in the race, with its encoder. The encoded groups are stored, because
+  /// the groups of the winner are written to the file.
   struct Runner {
     ConnectivityCodec codec = ConnectivityCodec::rows;
     std::unique_ptr<SegmentEncoder> encoder{};
     std::size_t taken = 0;  ///< number of pieces of the sample that this runner has coded
     std::vector<EncodedGroup> done{};
-    SegmentSize size{};  ///< approximate size, from the most recent measurement of this runner
+    SegmentSize size{};  ///< approximate size of the coded pieces, as measured most recently
     /// Uncompressed size in bytes of the values in the coded pieces.
     std::uint64_t value_bytes = 0;
   };
 
-  /// The way in which a round determines the size of the values.
+  /// How a round determines the size of the values.
   enum class Values : std::uint8_t {
     grown,  ///< no estimate: the size grows in proportion to the uncompressed size
     estimated,
-    estimated_last,  ///< estimated, for the last time; later rounds use `grown`
+    estimated_last,  ///< like `estimated`, but this is the final estimate: later rounds use `grown`
   };
 
   /// Runs the race, and sets encoder_ to the encoder of the winner. `is_over`: true if the sample
@@ -119,7 +119,7 @@ class ChoosingEncoder {
   SegmentStart start_;
   std::vector<SegmentPiece> sample_;
   std::size_t sample_cells_ = 0;
-  Runner shifts_{ConnectivityCodec::shifts};  // runner of shifts after it has dropped out
+  Runner shifts_{ConnectivityCodec::shifts};  // runner of the shifts codec, once it has dropped out
   std::unique_ptr<SegmentEncoder> encoder_;   // encoder of the chosen codec
 };
 

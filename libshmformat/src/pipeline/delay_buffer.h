@@ -33,7 +33,7 @@ class DelayBuffer {
   /// vertex, and two cells would then seem to share a vertex.
   void push(std::uint64_t number, std::uint32_t block, std::span<const std::uint32_t> entries,
             std::span<const std::byte> data, const std::optional<Corners>& corners);
-  /// Removes and returns the cell that comes next. The result is valid until the next call to
+  /// Removes and returns the next cell in coding order. The result is valid until the next call to
   /// push(). Precondition: the buffer is not empty.
   const Cell& pop();
   /// Forgets which cell was returned most recently. Call it between segments. Precondition: the

@@ -1,7 +1,6 @@
-// SegmentDecoder: decodes the groups of one segment, in the form in which the file stores them, to
-// blocks of vertices and cells. It checks the header of a group before the group decoder reads the
-// group. It needs no data of other segments, so several segments can be decoded in parallel;
-// DecodingQueue does so.
+// SegmentDecoder: decodes the groups of one segment, as stored in the file, to blocks of vertices
+// and cells. It checks the header of a group before the group decoder reads the group. It needs no
+// data of other segments, so several segments can be decoded in parallel; DecodingQueue does so.
 // spec: "Segments", "Decoding a group"
 #pragma once
 
@@ -42,8 +41,8 @@ class SegmentDecoder {
   /// Returns the header of the current group, or of the previous group if no group is being
   /// decoded.
   const container::GroupHeader& group() const { return group_; }
-  /// Returns the start of the segment, as the header of its first group states it. Precondition:
-  /// begin_group() has succeeded once.
+  /// Returns the number, first cell and first vertex of the segment, as stated in the header of its
+  /// first group. Precondition: begin_group() has succeeded once.
   const SegmentStart& start() const { return start_; }
   /// Returns the numbers of the vertices that the segment owns and that are not finalized yet.
   std::vector<std::uint64_t> alive() const;
@@ -52,7 +51,7 @@ class SegmentDecoder {
   Result<void> check_header();
   Result<void> begin_streams();
   Error damaged(std::string detail, ErrorCode code = ErrorCode::corrupt) const;
-  /// Adds the position of the group in the file to an error of the group decoder.
+  /// Adds the position of the group in the file to an error reported by the group decoder.
   Error placed(const Error& error) const { return damaged(error.detail, error.code); }
 
   const Schema* schema_;
@@ -105,7 +104,7 @@ class DecodingQueue {
       delete;  // not copyable, because tasks have a pointer to the queue
   DecodingQueue& operator=(const DecodingQueue&) = delete;
 
-  /// Begins the next segment. `segment`: number that the outputs of this segment contain. `number`:
+  /// Begins the next segment. `segment` is copied to the outputs of this segment. `number` is the
   /// number of the segment in the file.
   void begin_segment(std::size_t segment, std::uint32_t number, DecodedParts parts = {});
   /// Returns true if another group may be added now, even if some blocks have not been taken yet.
@@ -119,7 +118,7 @@ class DecodingQueue {
 
   using Wait = Tasks::Wait;
   /// Returns the next output. Returns nullopt in three cases: no output is available yet and `wait`
-  /// forbids waiting; another group may be added first; all outputs have been returned.
+  /// forbids waiting; the caller may add another group first; all outputs have been returned.
   Result<std::optional<Output>> next(Wait wait);
   /// Lets the queue reuse the memory of a block that the caller no longer needs. Does nothing if
   /// there are threads.
@@ -149,9 +148,9 @@ class DecodingQueue {
 };
 
 /// MeshDecoder: converts the groups of a file to blocks of vertices and cells in coding order. It
-/// joins the segments: vertex and cell numbers continue from segment to segment, and a vertex that
-/// a segment imports must have been left alive by an earlier segment. Segments are decoded one
-/// after another, or in advance by threads. Its counterpart is mesh_encoder.h.
+/// joins the segments: vertex and cell numbers continue from segment to segment, and a segment may
+/// import only vertices that an earlier segment did not finalize. Segments are decoded one after
+/// another, or in advance by threads. Its counterpart is mesh_encoder.h.
 class MeshDecoder {
  public:
   /// Creates a decoder. `schema` must have passed check_schema() and must outlive the decoder.
@@ -203,8 +202,8 @@ class MeshDecoder {
   std::uint32_t segments_begun_ = 0;
   DecodingQueue queue_;
 
-  /// Vertices that a later segment may import. The value is the number of the most recent segment
-  /// that owned or imported the vertex.
+  /// Maps each vertex that a later segment may import to the number of the most recent segment that
+  /// owned or imported it.
   std::unordered_map<std::uint64_t, std::uint32_t> alive_;
   std::uint64_t groups_ = 0;
   std::uint64_t vertices_ = 0, cells_ = 0, hexahedra_ = 0, max_active_vertices_ = 0,

@@ -105,8 +105,8 @@ Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::u
   return delay(number, block, entries, data);
 }
 
-/// Adds the cell to the delay buffer. If the buffer is then too full, codes the waiting cell that
-/// comes next.
+/// Adds the cell to the delay buffer. If the buffer then exceeds its capacity, removes the next
+/// cell from the buffer and codes that cell.
 Result<void> MeshEncoder::delay(std::uint64_t number, std::uint32_t block,
                                 std::span<const std::uint32_t> entries,
                                 std::span<const std::byte> data) {
@@ -153,7 +153,8 @@ Result<void> MeshEncoder::end() {
     if (auto status = code_unused(entry); !status) return status;
   if (auto status = queue_.end_segment(); !status) return status;
   if (auto status = catch_up(); !status) return status;
-  // Frees all data that only further cells would need, because coding of steps also needs memory.
+  // Frees all data that is needed only for adding cells, so that coding of steps can use the
+  // memory.
   vertices_ = VertexTable(*schema_);
   delayed_.reset();
   queue_.let_go();

@@ -32,15 +32,15 @@ class MeshEncoder {
   MeshEncoder(const MeshEncoder&) = delete;
   MeshEncoder& operator=(const MeshEncoder&) = delete;
 
-  /// Declares that the encoder codes a part of a larger mesh: some of its segments, beginning with
-  /// segment `start`. Call it before anything is added. Groups are then stored until
+  /// Declares that the encoder codes only a part of a larger mesh: consecutive segments, beginning
+  /// with segment `start`. Must be called before anything is added. Groups are then stored until
   /// give_out_part() is called, except in Order::keep.
   void begin_part(const SegmentStart& start);
 
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                           std::span<const std::byte> data);
-  /// Adds a vertex that is owned by a segment before this part. Precondition: the part does not
-  /// begin with segment 0.
+  /// Adds a vertex that is owned by a segment before the encoded part of the mesh. Precondition:
+  /// the part does not begin with segment 0.
   Result<void> add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                    std::span<const std::byte> data);
   Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
@@ -52,13 +52,13 @@ class MeshEncoder {
 
   /// Adds a vertex without looking up or checking its number; the caller must keep track of
   /// entries. Returns the entry, which identifies the vertex in enter_cell() until the vertex's
-  /// last use. `xyz` and `data` have the sizes that the schema requires.
+  /// last use. `xyz` and `data` must have the sizes that the schema requires.
   std::uint32_t enter_vertex(std::uint64_t number, const std::byte* xyz, const std::byte* data) {
     return vertices_.add(number, xyz, data);
   }
   /// Adds a cell, like add_cell(), but identifies its vertices by their entries instead of their
-  /// numbers. The vertices must not have had their last use. The counts of nodes and bytes must be
-  /// those of the block.
+  /// numbers. No vertex may be used after its last use. The sizes of `entries` and `data` must be
+  /// those that the block requires.
   Result<void> enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
                           std::uint64_t last_use, std::span<const std::byte> data);
 
@@ -84,8 +84,8 @@ class MeshEncoder {
   Result<void> code_all_waiting();
   Result<void> cut();
   /// Codes a cell. `may_give`: true if the cell may be the first cell in the segment that uses one
-  /// of its vertices. `may_end`: bit mask of the nodes whose vertices may be used for the last
-  /// time.
+  /// of its vertices. `may_end`: bit mask of the nodes whose vertices may have their last use in
+  /// this cell.
   Result<void> code(std::uint64_t number, std::uint32_t block,
                     std::span<const std::uint32_t> entries, std::span<const std::byte> data,
                     bool may_give, std::uint64_t may_end);
@@ -120,8 +120,8 @@ class MeshEncoder {
   container::Index totals_;
 };
 
-/// Returns the schema that a file written with these options stores. Fails with ErrorCode::misuse
-/// if the schema or the options are invalid.
+/// Returns the schema that is stored in a file written with these options. Fails with
+/// ErrorCode::misuse if the schema or the options are invalid.
 Result<Schema> schema_of_file(Schema schema, const WriteOptions& options);
 
 }  // namespace shm

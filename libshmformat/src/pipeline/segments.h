@@ -66,8 +66,9 @@ class SegmentQueue {
 
   /// Begins a segment. If there is a previous segment, it must have ended.
   void begin_segment(const SegmentStart& start) { start_ = start; }
-  /// The most recent cells of the current segment, which have not been passed on for encoding yet.
-  /// The caller adds each cell to this piece, and then calls added().
+  /// Returns the piece to which the caller adds cells: the most recent cells of the current
+  /// segment, which have not been passed on for encoding yet. The caller must call added() after
+  /// each cell.
   SegmentPiece& piece() { return piece_; }
   Result<void> added() { return piece_is_full() ? pass_piece_on() : Result<void>(); }
   Result<void> end_segment();

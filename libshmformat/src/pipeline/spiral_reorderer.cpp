@@ -89,9 +89,9 @@ void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Cor
     vertical_ = label;
     last_was_horizontal_ = false;
   }
-  // Orientation of the next cell, for each face through which the walk leaves the old cell. A row
-  // lists the faces of the old cell that become left, right, top and bottom in the next cell. For
-  // example, after a turn to the right, the old front is on the left.
+  // For each face through which the walk leaves the old cell: the orientation of the next cell. A
+  // row lists the faces of the old cell that become the left, right, top and bottom of the next
+  // cell. For example, after a turn to the right, the old front is on the left.
   constexpr std::array<std::array<std::uint8_t, 4>, kLabels> kBecomes = {{
       {kLeft, kRight, kTop, kBottom},  // row for leaving through the front
       {kBack, kFront, kTop, kBottom},  // row for leaving through the left face
@@ -100,8 +100,8 @@ void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Cor
       {kLeft, kRight, kFront, kBack},  // row for leaving through the bottom
       {kRight, kLeft, kTop, kBottom},  // row for leaving through the back
   }};
-  // Returns the face of the next cell that continues `old_face`: both contain the same edge of the
-  // face between the two cells.
+  // Returns the face of the next cell that continues `old_face` of the old cell. Both faces contain
+  // the same edge of the face between the two cells.
   const auto carried = [&](std::uint32_t old_face) -> std::uint8_t {
     const Face passed = face_of(previous_, face_at_[label]), side = face_of(previous_, old_face);
     for (std::uint8_t f = 0; f < 6; ++f) {

@@ -27,9 +27,11 @@ class StreamNumbers {
   /// `cell` must not decrease.
   void end_ticket(std::uint32_t ticket, std::uint64_t cell) { ending_.emplace_back(cell, ticket); }
 
-  // Vertices imported from before the part that is encoded: call set_imported() before complete()
+  // Vertices owned by segments before the encoded part of the mesh: call set_imported() before
+  // complete()
 
-  /// Returns a new ticket for a vertex that is owned by a segment before the part.
+  /// Returns a new ticket for a vertex that is owned by a segment before the encoded part of the
+  /// mesh.
   std::uint32_t new_imported() { return imported_.emplace_back(new_ticket()); }
   /// Returns the number of calls to new_imported().
   std::size_t imported() const { return imported_.size(); }
@@ -49,11 +51,10 @@ class StreamNumbers {
 
   std::vector<std::uint64_t> numbers_;  // by ticket
   std::vector<std::uint32_t> free_;
-  std::deque<std::pair<std::uint64_t, std::uint32_t>>
-      ending_;  // a list of the tickets that end: the cell that uses the vertex last, and the
-                // ticket
-  std::vector<std::uint32_t> imported_;  // tickets of the vertices owned by segments before the
-                                         // part
+  // Tickets to be freed: the number of the last cell that uses the vertex, and the ticket.
+  std::deque<std::pair<std::uint64_t, std::uint32_t>> ending_;
+  // Tickets of the vertices owned by segments before the encoded part of the mesh.
+  std::vector<std::uint32_t> imported_;
   NumberColumn<RangeEncoder> column_;
   RangeEncoder coder_;
 };

@@ -28,7 +28,7 @@ class VertexTable {
   bool empty() const { return entries_.empty(); }
 
   /// Adds a vertex and returns its entry. The vertex cannot be found by find(). `xyz` and `data`
-  /// have the sizes that the schema requires.
+  /// must have the sizes that the schema requires.
   std::uint32_t add(std::uint64_t number, const std::byte* xyz, const std::byte* data);
   /// Adds a vertex and returns its entry. From then on, find() also returns this entry, until end()
   /// is called for the vertex. Returns kNone if the table already contains a vertex with this
@@ -59,7 +59,7 @@ class VertexTable {
   /// numbers again. `last_use`: bit mask of the nodes with these vertices. Returns the number of
   /// vertices that had not ended before.
   std::uint64_t end(std::span<const std::uint32_t> entries, std::uint64_t last_use);
-  /// Marks a vertex as used by a segment before the part that is being encoded.
+  /// Marks a vertex as used by a segment before the encoded part of the mesh.
   void mark_imported(std::uint32_t entry) {
     in_segment_[entry] = 0;  // any earlier segment; it does not matter which
     entries_[entry].used = true;
@@ -79,15 +79,15 @@ class VertexTable {
   bool is_in_segment(std::uint32_t entry, std::uint32_t segment) const {
     return in_segment_[entry] == segment;
   }
-  /// Returns a vertex in the form in which a piece of `segment` contains it. Precondition: the
-  /// vertex has not been passed to the segment yet. If the segment owns the vertex, it has no
-  /// ticket until set_ticket() is called.
+  /// Passes a vertex to `segment`, and returns it in the form that segment pieces store.
+  /// Precondition: the vertex has not been passed to the segment yet. If the segment owns the
+  /// vertex, it has no ticket until set_ticket() is called.
   SegmentPiece::Vertex put_into_segment(std::uint32_t entry, std::uint32_t segment);
   void set_ticket(std::uint32_t entry, std::uint32_t ticket) { entries_[entry].ticket = ticket; }
 
-  /// Frees the entries of vertices that no later cell uses. `may_end`: bit mask of the nodes that
-  /// are examined. Calls `freed` with the ticket of each freed vertex. Returns a bit mask of all
-  /// nodes of the cell that have one of these vertices.
+  /// Frees the entries of those vertices of a cell that no later cell uses. `may_end`: bit mask of
+  /// the nodes that are examined. Calls `freed` with the ticket of each freed vertex. Returns a bit
+  /// mask of all nodes of the cell that have a freed vertex.
   template <class Freed>
   std::uint64_t free_ended(std::span<const std::uint32_t> entries, std::uint64_t may_end,
                            Freed&& freed);

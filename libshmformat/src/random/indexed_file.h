@@ -46,8 +46,8 @@ class IndexedFile {
   /// Returns the index: the totals of the whole file, and all entries.
   const container::Index& index() const { return index_; }
   std::uint64_t index_offset() const { return index_offset_; }
-  /// Removes the entries of step values from the index. A caller uses this function after it has
-  /// stored these entries elsewhere.
+  /// Removes the entries of step values from the index. Call it when these entries have been stored
+  /// elsewhere.
   void drop_step_entries();
   RandomSource& source() { return *source_; }
 
@@ -64,7 +64,8 @@ class IndexedFile {
                first_group_.begin()) -
            1;
   }
-  /// Return the original number of segments()[segment] or groups()[group] in the file.
+  /// Return the number that segments()[segment] or groups()[group] has in the file. In a damaged
+  /// file, the number can differ from the index.
   std::uint32_t segment_number(std::size_t segment) const {
     return groups_[first_group_[segment]].segment;
   }
@@ -134,8 +135,8 @@ class IndexedFile {
   Result<void> list_groups();
   void add_to_segment(const container::IndexEntry& entry);
   Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry);
-  /// Returns the memory budget for unpacked blobs that is left after the schema. Every call returns
-  /// the same budget, so that reading the same parts again does not fail.
+  /// Returns the memory budget for unpacked blobs that remains after the schema has been unpacked.
+  /// Every call returns the same budget, so that reading the same parts again does not fail.
   UnpackBudget budget() const;
   /// Returns true if the unpacked size of blobs in this file is bounded
   /// (container::has_bounded_blobs()). This is the case if and only if values may be coded by

@@ -8,8 +8,8 @@
 
 namespace shm {
 
-/// Reads the streams that contain the topology of a group, and adds the group to `topology`. Must
-/// hold: `group` is the next group that `topology` needs.
+/// Reads the streams that contain the topology of a group, and adds the group to `topology`.
+/// Precondition: `group` is the next group that `topology` needs.
 Result<void> add_group(IndexedFile& file, std::size_t group, StepTopology& topology);
 
 }  // namespace shm

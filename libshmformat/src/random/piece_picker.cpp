@@ -62,7 +62,7 @@ Result<void> PiecePicker::pick(MeshBlock& block, std::size_t group) {
       return status;
     if (auto status = pick_cell(block, cell); !status) return status;
   }
-  // The vertices of the block that remain are not used by any cell.
+  // No cell uses the remaining vertices of the block.
   if (request_->of_vertices()) return take_vertices(block, vertex, block.vertex_count());
   return request_->wants_unused() ? take_unused(block, vertex) : Result<void>();
 }

@@ -32,16 +32,17 @@ class PiecePicker {
 
   void begin_segment(std::size_t segment) { segment_ = segment; }
   /// Copies the requested part of the next block of the segment to piece(). `group` is the group to
-  /// which the block belongs. The call may leave the block empty.
+  /// which the block belongs. The call may move the data out of `block`.
   Result<void> pick(MeshBlock& block, std::size_t group);
   void end_segment();
-  /// Ends the mesh. Call this function after all segments. Checks that every requested element has
-  /// been found exactly once.
+  /// Call this function after all segments. Checks that every requested element has been found
+  /// exactly once.
   Result<void> end_mesh();
 
   /// Returns the requested part of the most recent block.
   MeshBlock& piece() { return piece_; }
-  /// Returns the number of elements found so far that meet all conditions except the box.
+  /// Returns the number of elements found so far that meet all conditions of the request, ignoring
+  /// its box.
   std::uint64_t found() const { return found_; }
   /// Returns the number of stored vertices that are in the box and that later cells may use.
   std::size_t waiting_in_box() const { return buffer_.in_box(); }

@@ -73,13 +73,14 @@ Result<void> PieceRequest::check() const {
   return {};
 }
 
-/// Returns true if the number of a cell is its position in coding order. If it returns false, the
-/// file stores cell numbers.
+/// Returns true if cells are numbered by their positions in coding order. Otherwise the file stores
+/// cell numbers.
 bool PieceRequest::numbers_are_positions() const {
   return file_->schema().order != Order::keep || file_->schema().delay == 0;
 }
 
-/// Returns true if a requested cell number equals any of these positions in coding order.
+/// Returns true if a requested cell number is one of first, ..., first + count - 1, which are
+/// positions in coding order.
 bool PieceRequest::may_number(std::uint64_t first, std::uint64_t count) const {
   const CellSelection& cells = request_.cells;
   if (cells.range && !overlap(first, count, cells.range->first, cells.range->end)) return false;
@@ -134,8 +135,8 @@ auto PieceRequest::visits() const -> std::vector<Visit> {
   }
   std::stable_partition(visits.begin(), visits.end(),
                         [](const Visit& visit) { return !visit.probe; });
-  // Segments without lost values are read first. If several segments contain a vertex, its values
-  // come from the first of them that is read.
+  // Segments without lost values are read first, because the values of a vertex in several segments
+  // come from the first of these segments that is read.
   std::stable_partition(visits.begin(), visits.end(), [&](const Visit& visit) {
     return file_->lost_arrays(visit.segment).empty();
   });

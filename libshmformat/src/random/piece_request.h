@@ -38,11 +38,11 @@ class PieceRequest {
   /// Returns the segments to read, in reading order. Segments that certainly or probably contain
   /// requested elements come first.
   std::vector<Visit> visits() const;
-  /// Returns true if a cell meets all conditions except the box.
+  /// Returns true if a cell meets all conditions of the request, ignoring its box.
   bool includes(std::uint64_t number, std::uint32_t block) const;
   bool includes_vertex(std::uint64_t number) const;
-  /// Returns the number of elements of the whole mesh that meet all conditions except the box, or
-  /// kUnknown. When that number of elements has been found, reading can stop.
+  /// Returns the number of elements of the whole mesh that meet all conditions of the request,
+  /// ignoring its box, or kUnknown. Reading can stop when this number of elements has been found.
   std::uint64_t expected() const { return expected_; }
 
   /// Returns true if the group may contain requested cells. Decides this by the cell numbers only.

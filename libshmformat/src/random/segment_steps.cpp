@@ -11,8 +11,8 @@ namespace shm {
 namespace {
 
 // Limits for reading several steps together: at most kMostSteps steps with at most kMostComponents
-// components in total. They are necessary because each step has its own decoder (column), which
-// needs memory.
+// components in total. The limits are necessary because each step has its own decoder (column),
+// which needs memory.
 constexpr std::size_t kMostSteps = 8, kMostComponents = 32;
 
 Error at_chunk(Error error, std::uint64_t offset) {
@@ -78,7 +78,7 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
 }
 
 /// Returns true if the step has the same groups as the wanted step. If not, the stored values of
-/// the step cannot serve as reference.
+/// the step cannot be used as reference values.
 bool SegmentSteps::has_same_groups(std::size_t step) const {
   const auto of_held = parts_of(step), wanted = parts_of(wanted_);
   return std::equal(of_held.begin(), of_held.end(), wanted.begin(), wanted.end(),
@@ -87,8 +87,8 @@ bool SegmentSteps::has_same_groups(std::size_t step) const {
                     });
 }
 
-/// Reads all steps before the wanted step in passes of several steps. The last pass, which contains
-/// the wanted step, is only begun here.
+/// Reads all steps before the wanted step in passes of several steps. The final pass, which
+/// contains the wanted step, is begun here but not completed.
 Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   if (from_ > key_ && !has_same_groups(from_ - 1))
     return file_->wrong_index("steps of an array have different groups");

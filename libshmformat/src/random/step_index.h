@@ -17,7 +17,8 @@ namespace shm {
 
 class StepIndex {
  public:
-  /// Part of step values, with the position of its chunk. The chunk may contain other parts, too.
+  /// A part of the values of a step, with the position of the part's chunk. The chunk may contain
+  /// other parts, too.
   struct Part {
     std::uint64_t offset = 0, bytes = 0;  // position and size in bytes of the chunk
     std::uint64_t first = 0, count = 0;   // index of the first element, and number of elements
@@ -28,8 +29,8 @@ class StepIndex {
   struct Step {
     std::uint64_t step = 0;
     bool refers = false;  // true if any part of the step refers to another step
-    // Index of the key step at which reading of this step begins: the closest step, this step or an
-    // earlier one, that refers to no other step.
+    // Index of the key step at which reading of this step begins: the most recent step, up to and
+    // including this one, that refers to no other step.
     std::size_t key = 0;
     std::size_t begin = 0, end = 0;
   };

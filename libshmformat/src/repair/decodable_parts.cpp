@@ -46,11 +46,11 @@ class Gatherer {
   // True if the rest of the current segment cannot be decoded.
   bool broken_ = false;
 
-  // Number, in the file, of the first group whose number is not certain. Used only if the file has
-  // no index.
+  // Number of the first group whose number in the file is uncertain. Used only if the file has no
+  // index.
   std::optional<std::uint64_t> first_unsure_;
-  // Set of (array, group index) pairs: the array does not cover all blocks, but the group certainly
-  // has elements of the array.
+  // Pairs of an array that does not cover all blocks, and the index of a group that certainly has
+  // elements of the array.
   std::set<std::pair<std::uint32_t, std::size_t>> partial_;
   // Number of parts expected for each pair of array and segment.
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t> expected_;
@@ -143,8 +143,8 @@ void Gatherer::gather_by_index() {
 }
 
 /// Returns how many chunks between the previous group and `group` are lost. `next_chunk` is the
-/// index of the chunk after the previous group, among the chunks found. The call advances it to the
-/// chunk after `group`.
+/// index, in the list of found chunks, of the chunk after the previous group. The call advances it
+/// to the chunk after `group`.
 std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_chunk) const {
   const auto& chunks = found_->chunks();
   // The search starts at chunk 1, since chunk 0 is the schema, even if it is lost.
@@ -166,7 +166,7 @@ std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_c
 /// equals the number of lost segments. (Each lost segment then has exactly one group.) In both
 /// cases the group's number in the file is certain, too. The number is also certain if a single
 /// chunk is lost and cells or vertices are missing. In all other cases the number is uncertain,
-/// since some of the lost chunks may be extras.
+/// since some of the lost chunks may contain extras instead of groups.
 void Gatherer::gather_by_numbers() {
   std::size_t next_chunk = 0;
   std::uint64_t number = 0, end_cell = 0, end_vertex = 0;
@@ -250,8 +250,8 @@ std::uint64_t Gatherer::expected_parts(std::uint32_t array, std::size_t segment)
   return counts[out_.first_group[segment + 1]] - counts[out_.first_group[segment]];
 }
 
-/// Returns true if a chunk is lost between or next to these parts. The lost chunk may belong to the
-/// same array, step and segment.
+/// Returns true if a chunk is lost between these parts, directly before them or directly after
+/// them. The lost chunk may have contained another part of the same array, step and segment.
 bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
   const auto& chunks = found_->chunks();
   const auto there = [&](std::uint32_t sequence) {

@@ -35,7 +35,7 @@ struct DecodableParts {
   std::vector<std::size_t> first_group;
   /// Lost static arrays of each segment, in ascending order.
   std::vector<std::vector<std::uint32_t>> lost_arrays;
-  /// True for each segment that is complete as far as is known.
+  /// For each segment: true if the segment is complete, as far as known.
   std::vector<bool> whole;
 
   /// Part of step values, with offset and length of the chunk that contains it.
@@ -48,8 +48,9 @@ struct DecodableParts {
     std::uint64_t step = 0;
     /// True if any part of the step, including lost parts, refers to another step.
     bool refers = false;
-    /// Decodable parts of the step. In each part, Values.group is an index in `groups`, and
-    /// values.first is an index among the elements of these parts.
+    /// Decodable parts of the step. In each part, Values.group is an index in `groups`.
+    /// values.first is the index of the part's first element, counting only the elements of these
+    /// decodable parts.
     std::vector<Part> parts;
   };
   std::vector<Step> steps;  ///< sorted by array, then by step

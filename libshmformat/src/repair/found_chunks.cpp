@@ -226,7 +226,8 @@ void FoundChunks::add_lost(const IndexEntry& listed) {
   const std::uint64_t size = source_->size();
   Damage damage{DamageKind::damaged, container::chunk_name(listed.kind), listed.offset, 0};
   damage.bytes = listed.offset < size ? std::min(listed.bytes, size - listed.offset) : 0;
-  // If another chunk occupies the position of the lost chunk, no bytes of the lost chunk are left.
+  // If another chunk occupies the position of the lost chunk, the bytes of the lost chunk are gone,
+  // and it is reported as missing.
   const auto& found = scan_.chunks;
   const auto next = std::lower_bound(
       found.begin(), found.end(), listed.offset,
@@ -261,7 +262,7 @@ void FoundChunks::add_damage(Damage damage, const std::vector<container::StepEnt
   }
 }
 
-// --- files without an index: damage is found by the headers of chunks
+// --- files without an index: damage is found from the chunk headers
 
 Result<void> FoundChunks::judge_by_numbers() {
   std::vector<std::size_t> order(scan_.chunks.size());
@@ -317,8 +318,8 @@ void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& after) {
   damages_.push_back(std::move(damage));
 }
 
-/// For each Damage entry between the last readable group and `after`, records the cells that are
-/// missing between these two groups.
+/// For each Damage entry between the previous readable group and `after`, records the cells that
+/// are missing between these two groups.
 void FoundChunks::guess_cells(const FoundGroup& after) {
   const std::uint64_t end = group_before_ ? group_before_->end_cell() : 0;
   for (const std::size_t i : unplaced_) {

@@ -53,7 +53,7 @@ class FoundChunks {
   /// Return the offset and the length of the index in `source`. Precondition: an index was found.
   std::uint64_t index_offset() const { return index_offset_; }
   std::uint64_t index_bytes() const { return scan_.chunks.back().bytes(); }
-  /// Returns true if no chunk is lost between the last of chunks() and the index.
+  /// Returns true if no chunk is lost between the last chunk in chunks() and the index.
   bool ends_at_index() const;
   /// Returns the end offset of the last chunk that is not an index.
   std::uint64_t end_of_chunks() const;
@@ -99,7 +99,7 @@ class FoundChunks {
   bool has_long_headers_ = false;
   std::optional<Schema> schema_;
   std::vector<Damage> damages_;
-  // State that is used only without an index.
+  // State that is used only for files without an index.
 
   // Indices in damages_ of the entries whose lost cells are not known yet.
   std::vector<std::size_t> unplaced_;

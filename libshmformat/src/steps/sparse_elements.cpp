@@ -38,10 +38,10 @@ bool Coverage::operator()(std::uint32_t block) {
 }
 
 /// Adds a group. A column skips the uncovered elements of a tile before it codes the covered
-/// elements. Skipping an element stores in its slot the state of the most recently coded element.
-/// The result is therefore the same if an uncovered element is skipped later, at the next tile with
-/// covered elements, even in a later group. If no covered element refers to its slot before the
-/// slot is reused, the uncovered element need not be skipped at all.
+/// elements. To skip an element, it stores the state of the most recently coded element in the slot
+/// of the skipped element. This state does not change until the next tile with covered elements, so
+/// an element may also be skipped at that tile, even in a later group. An element need not be
+/// skipped at all if its slot is reused before any covered element refers to it.
 void SparseGroupBuilder::add_group(const TiledItems& all, std::uint32_t slots,
                                    std::span<const std::uint64_t> numbers) {
   SparseGroup& to = out_->emplace_back();

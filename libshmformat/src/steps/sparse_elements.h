@@ -1,9 +1,9 @@
 // SparseElements: the elements that a column (the coder of an array) needs if the array covers only
-// few elements of the mesh. These are the covered elements, and uncovered elements to whose slots a
-// covered element refers. A column over these elements produces the same values as a column over
+// a few elements of the mesh. These are the covered elements, and uncovered elements to whose slots
+// a covered element refers. A column over these elements produces the same values as a column over
 // all elements. The builder receives the groups that have covered elements, in order. It produces
-// the same groups without the elements that are not needed. It needs 60 bytes of memory for each
-// covered element, and at most 4 for each slot to which a covered element refers.
+// the same groups without the elements that are not needed. These groups need 60 bytes of memory
+// for each covered element, and at most 4 bytes for each slot to which a covered element refers.
 // spec: "Step values"
 #pragma once
 
@@ -31,8 +31,8 @@ struct SparseGroup {
   std::vector<std::uint64_t> numbers;  ///< numbers of the covered elements, if known
   /// Number of slots (after renumbering) that this group and earlier groups use.
   std::uint32_t slots = 0;
-  /// Upper bound on the original slots of all elements of this group and of earlier groups: each
-  /// slot is less than this number.
+  /// Upper bound on the slots, before renumbering, of all elements of this group and of earlier
+  /// groups: each slot is less than this number.
   std::uint32_t all_slots = 0;
   std::uint32_t uncovered_behind = 0;  ///< number of uncovered elements after the last tile
 
@@ -41,7 +41,8 @@ struct SparseGroup {
            skipped.capacity() * sizeof(std::uint32_t) + tiles.capacity() * sizeof(Tile) +
            numbers.capacity() * sizeof(std::uint64_t);
   }
-  /// Converts the group to the items of a column whose array covers only the block `covered`.
+  /// Converts the group to the form that a column reads. The column's array must cover only the
+  /// block `covered`.
   void unfold(std::uint32_t covered, TiledItems& out) const;
 };
 
@@ -59,8 +60,8 @@ class Coverage {
   bool covers_last_ = false;
 };
 
-/// Builds the sparse groups of a mesh, segment after segment. At the end of each segment it frees
-/// the data that it stores by slot.
+/// Builds the sparse groups of a mesh, segment by segment. At the end of each segment it frees the
+/// data that it stores by slot.
 class SparseGroupBuilder {
  public:
   /// Creates a builder that appends to `out`. `out` and `blocks` must outlive this object.
@@ -69,7 +70,7 @@ class SparseGroupBuilder {
 
   /// Adds the next group that has covered elements. In `all`, either the items or the blocks may be
   /// empty. `slots` is an upper bound: every slot in the items is less than `slots`. `numbers`
-  /// contains the numbers of all elements, the numbers of the covered elements, or nothing.
+  /// contains the numbers of all elements or of the covered elements, or is empty.
   void add_group(const TiledItems& all, std::uint32_t slots,
                  std::span<const std::uint64_t> numbers);
   /// Ends a segment. Must be called after the groups of each segment.
@@ -82,8 +83,8 @@ class SparseGroupBuilder {
   /// Data about one slot. The slot is identified by its original number in the mesh.
   struct Slot {
     std::uint32_t number = kNone;  ///< number of the slot after renumbering
-    /// If the most recent user of the slot is an uncovered element: index of the tile with covered
-    /// elements at which that element is skipped. Otherwise kNone.
+    /// If the most recent element in the slot is uncovered: index of the tile at which that element
+    /// is skipped, counting only tiles with covered elements. Otherwise kNone.
     std::uint32_t skipped = kNone;
   };
   /// Uncovered element to which a covered element refers. A column skips this element before it

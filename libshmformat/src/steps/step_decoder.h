@@ -19,9 +19,9 @@ namespace shm {
 
 class StepDecoder {
  public:
-  /// Creates a decoder. `schema` has passed check_schema(). It must outlive the decoder, and so
-  /// must `topology`, the topology of the whole mesh. `elements` lists the number of elements of
-  /// each array.
+  /// Creates a decoder. `schema` must have passed check_schema(). `topology` is the topology of the
+  /// whole mesh. Both must outlive the decoder. `elements` lists the number of elements of each
+  /// array.
   StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
               std::vector<std::uint64_t> elements);
 
@@ -41,7 +41,7 @@ class StepDecoder {
     std::size_t groups = 0;  // number of groups read
     StepMemory values;
     std::uint64_t step_before = 0;
-    // Number of steps from the key step before `step` to step_before, both included.
+    // Number of steps from the most recent key step to step_before, both included.
     std::uint32_t run = 0;
     bool has_referred = false;
   };

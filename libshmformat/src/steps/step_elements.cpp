@@ -12,8 +12,8 @@ namespace {
 /// Divisor that defines "few elements": an array covers few elements if it has at most 1 / kFew of
 /// all elements.
 constexpr std::uint64_t kFew = 4;
-/// Memory in bytes for the elements of arrays that cover few elements. It is granted even if the
-/// limit is lower.
+/// Memory in bytes that is always allowed for the elements of arrays that cover few elements, even
+/// if the memory limit is lower.
 constexpr std::size_t kLeastKept = std::size_t{1} << 20;
 /// Maximum number of covers (sets of elements that arrays cover) that are built in one pass over
 /// the groups, since each cover needs memory for each slot. The first pass builds one cover, and
@@ -71,8 +71,8 @@ void StepElements::expect(std::uint32_t array, std::uint64_t elements) {
   Cover& entry = cover(array);
   entry.array = array;
   const ArrayInfo& info = schema_->arrays[array];
-  // If the elements of some groups have already been counted, an earlier step has found that this
-  // cover is not sparse (has too many elements). This does not change, whatever number of elements
+  // If groups have already been counted for this cover, an earlier step has found that the cover
+  // has too many elements to be sparse. The cover then stays dense, whatever number of elements
   // later steps have.
   if (entry.made || entry.counted > 0 || info.components > kMostStepComponents) return;
   const bool covers_all = !of_points(entry) && info.blocks.empty();

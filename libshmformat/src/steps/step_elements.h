@@ -1,7 +1,7 @@
 // StepElements: finds the groups that have elements of a stepped array, and provides these elements
-// to a column. For an array that covers only few elements, it stores these elements from step to
-// step (sparse_elements.h). The cost of a step then depends on the number of its values and not on
-// the size of the mesh. For other arrays, the mesh is decoded again at each step.
+// to a column. For an array that covers only a few elements, it keeps these elements in memory from
+// step to step (sparse_elements.h). The cost of a step then depends on the number of its values and
+// not on the size of the mesh. For other arrays, the mesh is decoded again at each step.
 // spec: "Step values"
 #pragma once
 
@@ -17,8 +17,8 @@
 
 namespace shm {
 
-/// Largest number of components of an array that is coded in columns, since each column needs
-/// memory. Arrays with more components are coded only with zstd.
+/// Maximum number of components of an array for the codec `columns`, since a column needs memory
+/// for each component. Arrays with more components are coded only with zstd.
 inline constexpr std::uint32_t kMostStepComponents = 256;
 
 /// Elements of a group, in the form that a column (the coder of an array) needs.
@@ -27,7 +27,7 @@ struct ColumnElements {
   std::uint32_t slots = 0;  ///< upper bound on the slots in `items`: each slot is less
 
   /// Upper bound on the slots of all elements of the mesh. Set only if `items` contains only some
-  /// elements; otherwise 0.
+  /// of the elements; otherwise 0.
   std::uint32_t all_slots = 0;
   /// Numbers of the covered elements, as a Reader returns them. Empty unless the ElementNeeds of
   /// the StepTopology request numbers.
@@ -46,8 +46,8 @@ class StepElements {
     std::uint64_t count = 0;  ///< number of elements, never 0
   };
 
-  /// Creates an object for a mesh. `schema` has passed check_schema(). It must outlive this object,
-  /// and so must `topology`, to which all groups have been added. `covers` is the result of
+  /// Creates an object for a mesh. `schema` must have passed check_schema(). All groups must have
+  /// been added to `topology`. Both must outlive this object. `covers` is the result of
   /// cover_numbers(schema).
   StepElements(const Schema& schema, StepTopology& topology, CoverNumbers covers);
 
@@ -67,7 +67,8 @@ class StepElements {
   bool has_neighbourhoods(std::size_t group) const { return topology_->has_neighbourhoods(group); }
   std::size_t groups() const { return topology_->groups(); }
   std::uint64_t most_active() const { return topology_->most_active(); }
-  /// Returns the number of bytes used to store the elements of arrays that cover only few elements.
+  /// Returns the number of bytes used to store the elements of arrays that cover only a few
+  /// elements.
   std::size_t kept_bytes() const { return kept_bytes_; }
 
  private:

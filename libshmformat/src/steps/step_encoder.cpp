@@ -228,7 +228,8 @@ EncodedColumn StepEncoder::choose_terms() {
       before.liked = StepReference::trend;
     }
   }
-  // If this step was not allowed to use all references, the next step chooses again.
+  // If this step could not use every kind of reference, the next step compares the references
+  // again.
   before.liked_bytes = most_here_ == most_ ? best.column.bytes.size() : 0;
   reference_ = best.refers ? before.liked : StepReference::nothing;
   return std::move(best.column);

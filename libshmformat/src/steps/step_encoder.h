@@ -21,8 +21,8 @@ class StepColumnEncoder : public StepColumn<ColumnPlanner> {
  public:
   using StepColumn::StepColumn;
 
-  /// Encodes the values of the group's elements. `reference` contains the values to which the
-  /// group's values refer, or is empty.
+  /// Encodes the values of the group's elements. `reference` contains the reference values, or is
+  /// empty if there are none.
   EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
                        Level level, std::span<const std::byte> reference);
 };
@@ -34,10 +34,10 @@ class StepEncoder {
   using Sink = std::function<Result<void>(const container::StepHeader&, std::uint64_t,
                                           std::span<const std::byte>)>;
 
-  /// Creates an encoder. `schema` has passed check_schema(). It must outlive the encoder, and so
-  /// must `topology`, the topology of the whole mesh. `elements` lists the number of elements of
-  /// each array. Among any `key_steps` consecutive steps of an array, at least one is a key step,
-  /// which refers to no other step.
+  /// Creates an encoder. `schema` must have passed check_schema(). `topology` is the topology of
+  /// the whole mesh. Both must outlive the encoder. `elements` lists the number of elements of each
+  /// array. Among any `key_steps` consecutive steps of an array, at least one is a key step, which
+  /// refers to no other step.
   StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
 
@@ -53,21 +53,21 @@ class StepEncoder {
     before_[array].values.take(0, values);
   }
 
-  /// Position of a part in the whole mesh, for each array: `first` is the index of the first
-  /// element that the part contains, `all` is the number of elements in the whole mesh.
+  /// The part of a larger mesh that an encoder codes. For each array, `first` is the index of the
+  /// part's first element, and `all` is the number of elements in the whole mesh.
   struct Part {
     std::uint32_t first_group = 0;
     std::vector<std::uint64_t> first, all;
   };
-  /// Declares that the topology and `elements` are those of a part. Must be called before any other
-  /// function.
+  /// Declares that the encoder codes only a part of a larger mesh: the topology and `elements` are
+  /// those of the part. Must be called before any other function.
   void begin_part(Part part);
-  /// Sets the reference that the next step uses. In a file with several parts, one part chooses the
-  /// reference, and the other parts receive it by this function.
+  /// Sets the reference for the next step. If several encoders code parts of a mesh, one of them
+  /// chooses the reference, and the others receive it through this function.
   void choose(StepReference reference) { given_reference_ = reference; }
   /// Returns the reference of the current step, or nullopt if it has not been chosen yet.
   std::optional<StepReference> chosen() const { return array_ ? reference_ : std::nullopt; }
-  /// Begins a step. The step may end without values.
+  /// Begins a step. No values need to follow if the array has no elements.
   Result<void> begin(std::uint32_t array, std::uint64_t step);
 
   /// Adds values of a step. Precondition: the array is stepped, and `values` contains whole
@@ -86,11 +86,12 @@ class StepEncoder {
   /// State of an array between its steps.
   struct Before {
     std::uint64_t next_step = 0;  ///< lowest step number that may come next
-    std::uint32_t run = 0;        ///< number of steps from the most recent key step on
+    /// Number of steps since the most recent key step, including the key step.
+    std::uint32_t run = 0;
     StepMemory values;
     /// Reference that choose_terms() chose most recently.
     StepReference liked = StepReference::nothing;
-    /// Size in bytes of the first group of the step at which `liked` was chosen.
+    /// Coded size in bytes of the first group at the step for which `liked` was chosen.
     std::size_t liked_bytes = 0;
   };
   using Column = StepColumnEncoder;

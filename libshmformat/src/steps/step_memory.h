@@ -11,8 +11,8 @@
 
 namespace shm {
 
-/// Largest total size in bytes of the earlier values of all stepped arrays to which step values may
-/// refer. Both encoder and decoder store these values in memory.
+/// Maximum total size in bytes of the earlier values that the step values of all stepped arrays may
+/// refer to. Both encoder and decoder store these values in memory.
 inline constexpr std::uint64_t kMostReferenceBytes = std::uint64_t{1} << 27;
 
 /// Returns the highest StepReference that values in a file may use. `elements` lists the number of
@@ -20,8 +20,8 @@ inline constexpr std::uint64_t kMostReferenceBytes = std::uint64_t{1} << 27;
 StepReference most_reference(const Schema& schema, std::span<const std::uint64_t> elements);
 
 /// Computes the trend, last + (last - before), for each scalar. Integers wrap around. The result of
-/// each floating-point operation is rounded. If the result is not finite, the trend is `last`. Must
-/// hold: `last` and `before` have the same size.
+/// each floating-point operation is rounded. If the result is not finite, the trend is `last`.
+/// Precondition: `last` and `before` have the same size.
 void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std::byte> before,
            std::vector<std::byte>& out);
 
@@ -34,9 +34,9 @@ class StepMemory {
   /// Stores a run of values of a step. The run begins at byte `offset` of the step's values. The
   /// values of a step must be passed in order.
   void take(std::size_t offset, std::span<const std::byte> values);
-  /// Returns the reference values for a run of values: `bytes` bytes from byte `offset` of the
-  /// step's values. The result is valid until the next call. `info` describes the array.
-  /// Precondition: enough steps have been stored, and `kind` is at most `most`.
+  /// Returns the reference values for `bytes` bytes of a step's values, beginning at byte `offset`.
+  /// The result is valid until the next call. `info` describes the array. Precondition: enough
+  /// steps have been stored, and `kind` is at most `most`.
   std::span<const std::byte> reference(StepReference kind, const ArrayInfo& info,
                                        std::size_t offset, std::size_t bytes);
 

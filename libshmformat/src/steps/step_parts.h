@@ -20,8 +20,8 @@ namespace shm {
 Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
                         const std::string& detail, ErrorCode code = ErrorCode::corrupt);
 
-/// Returns the memory limit in bytes for columns of steps in a file of `file` bytes. `limit` is
-/// ReadLimits::max_column_bytes.
+/// Returns the memory limit in bytes for the columns that decode steps. `file` is the size of the
+/// file in bytes. `limit` is ReadLimits::max_column_bytes.
 inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file) {
   constexpr std::uint64_t kMoreForEachByte = 256;
   return limit_with(limit, kMoreForEachByte, file);
@@ -29,7 +29,7 @@ inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file)
 
 class StepParts {
  public:
-  /// Creates an object for the parts of `array`. `schema` has passed check_schema() and must
+  /// Creates an object for the parts of `array`. `schema` must have passed check_schema() and must
   /// outlive this object. `most_bytes` limits the size in bytes of the values of a group.
   /// `most_kept` limits the size in bytes of the data of active vertices and cells.
   StepParts(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array,

@@ -121,8 +121,8 @@ Result<void> StepTopology::decode(const Group& group) {
   elements_.cell_numbers.clear();
   if (!decoder_) {
     DecodedParts parts = DecodedParts::without_values();
-    // If the order is not Order::keep, the number of a vertex that the segment owns is its
-    // position. Callers do not need the numbers of imported vertices.
+    // If the order is not Order::keep, the segment's own vertices are numbered by their positions.
+    // Callers do not need the numbers of imported vertices.
     parts.vertex_numbers = needs_.vertex_numbers && schema_->order == Order::keep;
     parts.imported_vertices = true;
     parts.vertex_neighbourhoods = needs_.vertices;
@@ -201,8 +201,8 @@ std::uint64_t StepTopology::expected_bytes() const {
   return bytes;
 }
 
-/// Stores the elements of the group. If the elements of all groups need too much memory, or are
-/// expected to need too much, frees all stored elements.
+/// Stores the elements of the group. Frees all stored elements if the elements of all groups exceed
+/// the memory limit, or are expected to exceed it.
 void StepTopology::keep() {
   if (kept_.empty()) keeps_ = expected_bytes() <= most_kept_;
   kept_bytes_ += elements_.bytes();

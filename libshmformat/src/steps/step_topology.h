@@ -40,8 +40,8 @@ struct GroupElements {
   }
 };
 
-/// States which data of the elements of groups is needed. If any data of cells is needed, the block
-/// of each cell is provided, too.
+/// States which data about the elements of groups is needed. If any data of cells is needed, the
+/// block of each cell is provided, too.
 struct ElementNeeds {
   /// True if the neighbourhoods of vertices or of cells are needed.
   bool vertices = false, cells = false;
@@ -67,10 +67,10 @@ class StepTopology {
   /// Memory limit in bytes. If the elements of all groups need less memory, they are stored.
   static constexpr std::size_t kMostKept = std::size_t{64} << 20;
 
-  /// Creates an object without groups. `schema` has passed check_schema() and must outlive this
-  /// object. Decoding a group fails with over_limit if its elements need more than `most_bytes`.
-  /// `cell_bytes` is the list that cell_data_bytes(schema) returns, so that several objects can
-  /// share it. If it is null, the list is computed.
+  /// Creates an object without groups. `schema` must have passed check_schema() and must outlive
+  /// this object. Decoding a group fails with over_limit if its elements need more than
+  /// `most_bytes`. `cell_bytes` is the list that cell_data_bytes(schema) returns, so that several
+  /// objects can share it. If it is null, the list is computed.
   StepTopology(const Schema& schema, std::uint64_t most_bytes, const ElementNeeds& needs,
                std::size_t most_kept = kMostKept, CellBytes cell_bytes = nullptr);
 
@@ -86,7 +86,7 @@ class StepTopology {
   /// coded with the patterns codec.
   bool has_neighbourhoods(std::size_t group) const;
   /// Return the number of vertices and of cells in all groups, according to the group headers. A
-  /// vertex that is imported counts again for each import.
+  /// vertex is counted once for its own segment, and once more for each import.
   std::uint64_t cells_in_all() const { return cells_in_all_; }
   std::uint64_t vertices_in_all() const { return vertices_in_all_; }
   /// Returns the largest number of vertices that are active at the same time.
@@ -102,8 +102,8 @@ class StepTopology {
   std::size_t most_kept() const { return most_kept_; }
   /// Returns the number of bytes of the stored elements.
   std::size_t kept_bytes() const { return keeps_ ? kept_bytes_ : 0; }
-  /// Frees the state of the decoder, which is only needed to decode the next group. If that group
-  /// is requested, the state is rebuilt.
+  /// Frees the state of the decoder, which is needed only to decode the next group. The state is
+  /// rebuilt if that group is requested.
   void release();
 
  private:

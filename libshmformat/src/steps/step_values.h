@@ -1,8 +1,8 @@
 // Codecs for the values of one stepped array at one step, group by group. The codec `columns`
-// predicts each value over the mesh: from the value's neighbours, and optionally also from the
-// previous step. The codec `shuffled_zstd` sorts the bytes by significance and compresses them with
-// zstd. The encoder writes the smaller of these two results. The third codec, `terms`, is faster:
-// it predicts each value from the previous step, without the mesh.
+// predicts each value from its neighbours in the mesh, and optionally also from the previous step.
+// The codec `shuffled_zstd` sorts the bytes by significance and compresses them with zstd. The
+// encoder writes the smaller of these two results. The third codec, `terms`, is faster: it predicts
+// each value from the previous step, without the mesh.
 // spec: "Step values"
 #pragma once
 
@@ -69,8 +69,8 @@ class StepColumn {
 
 class StepColumnDecoder : public StepColumn<ColumnDecoder> {
  public:
-  /// `schema` must outlive this object. `most_kept` limits the memory in bytes for the data of
-  /// slots.
+  /// `schema` must outlive this object. `most_kept` limits the memory in bytes for the data stored
+  /// per slot.
   StepColumnDecoder(const Schema& schema, std::uint32_t array,
                     std::uint64_t most_kept = ~std::uint64_t{0})
       : StepColumn(schema, array), most_kept_(most_kept) {}
