@@ -1,21 +1,21 @@
-"""Makes the table "acceptance" of bench/values: compares the measured sizes of values with target sizes (aims).
+"""Makes the table "acceptance" of bench/values: compares the measured compressed sizes with target sizes (aims).
 
-All figures are bits per vertex for coordinates, and bits per value for fields. The aims are the results of a
-throw-away prototype of the same design. Each aim is a pair: the result of the prototype's faster mode, and the best
-result of all experiments with the prototype. The prototype was measured on the corpus, and on generated meshes of the
-same kinds (not always of the same size). The default level should reach the first figure of a pair, and level best the
-second.
+All figures are bits per vertex for coordinates, and bits per value for fields. The aims are the results of a throw-away
+prototype of the same design. Each aim is a pair of figures. The first is the result of the prototype's faster mode,
+which the default level should reach. The second is the best result of all experiments with the prototype, which level
+best should reach. The prototype was measured on the corpus, and on generated meshes of the same kinds as here (not
+always of the same size).
 """
 
-# The exact annulus that the prototype measured is unknown. Its layers must have been identical, because zstd
-# found repetitions.
+# It is not known exactly with which annulus the prototype was measured. All layers of that annulus must have been
+# identical, because zstd found repetitions.
 PROTOTYPE_MADE = {
     ("coordinates", "grid 15^3", "float32"): (.25, .15),
     ("coordinates", "straight annulus", "float32"): (.18, .07),
     ("coordinates", "straight annulus", "float64"): (.28, .16),
     ("coordinates", "sphere shell", "float32"): (2.5, 2.1),
     ("coordinates", "sphere shell", "float64"): (9.1, 7.7),
-    ("coordinates", "warped block", "float32"): (5, 4.5),  # the prototype reached 4.8 bits; the aim is rounded up
+    ("coordinates", "warped block", "float32"): (5, 4.5),  # the prototype reached 4.8 bits; the target is rounded up
     ("coordinates", "warped block", "float64"): (8.1, 7.3),
     ("coordinates", "warped block", "8 digits"): (5.3, 5.1),
     ("coordinates", "tets split in 4", "float32"): (10, 6.7),
@@ -26,8 +26,8 @@ PROTOTYPE_MADE = {
     ("lossy", "cell velocity", "float32, 0.0001"): (1.28, 1),
     ("lossy", "cell turbulence", "float32, 0.0001"): (7.67, 7.67),
 }
-# Figures over all time steps, from the column of the prototype's table with the smallest sizes. For integers,
-# this was the column of zstd.
+# Bits per value, averaged over all time steps. The figures are from the prototype's table, which has a column for each
+# compressor: they are from the column with the smallest sizes (for integers, the column for zstd).
 PROTOTYPE_REAL = {"coordinates float64": 22, "coordinates float32": 21.4, "cell floats": 8.7,
                   "point floats": 17.4, "cell ints": .04, "point ints": .13}
 ROUNDED_KIND, ROUNDED_AIM = "coordinates, 16 bits", 8.5
@@ -35,7 +35,7 @@ LOSSY_FIELDS, LOSSY_FACTOR = ("smooth", "velocity"), 1.5
 
 
 def bits_of(rows, coder):
-    """Returns the mean bits per value over these rows for a coder. Returns None if a row is missing for one of the
+    """Returns the mean bits per value of a coder in `rows`. Returns None if the coder has no row for one of the
     subjects."""
     its = [row for row in rows if row["coder"] == coder]
     if not its or len(its) < len({row["subject"] for row in rows}):
@@ -44,14 +44,15 @@ def bits_of(rows, coder):
 
 
 def best_other(rows):
-    """Returns (bits, name) of the best compressor other than shm: the one with the smallest mean over these rows."""
+    """Returns (bits, name) of the best compressor other than shm: the one with the smallest mean bits per value in
+    `rows`."""
     others = {row["coder"] for row in rows if not row["coder"].startswith("shm")}
     return min((bits_of(rows, coder), coder) for coder in others
                if bits_of(rows, coder) is not None)
 
 
 def line(what, level, rows, aim, source, strictly=False):
-    """Returns the cells of one row of the table: name, aim, the figure of shm, and whether shm meets the aim."""
+    """Returns the cells of one row of the table: name, aim, shm's result, and whether shm meets the aim."""
     ours = bits_of(rows, f"shm {level}")
     if ours is None:
         return [f"{what}, {level}", f"{aim:.2f} ({source})", "-", "no"]

@@ -1,6 +1,6 @@
 // A complete mesh in memory, with cells of all shapes and all its arrays, loaded from a file of any
-// format. Functions write it with a Writer and read it with a Reader, in Order::keep without a
-// delay buffer.
+// format. The functions write it with a Writer and read it with a Reader. They use Order::keep and
+// no delay buffer.
 #pragma once
 
 #include <cstddef>
@@ -56,7 +56,7 @@ struct ReadBack {
   std::vector<std::vector<std::vector<std::byte>>> arrays;  // decoded values, by array and step
 };
 
-/// Writes the mesh with only the given arrays.
+/// Writes the mesh, with `arrays` as its only arrays.
 SizeReport write(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays, ByteSink& sink,
                  Level level);
 void read(std::span<const std::byte> file, ReadBack& into);

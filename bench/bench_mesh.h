@@ -23,7 +23,7 @@ struct BenchMesh {
   std::uint64_t vertices = 0;
   ScalarType coordinate_type = ScalarType::float32;
   std::vector<std::byte> xyz;          // coordinates; empty if they were not requested
-  std::vector<std::uint32_t> corners;  // vertices: eight for each hexahedron, block after block
+  std::vector<std::uint32_t> corners;  // eight vertex indices per hexahedron, block after block
   std::vector<std::uint8_t> last_use;
   std::size_t hexahedra() const { return last_use.size(); }
 };

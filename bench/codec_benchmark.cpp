@@ -58,8 +58,8 @@ class Lattice {
     for (std::size_t c = 0; c < 8; ++c) {
       const auto [di, dj, dk] = std::to_array(kOffsets[c]);
       corners[c] = number(i + di, j + dj, k + dk);
-      // This cell is the last to use the vertex if, along each axis, the vertex is the low corner
-      // of the cell or there is no further cell.
+      // This cell is the last one that uses the vertex if, along each axis, the vertex is on the
+      // low side of the cell, or the cell is the last one on this axis.
       const bool last =
           (di == 0 || i + 1 == n_) && (dj == 0 || j + 1 == n_) && (dk == 0 || k + 1 == n_);
       last_use |= std::uint64_t{last} << c;

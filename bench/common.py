@@ -46,16 +46,16 @@ def make_mesh(family, cells, path, *options, tools=BIN):
 
 
 class Cost:
-    """The cost of processes that run one after the other: the sum of their CPU times in seconds, and the largest peak
-    memory."""
+    """The total cost of several processes, which run one after the other: the sum of their CPU times in seconds, and
+    the largest of their memory peaks."""
 
     def __init__(self):
         self.seconds = 0.0
         self.peak = 0
 
     def run(self, *command, stdout=None):
-        # The small program time(1) starts the command instead of Python: a child process inherits the peak memory of
-        # its parent, so the reported peak would be at least the memory of Python.
+        # The command is started by the small program time(1) and not by Python, because a child process inherits the
+        # peak memory of its parent. If Python started it, the reported peak would be at least the memory of Python.
         with tempfile.NamedTemporaryFile("r") as report:
             process = subprocess.Popen(["/usr/bin/time", "-q", "-o", report.name, "-f", "%M",
                                         *(str(word) for word in command)], stdout=stdout,

@@ -1,11 +1,11 @@
 // connectivity_bench [--corners FILE] [--seconds S] [--codecs-only] MESH: encodes and decodes the
-// connectivity of a mesh with each codec and each level, and measures processor time. Writes JSON
-// to standard output. Only the corners of the hexahedra of MESH are used, one block after the
-// other. Checks that all vertex numbers and the order of cells are restored.
-// "codec" results measure only the coders of connectivity and vertex numbers. "level" results
-// measure the whole Writer and Reader with all coordinates zero, which is the cost that a user of
-// the library sees. --codecs-only leaves out the "level" results. --corners: also writes the
-// corners to FILE as raw int32, for other compressors.
+// connectivity of a mesh with each codec and each level, and measures CPU time. Writes JSON to
+// standard output. Only the corners of the hexahedra of MESH are used, one block after the other.
+// Checks that all vertex numbers and the order of cells are restored. "codec" results measure only
+// the coders of connectivity and vertex numbers. "level" results measure the whole Writer and
+// Reader with all coordinates zero; this is the cost that a user of the library sees. --codecs-only
+// leaves out the "level" results. --corners: also writes the corners to FILE as raw int32, for
+// other compressors.
 #include <cstdio>
 #include <map>
 #include <string>

@@ -1,5 +1,5 @@
-// Measurements for the benchmark programs: processor time and peak memory of this process, and
-// errors of values.
+// Measurements for the benchmark programs: CPU time and peak memory of this process, and errors of
+// decoded values.
 #pragma once
 
 #include <malloc.h>
@@ -52,9 +52,11 @@ inline std::uint64_t status_bytes(const std::string& name) {
   return kilobytes * 1024;
 }
 
-/// Returns by how many bytes the resident memory grew, at its peak, during the call to `run`.
+/// Returns the peak resident memory during the call to `run`, minus the resident memory before the
+/// call, in bytes.
 inline std::uint64_t memory_of(const std::function<void()>& run) {
-  // without this call, `run` could reuse memory that was freed earlier, which would not be counted
+  // Without malloc_trim(), `run` could reuse memory that was freed earlier, and this memory would
+  // not be counted.
   malloc_trim(0);
   if (std::FILE* file = std::fopen("/proc/self/clear_refs", "w")) {
     std::fputs("5", file);  // resets the peak of resident memory

@@ -19,11 +19,11 @@ class Exodus:
     """Writes an Exodus file with the layout that libexodusII writes: first the dimensions, then the data.
 
     Node and element numbers in the arguments start at 0. `blocks` contains a tuple for each block: id, name and cells.
-    In a block of hexahedra, cells are an array with the eight corners of each hexahedron in a row. In a block of
-    polygons, cells are a list with the nodes of each polygon. In a block of polyhedra, cells are a list with the faces
-    of each polyhedron; `faces` contains the nodes of each face. `node_sets` contains a tuple for each set: name and
-    nodes. `side_sets` contains a tuple for each set: name, elements and sides. put_step() writes the values of all
-    arrays at one time step."""
+    The cells of a block of hexahedra are an array with one row of eight corners per hexahedron. The cells of a block of
+    polygons are a list with the nodes of each polygon. The cells of a block of polyhedra are a list with the
+    indices of the faces of each polyhedron; `faces` contains the nodes of each face. `node_sets` contains a tuple for
+    each set: name and nodes. `side_sets` contains a tuple for each set: name, elements and sides. put_step() writes the
+    values of all arrays at one time step."""
 
     def __init__(self, path, title, points, blocks, faces=(), node_sets=(), side_sets=(), times=(),
                  node_names=(), cell_names=(), qa=(), info=(), maps=False, factors=False,
@@ -84,8 +84,8 @@ class Exodus:
         self.texts(f"{prefix}_names", (dimension, "len_name"), names)
 
     def lists(self, connectivity, counts, dimension, total, lists, kind, of, to):
-        """Defines two variables: `connectivity` contains the elements of all lists, and `counts` contains the
-        length of each list."""
+        """Defines two variables: `connectivity` contains the elements of all lists, one list after the other, and
+        `counts` contains the length of each list."""
         self.file.createDimension(total, sum(map(len, lists)))
         self.define(connectivity, "i4", (total,), np.concatenate(lists) + 1, elem_type=kind)
         self.define(counts, "i4", (dimension,), np.array([len(some) for some in lists]),
@@ -188,9 +188,8 @@ def write_ascii_vtk(path, title, points, corners, point_arrays=None, cell_arrays
 
 def write_vtu(path, points, cells, kinds, faces=None, point_arrays=None, cell_arrays=None,
               form="ascii"):
-    """Writes a VTU file. `cells` contains the points of each cell. `faces` contains, for each cell, the list of its
-    faces in the form that VTK stores. `form` is the encoding of data: ascii, raw (appended), or zlib (inline
-    base64, the default of VTK)."""
+    """Writes a VTU file. `cells` contains the points of each cell. `faces` contains the face list of each cell, in
+    VTK's form. `form` is the encoding of the data: ascii, raw (appended), or zlib (inline base64, VTK's default)."""
     appended = []
 
     def array(name, values, components=1):
@@ -237,9 +236,9 @@ def zipped(data, block=32768):
 
 
 def write_msh(path, points, corners, sides):
-    """Writes an ASCII file in the format MSH 4.1 with a volume and surfaces. `sides` contains a tuple for each
-    surface: its name, and an array with the four nodes of each quadrilateral (numbered from 0) in a row. The volume
-    and each surface are entities with a physical group. All nodes belong to the volume."""
+    """Writes an ASCII file in MSH 4.1 format, with a volume and surfaces. `sides` contains a tuple for each surface:
+    its name, and an array with one row of four nodes (numbered from 0) per quadrilateral. The volume and each surface
+    are entities with a physical group. All nodes belong to the volume."""
     low, high = points.min(axis=0), points.max(axis=0)
     box = " ".join("%.9g" % value for value in (*low, *high))
     with open(path, "w") as file:

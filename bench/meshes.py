@@ -16,9 +16,8 @@ def write_vtk(path, points, corners, point_arrays=None, cell_arrays=None):
 
 
 def write_cells(path, points, cells, point_arrays=None, cell_arrays=None):
-    """Writes binary legacy VTK 4.2. `cells` is a list of pairs: a VTK cell type, and an array with the corners of each
-    cell in a row. point_arrays and cell_arrays map names to arrays with one value, or one row of values, per
-    element."""
+    """Writes binary legacy VTK 4.2. `cells` is a list of pairs: a VTK cell type, and an array with one row of corners
+    per cell. point_arrays and cell_arrays map names to arrays with one value, or one row of values, per element."""
     count = sum(len(corners) for _, corners in cells)
     words = sum(corners.size + len(corners) for _, corners in cells)
     with open(path, "wb") as file:
@@ -107,8 +106,9 @@ EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5),
 def cut_into_eight(n, levels, with_cut=False):
     """Returns points and corners of a grid of n * n * n hexahedra, in which cells near two planes are divided into
     eight, `levels` times. As in LaGriT, new cells come after all other cells. Each divided cell has 19 new vertices:
-    the midpoints of the cell, of its sides and of its edges. Equal new vertices of neighbours are not merged. If
-    `with_cut` is true, the divided cells are kept, as LaGriT keeps them until they are removed."""
+    the midpoints of the cell, of its sides and of its edges. If neighbours have new vertices at the same place, these
+    are not merged. If `with_cut` is true, the result also contains the cells that were divided, as LaGriT's does until
+    a user removes them."""
     size = 1 << levels
     points = np.rint(grid(n)[0] * n * size).astype(np.int64)
     corners = lattice(n, n, n)
@@ -157,8 +157,8 @@ def normalized(places):
 
 
 def float_fields(places):
-    """Returns four fields as a dict from name to float64 values: a smooth field, a shock, turbulence with a little
-    noise, and a velocity."""
+    """Returns a dict that maps the names of four fields to their float64 values: a smooth field, a shock, turbulence
+    with a little noise, and a velocity."""
     u = normalized(places)
     x, y, z = u.T
     random = np.random.default_rng(11)
@@ -204,8 +204,8 @@ def bisected(places, levels):
 
 
 def integer_fields(places):
-    """Returns three integer fields as a dict from name to int32 values: block number (12 blocks), part number (64
-    parts), and element number."""
+    """Returns a dict that maps the names of three integer fields to their int32 values: block number (12 blocks), part
+    number (64 parts), and element number."""
     u = normalized(places)
     sites = np.random.default_rng(7).random((12, 3)) * u.max(axis=0)
     nearest = ((u[:, None, :] - sites[None])**2).sum(axis=2).argmin(axis=1)

@@ -28,9 +28,9 @@ void set_from(std::string_view text, std::vector<T>& to) {
   set_from(text, to.emplace_back());
 }
 
-/// An option of the command line, which sets the variable `to`. If `to` is a bool, the option is a
-/// flag; otherwise the option has a value. If `to` is a vector, the option may occur several times,
-/// and each value is appended.
+/// A command-line option that sets the variable `to`. If `to` is a bool, the option is a flag;
+/// otherwise the option has a value. If `to` is a vector, the option may occur several times, and
+/// each value is appended.
 struct Option {
   std::string_view name;
   bool is_flag;

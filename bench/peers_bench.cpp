@@ -1,11 +1,11 @@
 // peers_bench --type TYPE [--components N] [--steps N] [--seconds S] [--quick] [--bound B]... FILE:
 // compresses one raw array with other compressors, and prints a line of JSON for each compressor.
 // Without --bound, only lossless compressors are used. With --bound, the compressors may have
-// errors of at most B. Reports the processor time of one thread, from memory to memory: the time of
-// the fastest run in S seconds. All results are decoded and compared.
+// errors of at most B. Reports the CPU time of the fastest run in S seconds, in memory and in one
+// thread. All results are decoded and compared with the original array.
 //   zstd, xz, blosc   pack the bytes unchanged, or as byte planes ("shuffle")
 //   fpzip, zfp, SZ    pack one component after the other; the time to transpose the array is
-//                     included. fpzip treats the steps as a second dimension
+//                     included. For fpzip, the time steps are a second dimension
 // "SZ-like" is our own code, because there is no package. It codes the difference between a value
 // and the previous restored value, in units of twice the bound; zstd -19 compresses the byte planes
 // of these differences. Values that would exceed the bound are stored exactly.

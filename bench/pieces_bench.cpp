@@ -1,7 +1,8 @@
 // pieces_bench FILE: measures the bytes that a MeshExtractor reads from a .shm file for pieces of
-// the mesh. Prints JSON with the size in bytes of index and schema and, for each segment, four
-// sizes in bytes: the size of the segment, the bytes read for its cells with all static arrays, the
-// bytes read for its cells with coordinates only, and the bytes read for its first cell.
+// the mesh. Prints JSON with the total size in bytes of index and schema and, for each segment,
+// four sizes in bytes: the size of the segment, the bytes read for its cells with all static
+// arrays, the bytes read for its cells with coordinates only, and the bytes read for its first
+// cell.
 //
 // pieces_bench FILE --way WAY: reads the whole file in one thread, and prints the number of cells
 // or faces. WAY is reader (everything, by a Reader), cells (a MeshExtractor without arrays),

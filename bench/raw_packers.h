@@ -1,5 +1,5 @@
 // Functions that pack raw arrays with other compressors: zstd and, if it is available, Blosc. They
-// work from memory to memory, in the calling thread.
+// work in memory, in the calling thread.
 #pragma once
 
 #include <zstd.h>

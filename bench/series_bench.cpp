@@ -3,8 +3,8 @@
 // (only every N-th of these files is written, and its size is counted N times). Also measures
 // reading one array at one step. Writes JSON to standard output. The file of the series is written
 // next to MESH, and removed at the end. --speed: instead of the above, measures packing and
-// unpacking only the steps, from memory to memory and in one thread. Compares this with zstd -3 for
-// the values of each array at each step, both unchanged and as byte planes.
+// unpacking only the steps, in memory and in one thread. Compares this with zstd -3 for the values
+// of each array at each step, both unchanged and as byte planes.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -31,8 +31,8 @@ namespace {
 
 using Point = std::array<double, 3>;
 
-/// Calls `run` and returns its wall-clock time in seconds, which includes the time to read from a
-/// disk.
+/// Calls `run` and returns its wall-clock time in seconds, which, unlike CPU time, includes waiting
+/// for the disk.
 double seconds_of_clock(const std::function<void()>& run) {
   const auto start = std::chrono::steady_clock::now();
   run();
@@ -294,7 +294,9 @@ int run(int argc, char** argv) {
                                           {"--fast", fast},
                                           {"--speed", speed}});
   if (steps < 2 || key_steps == 0 || every == 0 || every > steps)
-    throw std::runtime_error("steps, key steps and every must be positive");
+    throw std::runtime_error(
+        "--steps must be at least 2, --key-steps and --every at least 1, and --every at most "
+        "--steps");
   const Level level = fast ? Level::fast : Level::standard;
   const ArrayMesh mesh = load_arrays(path);
   const Fields fields(mesh);

@@ -1,10 +1,10 @@
 // small_bench grid|series [--level LEVEL] [--threads N] [--times N] [--read]: writes a small mesh N
-// times, from memory to memory. With --read, writes the mesh once and reads it N times. Prints the
-// size of the file in bytes and its checksum. To measure the cost, run the program under callgrind:
+// times to memory. With --read, writes the mesh once and reads it N times. Prints the size of the
+// file in bytes and its checksum. To measure the cost, run the program under callgrind:
 //   valgrind --tool=callgrind small_bench grid
-// LEVEL is fast, standard or best. The mesh "grid" has 5 x 5 x 5 hexahedra and float64 points, in
-// order keep. The mesh "series" has 4 x 4 x 4 hexahedra, and six point and six cell arrays of
-// float64 values at 11 time steps.
+// LEVEL is fast, standard or best. The mesh "grid" has 5 x 5 x 5 hexahedra and float64 points,
+// written with order keep. The mesh "series" has 4 x 4 x 4 hexahedra, and six point and six cell
+// arrays of float64 values at 11 time steps.
 #include <array>
 #include <cstdint>
 #include <cstdio>

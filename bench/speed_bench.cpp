@@ -1,22 +1,23 @@
 // speed_bench [--level fast|default|best]... [--turns N] [--seconds S] MESH: compresses and
-// decompresses the hexahedra of a mesh of any format, from memory to memory, in one thread and in
-// order keep. The methods are our library at each level, and other compressors, which pack two raw
-// arrays: int32 corners, one hexahedron after the other, and coordinates as they are stored. Writes
-// lines of JSON to standard output: a line for the mesh, then a line for each method with its bytes
-// and the shortest CPU time of its runs in seconds.
+// decompresses the hexahedra of a mesh of any format, in memory, in one thread and with order keep.
+// The methods are our library at each level, and other compressors, which pack two raw arrays:
+// int32 corners, one hexahedron after the other, and coordinates as they are stored. Writes lines
+// of JSON to standard output: a line for the mesh, then a line for each method with its bytes and
+// the shortest CPU time of its runs in seconds.
 //   zstd -3        packs each of the two arrays unchanged
 //   column delta   replaces each number with its difference from the previous number of its column
 //                  (there are eight columns of corners, and three of coordinates), then packs the
-//                  zigzag-coded differences as byte planes with zstd -3. For coordinates, the
-//                  differences are those of their bits; if unchanged coordinates pack smaller, they
-//                  are packed unchanged. This choice is made before time is measured
+//                  zigzag-coded differences as byte planes with zstd -3. Coordinates are subtracted
+//                  as integers with the same bits. If the coordinates become smaller without
+//                  differences, they are packed unchanged. This choice is made before time is
+//                  measured
 //   blosc          packs blocks of byte planes of each array with zstd; only if libblosc was found
 // All methods take turns on the mesh, so that a disturbance affects all of them. There are N turns
-// (default 8). A method that has used S seconds (default 1) has no more turns, but each method has
-// at least one turn. Runs of less than a millisecond are repeated within a turn. The decoded data
-// is compared after the first turn. Our methods write a Mesh to a MemorySink, and read it into a
-// new Mesh, whose memory the process has already obtained from the system. The other methods fill
-// existing memory.
+// (default 8). A method that has used S seconds (default 1) gets no more turns, but each method
+// gets at least one turn. Runs of less than a millisecond are repeated within a turn. After the
+// first turn, the decoded data is compared with the original. Our methods write a Mesh to a
+// MemorySink, and read it into a new Mesh, whose memory the process has already obtained from the
+// system. The other methods fill existing memory.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -57,8 +58,8 @@ class Method {
   Method(const Method&) = delete;
   Method& operator=(const Method&) = delete;
 
-  /// Packs and unpacks the mesh at least once. If this method has already used `seconds` in earlier
-  /// turns, does nothing.
+  /// Does nothing if this method has already used `seconds` in earlier turns. Otherwise packs and
+  /// unpacks the mesh at least once.
   void take_turn(double seconds) {
     const bool first = spent_ == 0;
     if (!first && spent_ >= seconds) return;
@@ -73,7 +74,7 @@ class Method {
  protected:
   virtual void pack() = 0;
   virtual void unpack() = 0;
-  virtual void forget() = 0;  ///< frees the result of the last run
+  virtual void forget() = 0;  ///< frees the result of the previous run
   virtual bool came_back() const = 0;
 
  private:
@@ -144,7 +145,7 @@ struct Packer {
   std::string name;
   std::function<std::size_t(std::size_t)> room;  ///< returns the maximum packed size of N bytes
   std::function<std::size_t(const RawArray&, Room)> pack;
-  /// the RawArray describes the array; its bytes are not used
+  /// the RawArray gives only the width and the columns; its member `bytes` is not used
   std::function<void(const RawArray&, Bytes, Room)> unpack;
 };
 
@@ -321,8 +322,8 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
 #if defined(__GLIBC__)
   // Freed memory (here the buffers of zstd) is not returned to the system, as in a program that
-  // handles many meshes. If the process had to request new pages, reading would take a third more
-  // time.
+  // handles many meshes. If the process had to request new pages, reading would take a third
+  // longer.
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 #endif

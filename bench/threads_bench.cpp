@@ -1,7 +1,7 @@
 // threads_bench [--segments N] [--threads T] MESH: measures how much faster the library is with T
 // threads than with one thread. Runs the Writer, the Reader and SegmentReaders on the whole mesh,
-// from memory to memory. Prints JSON with the wall-clock time of the fastest of three runs. The
-// machine must otherwise be idle.
+// in memory. Prints JSON with the wall-clock time of the fastest of three runs. The machine must
+// otherwise be idle.
 #include <algorithm>
 #include <atomic>
 #include <chrono>

@@ -2,19 +2,19 @@
 // [--sizes | --dump FOLDER] MESH
 //
 // Measures the cost of coordinates and arrays in a .shm file, for a mesh of any format. Writes
-// lines of JSON to standard output. The Writer and the Reader run from memory to memory, in one
-// thread and in order keep. Times are processor times. All results are decoded and compared.
+// lines of JSON to standard output. The Writer and the Reader run in memory, in one thread and with
+// order keep. Times are CPU times. All results are decoded and compared with the original values.
 //
-// For each level, reports the size of the stream of the coordinates and of each array, and the
-// seconds that they add to the time for the mesh. The additional time of an array is the time for
-// the mesh with the array minus the time for the mesh without arrays. The additional time of
+// For each level, reports the stream size of the coordinates and of each array, and how many
+// seconds each of them adds to the time for the mesh. The additional time of an array is the time
+// for the mesh with the array minus the time for the mesh without arrays. The additional time of
 // coordinates is the time for the mesh with its coordinates repeated as a point array, minus the
 // time for the mesh. If the size of this point array shows that it is coded in another way than the
 // coordinates, the time for the mesh minus the time for the same mesh with all coordinates zero is
-// reported instead ("timed": "zeros"). All these differences are medians of several pairs of runs,
-// in which a run with the mesh only comes just before the other run. A difference of less than a
-// hundredth of the time for the mesh is reported as a hundredth. The reported memory is that of the
-// whole Writer or Reader, without the raw arrays, but with the packed bytes.
+// reported instead ("timed": "zeros"). All these differences are medians of several pairs of runs.
+// In each pair, the run with less data comes directly before the other run. A difference of less
+// than a hundredth of the time for the mesh is reported as a hundredth. The reported memory is that
+// of the whole Writer or Reader, without the raw arrays, but with the packed bytes.
 //   --stepped NAME  treats the arrays NAME.0, NAME.1, ... as time steps of one array NAME
 //   --like FILE     quantizes coordinates and arrays as in FILE, by their names
 //   --sizes         writes all arrays in one file, and measures no times
@@ -55,8 +55,8 @@ std::uint64_t values_of(const MeshArray& array) {
   return bytes / scalar_bytes(array.info.type);
 }
 
-/// Compares decoded values with their source, and returns the largest error; 0 if all bytes are
-/// equal. Throws an exception if lossless values differ.
+/// Compares decoded values with the original values. Returns the largest error; 0 if all bytes are
+/// equal. Throws an exception if the array is lossless but the values differ.
 double compared(const std::vector<std::byte>& source, const std::vector<std::byte>& back,
                 ScalarType type, const Quantization& quantization, const std::string& name) {
   if (source == back) return 0;

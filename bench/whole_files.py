@@ -3,14 +3,16 @@
     bench/whole_files.py FOLDER [FAMILY ...]     writes the files, with a folder for each family
 
     discontinuous   meshes in which no two cells share a node, as spectral and discontinuous Galerkin codes write
-    symmetric       meshes and solutions mirrored about x = 0: exactly, up to rounding, or with a copied numbering
+    symmetric       meshes and solutions mirrored about x = 0: exactly, up to rounding, or with both halves numbered
+                    in the same order
+
     extruded        solutions constant along z, numbered layer by layer or column by column
     periodic        solutions with four identical periods along x
     tiny            meshes of 1 to 10,000 hexahedra with up to 50 sets and 3 arrays, as Exodus, VTK text and Gmsh
     polyhedra       truncated octahedra and hexagonal prisms, as VTU and Exodus NFACED; polygons, as Exodus NSIDED
 
-Repeated values are exactly equal, including their noise, except in files named "rounded". A dictionary finds such
-repetitions, but a prediction from neighbours does not.
+Repeated values are exactly equal, including their noise, except in files named "rounded". A dictionary compressor finds
+such repetitions, but a prediction from neighbours does not.
 """
 import sys
 from dataclasses import dataclass
@@ -25,13 +27,13 @@ from mesh_writers import (HEX_SIDES, VTK_POLYGON, VTK_POLYHEDRON, Exodus, write_
 
 # Corners (x, y) of a hexagon. The unit of x is half its width; the unit of y is half the length of a side.
 HEXAGON = [(0, -2), (1, -1), (1, 1), (0, 2), (-1, 1), (-1, -1)]
-NOISE = 1e-5  # amplitude of the noise in a field, relative to the size of the field
+NOISE = 1e-5  # amplitude of the noise in a field, relative to the magnitude of the field
 STEP_SIZES = [(1, (20, 18, 16), 8, 3), (2, (20, 18, 16), 6, 3), (11, (16, 12, 10), 5, 2),
               # each entry: number of steps, cells along each axis, number of nodal variables, number of cell variables
               (100, (12, 6, 6), 4, 2)]
 NODE_VARIABLES = ("disp_x", "disp_y", "temp", "pressure", "vel_x", "vel_y", "vel_z", "concentration")
 CELL_VARIABLES = ("stress_xx", "von_mises", "damage")
-ODD = ("disp_x", "vel_x")  # variables that change sign in a mirror
+ODD = ("disp_x", "vel_x")  # variables whose sign changes if the mesh is mirrored
 TINY_CELLS = {1: (1, 1, 1), 8: (2, 2, 2), 27: (3, 3, 3), 192: (8, 6, 4), 1000: (10, 10, 10),
               10000: (25, 20, 20)}
 SIDE_NAMES = ("front", "right", "back", "left", "bottom", "top")
@@ -237,8 +239,8 @@ def periodic(cells, periods=4):
 
 
 def repeated_step(mesh, names, waves, time, step):
-    """Returns the values of all variables at one time step. They are computed for all nodes and cells, and then
-    replaced by the values of the node or cell that is repeated."""
+    """Returns the values of all variables at one time step. Values are first computed for all nodes and cells. Then
+    each value is replaced with that of the node or cell whose values are repeated there."""
     random = np.random.default_rng([9, step])
     places = mesh.points, mesh.points[mesh.corners].mean(axis=1)
     found = []

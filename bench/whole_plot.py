@@ -18,8 +18,8 @@ def size_text(size, _):
 
 
 def draw(collections, folder):
-    """Draws the plots. `collections` maps the name of a collection to a list of pairs: size of the source file in
-    bytes, and ratio."""
+    """Draws the plots. `collections` maps the name of a collection to a list with a pair for each file: the size of the
+    source file in bytes, and the .shm size divided by the smallest size of the other compressors."""
     folder.mkdir(parents=True, exist_ok=True)
     sizes, ratios = zip(*(dot for dots in collections.values() for dot in dots))
     with plt.rc_context(STYLE):

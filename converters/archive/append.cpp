@@ -66,13 +66,13 @@ class Appending {
   }
 
   // Compares the mesh and the arrays of the old file with those of the source. Stores the
-  // differences in `differences`.
+  // differences in outcome_.differences.
   void compare() {
     MeshSource& source = *steps_;
     if (source.info().schema.source_format == old().schema.source_format) {
       if (how_.time)
         refuse(ErrorCode::misuse,
-               "--time needs a SOURCE of another format than FILE, without time steps");
+               "--time needs a SOURCE without time steps, in a different format from FILE");
       const CompareReport report =
           compare_without_steps(source, *mesh_, spool_, how_.progress, how_.cell_order, numbering_);
       outcome_.differences = report.first;

@@ -23,9 +23,10 @@ struct AppendHow {
   // Indices (from 0) of the source's steps to append, in the order in which they are appended.
   // Empty if the user did not choose steps.
   std::vector<std::uint64_t> steps;
-  // Time of the appended step, for a source that has no time steps and does not state a time.
+  // Time of the appended step. Needed only if the source has no time steps and states no time.
   std::optional<double> time;
-  bool strict = false;  // true: write nothing if data of the source would be left out
+  // If true, nothing is written if the new file would not contain all data of the source.
+  bool strict = false;
   AppendOptions options;
   unsigned threads = 1;  // number of threads that decode the mesh; 0: one per core
   const CellSequence* cell_order = nullptr;  // coding order of the source's cells, which is passed

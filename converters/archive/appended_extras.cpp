@@ -26,8 +26,8 @@ bool goes_on_from_the_start(const MeshInfo& old, const MeshInfo& more,
   return same_times(times, more.step_times);
 }
 
-// Returns an empty result, which means that the extras of the old file stay unchanged. Throws
-// Failure unless each of `extras` equals the old extra with the same key.
+// Checks that each of `extras` equals the old extra with the same key; throws Failure if one does
+// not. Returns an empty result, which means that the new file has the extras of the old file.
 AppendedExtras same_extras(const MeshInfo& old, const std::vector<Extra>& extras) {
   std::map<std::string, const Extra*> by_key;
   for (const Extra& extra : old.extras) by_key.emplace(extra.key, &extra);

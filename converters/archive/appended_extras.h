@@ -1,4 +1,5 @@
-// Computes the extras of a mesh after time steps of another file have been appended.
+// Computes the extras (typed values with keys) of a mesh to which time steps of another file are
+// appended.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +16,8 @@ namespace shm::converters {
 // extras of `more`, in which vertex and cell ids have been converted to ids of `old`. `steps` are
 // the steps of `more` that are appended.
 // - If `more` also contains the old steps, because its writer continued an existing file, its
-// extras replace the old ones.
-// - If extras have one value per step, and the steps of `more` begin after the last step of `old`,
+//   extras replace the old ones.
+// - If extras have one value per step, and the steps of `more` begin after the final step of `old`,
 //   the new values are appended to the old values.
 //
 // Throws Failure (unsupported) if the extras cannot be combined.

@@ -56,7 +56,7 @@ class ArchiveFile {
                const Progress& progress, unsigned threads);
   std::string place(const ArchiveMember& member) const;  // returns "FILE: NAME", for messages
 
-  // Returns a view of the member's bytes, which is valid as long as this object.
+  // Returns a view of the member's bytes, which is valid as long as this object exists.
   SectionSource bytes(const ArchiveMember& member);
 
  private:

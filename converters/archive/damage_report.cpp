@@ -19,8 +19,8 @@ const char* kind_word(DamageKind kind) {
   return "";
 }
 
-// Damage entries that are reported in one line. They have the same kind of damage and the same kind
-// of chunk.
+// Damage entries that are reported on one line. All of them have the same kind of damage and the
+// same kind of chunk.
 struct DamageRun {
   DamageKind kind = DamageKind::damaged;
   std::string section;
@@ -98,9 +98,10 @@ class StepRuns {
 
   static std::vector<DamageRun> join_segments(std::vector<DamageRun> runs) {
     std::vector<DamageRun> joined;
+    // for each combination of damage, arrays and steps: index in `joined` of the most recent run
     std::map<std::tuple<DamageKind, std::vector<std::uint32_t>, std::set<std::uint64_t>>,
              std::size_t>
-        places;  // index of the last run
+        places;
     for (DamageRun& run : runs) {
       const auto [entry, fresh] =
           places.try_emplace({run.kind, run.arrays, run.steps}, joined.size());

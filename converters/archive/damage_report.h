@@ -28,7 +28,7 @@ std::string array_labels(const std::optional<Schema>& schema,
 std::string steps_text(const std::set<std::uint64_t>& steps);
 
 // Returns the lines of the report, without newlines. Related damage, such as lost step values of
-// one segment or damage in consecutive groups, is combined in one line. Returns at most `most`
+// one segment or damage in consecutive groups, is combined on one line. Returns at most `most`
 // lines, followed by one line with the number of remaining entries if there are more.
 std::vector<std::string> damage_lines(const DamageReport& report, std::size_t most);
 nlohmann::json damage_json(const DamageReport& report);

@@ -118,7 +118,7 @@ void ForeignSteps::read_array(std::size_t array, std::uint64_t step, std::uint64
         throw Failure(Error{.code = ErrorCode::unsupported,
                             .detail = "SOURCE has no value of cell " + std::to_string(entities[i]),
                             .section = "array '" + info.name + "'"});
-      // number of elements, starting with element i, that are consecutive in both files
+      // length of the run of elements, starting with element i, that are consecutive in both files
       std::uint64_t run = 1;
       while (i + run < count && entities[i + run] == entities[i] + run &&
              from.element_of(entities[i + run]) == *element + run)
@@ -145,9 +145,10 @@ std::vector<std::string> ForeignSteps::differences(const Progress& progress) {
     if (theirs.arrays[a].per_step) their_values.insert(a);
   DiffOptions options;
   options.with_extras = false;
-  // Arrays with a role are compared only if both meshes have the same format. In that case, arrays
-  // that change with time are not removed from the meshes but listed in `ignored`, because some
-  // roles refer to other arrays by index.
+  // Arrays with a role (a purpose in the source format, such as Exodus node numbers) are compared
+  // only if both meshes have the same source format. In that case, arrays that change with time
+  // stay in the meshes and are listed in `ignored`, because some roles refer to other arrays by
+  // index.
   options.with_roles = info_.schema.source_format == theirs.source_format;
   if (options.with_roles) {
     constexpr std::size_t kPrefix = std::string_view("array:").size();

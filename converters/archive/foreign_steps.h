@@ -26,8 +26,8 @@ class ForeignSteps final : public ForwardingMesh {
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
-  // Returns descriptions of the differences between the source and the mesh, apart from step
-  // values. If the result is not empty, the source is not the same mesh with the same arrays.
+  // Returns descriptions of the differences between the source and the mesh; step values are not
+  // compared. If the result is not empty, the source has a different mesh or different arrays.
   std::vector<std::string> differences(const Progress& progress);
 
  private:

@@ -335,9 +335,9 @@ double ProtectedFile::share() const {
              : static_cast<double>(shape_.parity) / shape_.data;
 }
 
-// Returns true if the trailer at the end of the file contains an offset beyond the protected bytes.
-// The parity then does not belong to this file: otherwise the trailer would be a copy of the
-// protected trailer, whose offset is within the protected bytes.
+// Returns true if the trailer at the end of the file points beyond the protected bytes. This
+// trailer should be a copy of the protected trailer, which points to an offset within the protected
+// bytes. If it is not, the parity does not belong to this file.
 bool ProtectedFile::is_of_something_else() {
   if (file_->size() < kTrailerBytes) return false;
   std::array<std::byte, kTrailerBytes> trailer;
@@ -375,7 +375,8 @@ bool ProtectedFile::find() {
       return true;
     }
     if (begin == 0) break;
-    end = begin + kHeaderBytes - 1;  // overlap: a header may cross the boundary
+    // windows overlap, because a packet header may cross the boundary between them
+    end = begin + kHeaderBytes - 1;
   }
   return false;
 }
@@ -470,7 +471,7 @@ std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
                                                       FileSink& scratch) {
 #ifdef SHM_HAS_ISAL
   std::vector<std::uint64_t> wanted(damaged.begin(), damaged.end());
-  // Numbers of undamaged parity rows.
+  // Indices of the undamaged parity rows.
   std::vector<std::uint32_t> rows;
   std::vector<std::vector<std::byte>> parity;
   std::vector<std::byte> payload;

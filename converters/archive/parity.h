@@ -86,17 +86,17 @@ class ProtectedFile {
   void check(const Progress& progress = {});
 
   // Returns the indices of all blocks that are damaged or whose checksum is unknown, in ascending
-  // order. Requires check().
+  // order. Precondition: check() was called.
   const std::vector<std::uint64_t>& damaged_blocks() const { return damaged_; }
   // Returns the number of damaged packets. The copy of the trailer after the packets counts as a
-  // packet. Requires check().
+  // packet. Precondition: check() was called.
   std::uint64_t damaged_packets() const { return damaged_packets_; }
 
   // Reconstructs damaged blocks if the parity suffices, and stores them in `scratch`. Returns the
-  // blocks that could not be repaired. Requires check(). Throws Failure.
+  // blocks that could not be repaired. Precondition: check() was called. Throws Failure.
   std::vector<std::uint64_t> heal(FileSink& scratch, const Progress& progress = {});
   // Returns a source of the protected bytes, in which repaired blocks replace damaged blocks.
-  // Requires heal().
+  // Precondition: heal() was called.
   RandomSource& healed();
 
  private:

@@ -21,8 +21,8 @@
 namespace shm::converters {
 namespace {
 
-// Limit on the number of steps if step times are lost and step numbers replace them: at most this
-// number of steps for each step of an array that still has values.
+// Limits the number of steps, because a damaged index may state far too many. At most this many
+// steps are allowed for each step with values, summed over the arrays.
 constexpr std::uint64_t kMostStepsForEach = 1000;
 
 class Salvage {
@@ -91,8 +91,7 @@ std::vector<double> Salvage::step_times() {
         with_values += of_array.size();
       }
   // Each step needs memory and CPU time, and a damaged index may state far too many steps. The
-  // number of steps is therefore limited to a plausible multiple of the number of steps with
-  // values.
+  // number of steps is therefore limited to a multiple of the number of steps with values.
   const std::uint64_t most = kMostStepsForEach * (with_values + 1);
   steps = std::max(steps, std::min(damage_.steps.value_or(0), most));
   if (times.size() >= steps) return times;
@@ -164,7 +163,8 @@ void Salvage::tell_steps(const PieceMesh& piece) {
     std::set<std::uint64_t> steps;
     std::uint64_t least = ~std::uint64_t{0}, most = 0;
   };
-  std::map<std::uint32_t, Lost> lost;  // lost values by array
+  // for each array with lost values: the steps that lost values, and how many they lost
+  std::map<std::uint32_t, Lost> lost;
   for (const auto& [key, count] : piece.lost_values()) {
     if (count == 0) continue;
     Lost& of_array = lost[key.first];

@@ -15,15 +15,15 @@
 namespace shm::converters {
 
 struct SalvageReport {
-  std::uint64_t vertices = 0, cells = 0;  // numbers of remaining vertices and cells
+  std::uint64_t vertices = 0, cells = 0;  // counts of the remaining vertices and cells
   std::vector<std::string> missing;       // descriptions of the missing parts, one sentence each
   std::string laid_out;  // source format whose file layout could not be kept; empty if no layout
                          // was lost
   nlohmann::json missing_json = nlohmann::json::array();
 };
 
-// Writes the undamaged parts of `file`. `damage` describes the damage of `file`. `name` is used in
-// messages. Throws Failure.
+// Writes the undamaged parts of `file`. `damage` lists the damage that was found in `file`. `name`
+// is the name of the file for messages. Throws Failure.
 SalvageReport salvage(RandomSource& file, const DamageReport& damage, const std::string& name,
                       ByteSink& sink, Spool& spool, const Progress& progress = {});
 

@@ -42,7 +42,7 @@ class ExternalSorter {
   };
   // A run: sorted records in the file, of which the next few are buffered in memory.
   struct Run {
-    // byte range of the run in the file that has not been read yet
+    // byte range, in the file, of the unread part of the run
     std::uint64_t next = 0, end = 0;
     std::vector<std::byte> held;
     std::size_t at = 0;  // position in `held`

@@ -9,8 +9,8 @@
 namespace shm::converters {
 namespace {
 
-// Throws Failure with the loader's last message, e.g. "libx.so.1: cannot open shared object file:
-// ...".
+// Throws Failure with the loader's most recent message, e.g. "libx.so.1: cannot open shared object
+// file: ...".
 [[noreturn]] void not_loaded(const std::string& name) {
   const char* const words = ::dlerror();
   std::string_view why = words != nullptr ? words : "unknown";

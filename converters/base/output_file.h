@@ -1,7 +1,7 @@
 // OutputFile: a file that appears under its final name only when it is complete. It wraps a
 // FileSink (shm/io.h); libraries can also open its temporary file by path and write to it. After a
 // call to remove_outputs_on_signals(), the signals SIGINT, SIGTERM and SIGHUP remove a named
-// temporary file. A device or pipe receives all bytes at commit().
+// temporary file. If the output is a device or a pipe, commit() sends all bytes to it.
 #pragma once
 
 #include <csignal>
@@ -48,9 +48,10 @@ class RemovedOnSignals::Pause {
 
 class OutputFile {
  public:
-  // Creates an empty temporary file. Throws Failure (output). Standard output ("-"), devices and
-  // pipes receive all bytes at commit(), from a temporary file in `folder`. `how` selects a named
-  // or an unnamed temporary file; libraries that cannot open a path in /proc need a named one.
+  // Creates an empty temporary file. Throws Failure (output). If the output is standard output
+  // ("-"), a device or a pipe, the temporary file is in `folder`, and commit() copies its bytes to
+  // the output. `how` selects a named or an unnamed temporary file; libraries that cannot open a
+  // path in /proc need a named one.
   explicit OutputFile(std::string path, const std::string& folder = {},
                       FileSink::Temporary how = FileSink::Temporary::unnamed);
   ~OutputFile();
@@ -113,7 +114,7 @@ class NumberOutput {
     text("\n");
   }
   // Writes `count` values, which are given in host byte order. If they are written as text, they
-  // are separated by blanks, and each line has `per_line` values.
+  // are separated by spaces, and each line has `per_line` values.
   void numbers(ScalarType type, const std::byte* values, std::size_t count, std::size_t per_line);
   // Ends the current line. A text file receives a newline only if the line contains numbers; a
   // binary file receives a newline in any case.

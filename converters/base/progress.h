@@ -1,5 +1,5 @@
-// Progress: a callback through which long-running jobs report their progress. A job calls it every
-// few thousand elements. It may be empty.
+// Progress: a callback through which long-running jobs report their progress. A job calls the
+// callback every few thousand elements. The callback may be empty.
 #pragma once
 
 #include <cstdint>

@@ -280,7 +280,7 @@ class PageCache {
     frames_.add_pages((elements >> page_bits_) + 1);
   }
 
-  // Returns an element. Requires index < elements. The pointer is valid until the next call.
+  // Returns an element. Precondition: index < elements. The pointer is valid until the next call.
   const std::byte* operator[](std::uint64_t index) {
     const std::uint64_t page = index >> page_bits_;
     PageFrames::Frame* frame = frames_.find(page);
@@ -325,8 +325,8 @@ class NumberList {
     if (tail_.size() == kTail) flush();
   }
   std::uint64_t size() const { return size_; }
-  // Reads `count` numbers into `out`, starting with the number at index `first`. Requires first +
-  // count <= size().
+  // Reads `count` numbers into `out`, starting with the number at index `first`. Precondition:
+  // first + count <= size().
   void read(std::uint64_t first, std::uint64_t count, std::vector<std::uint64_t>& out) {
     flush();
     out.resize(count);

@@ -294,7 +294,7 @@ TEST(CInterface, WrongTargetsAreMisuseBeforeAnyIsFilled) {
   const std::uint64_t corners = refused({SHMF_CORNERS, SHMF_INT64}, 100, "room for 100 bytes");
   EXPECT_GT(corners, 100u);
   refused({SHMF_CORNERS, SHMF_INT64}, corners - 1, "room for");
-  refused({SHMF_CORNERS, SHMF_INT16}, 400000, "integers of 32 or 64 bits");
+  refused({SHMF_CORNERS, SHMF_INT16}, 400000, "32-bit or 64-bit integers");
   refused({SHMF_POINTS, SHMF_INT32}, 400000, "float32 or float64");
   refused({SHMF_CELL_TYPES, SHMF_INT32}, 400000, "uint8");
   refused({SHMF_VALUES, SHMF_INT32, 0}, 400000, "another type");

@@ -1,6 +1,6 @@
 /* Prints the number of vertices and the number of cells of a .shm file, and the smallest and
-   largest value of its first floating-point array. If the array has time steps, the values are
-   those of its last step.
+   largest value of its first floating-point array. If the array has time steps, prints the values
+   of its final step.
      cc first_array.c $(pkg-config --cflags --libs shmformat-c) -o first_array
      ./first_array run.shm */
 #include <inttypes.h>

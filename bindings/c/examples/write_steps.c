@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   const double times[3] = {0, 0.5, 1};
 
   if (argc != 2) return fprintf(stderr, "usage: write_steps FILE.shm\n"), SHMF_MISUSE;
-  for (int v = 0; v < VERTICES; ++v) { /* each layer has four vertices around the axis x */
+  for (int v = 0; v < VERTICES; ++v) { /* each layer has four vertices around the x axis */
     points[v][0] = v / 4 * 0.1;
     points[v][1] = v % 4 == 1 || v % 4 == 2;
     points[v][2] = v % 4 >= 2;
@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
   mesh[1].data = corners;
   mesh[1].bytes = sizeof corners;
 
-  /* After a failure all later calls fail too, so checking the last call is enough. */
+  /* After a failure all later calls fail too, so it is enough to check the final call. */
   if (shmf_writer_path(argv[1], NULL, &writer, &why) == SHMF_OK) {
     shmf_writer_block(writer, &block, NULL);
     shmf_writer_array(writer, &array, NULL);

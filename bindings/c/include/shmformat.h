@@ -178,13 +178,13 @@ enum { SHMF_NODE_SET = 0, SHMF_SIDE_SET = 1, SHMF_ELEMENT_SET = 2 }; /* Kinds of
 
 typedef struct shmf_file shmf_file;
 
-/* Options for opening a file, and limits on the resources that it may demand. A limit of 0 means
-   the library's default (ReadLimits in shm/limits.h). */
+/* Options for opening a file, and limits on the memory and on the counts that reading the file may
+   require. A limit of 0 means the library's default (ReadLimits in shm/limits.h). */
 typedef struct shmf_open_options {
   size_t struct_size;
   /* If not 0, a damaged file is opened, so that its intact parts can be read. Opening then reads
      the whole file once. shmf_select() returns the counts of the intact parts. Lost cells and
-     vertices are left out; lost values are NaN, or 0 for integers. */
+     vertices are missing from the results; lost values are NaN, or 0 for integers. */
   int32_t damaged;
   uint32_t max_arrays, max_static_components, max_blocks, max_segments;
   uint64_t max_active_vertices, max_chunk_bytes, max_group_bytes, max_extra_bytes, max_steps;
@@ -261,9 +261,10 @@ typedef struct shmf_info {
      the same numbers as in the source. */
   int32_t order;
   int32_t reserved;
-  /* Format of the source, e.g. "exodus", "vtk" or "gmsh"; "" if unknown. */
+  /* Format from which the mesh was converted, e.g. "exodus", "vtk" or "gmsh"; "" if unknown. */
   const char* source_format;
-  /* Error bound: largest possible difference between a coordinate and the source; 0: lossless. */
+  /* Error bound: largest possible difference between a coordinate and the original coordinate; 0:
+     lossless. */
   double coordinate_error;
 } shmf_info;
 SHMF_API shmf_status shmf_get_info(const shmf_file* file, shmf_info* info, shmf_error* error);
@@ -283,8 +284,8 @@ SHMF_API shmf_status shmf_get_block(const shmf_file* file, uint32_t block, shmf_
 typedef struct shmf_array {
   size_t struct_size;
   const char* name;
-  /* "" for field data. For other arrays, the name of the array in the source format, e.g.
-     "exodus:node_num_map". */
+  /* "" for an ordinary field. For an array with a special purpose in the source format, the name of
+     this purpose, e.g. "exodus:node_num_map". */
   const char* role;
   int32_t location; /* SHMF_POINT_DATA or SHMF_CELL_DATA. */
   int32_t type;     /* Type of the values, a shmf_type. */
@@ -298,7 +299,8 @@ typedef struct shmf_array {
   const uint32_t* blocks;
   uint32_t block_count;
   uint32_t reserved;
-  /* Error bound: largest possible difference between a value and the source; 0: lossless. */
+  /* Error bound: largest possible difference between a value and the original value; 0: lossless.
+   */
   double error;
 } shmf_array;
 SHMF_API shmf_status shmf_get_array(const shmf_file* file, uint32_t array, shmf_array* info,
@@ -309,7 +311,8 @@ SHMF_API int64_t shmf_find_array(const shmf_file* file, int32_t location, const 
 /* A segment: a run of cells that can be decoded independently. */
 typedef struct shmf_segment {
   size_t struct_size;
-  /* Ranges of the segment's cells and vertices, in the order in which the file stores them. */
+  /* Ranges of cells and vertices in the segment. Cells and vertices are counted in the order in
+     which the file stores them. */
   uint64_t first_cell, cells, first_vertex, vertices;
   uint64_t bytes; /* Size of the segment in the file, in bytes. */
   /* Bounding box: smallest x, y, z, then largest x, y, z; +inf and -inf if the segment has no
@@ -361,7 +364,7 @@ typedef struct shmf_set {
   const uint64_t* numbers;
   /* For a side set: the side of each cell, numbered from 1 as in Exodus. NULL for other sets. */
   const int32_t* sides;
-  /* For an element set: indices of blocks of which all cells belong to the set, in addition to the
+  /* For an element set: indices of blocks whose cells all belong to the set, in addition to the
      cells in `numbers`. */
   const uint32_t* blocks;
   uint64_t factor_count;
@@ -372,9 +375,9 @@ SHMF_API shmf_status shmf_get_set(shmf_file* file, uint64_t set, shmf_set* info,
 
 /* ---- Whole arrays of all or of selected cells ------------------------------------------------ */
 
-/* Options of calls that may take long. `progress`, unless NULL, is called regularly in the caller's
-   thread. `done` is the completed fraction, 0 to 1. If progress() does not return 0, the call fails
-   with SHMF_CANCELLED. */
+/* Options for calls that may take a long time. `progress`, unless NULL, is called regularly in the
+   caller's thread. `done` is the completed fraction, 0 to 1. If progress() does not return 0, the
+   call fails with SHMF_CANCELLED. */
 typedef struct shmf_run_options {
   size_t struct_size;
   int (*progress)(void* context, double done);
@@ -390,9 +393,10 @@ typedef struct shmf_run_options {
 /* A selection of cells: the cells that meet all of these conditions. */
 typedef struct shmf_selection {
   size_t struct_size;
-  /* The cell number is in first_cell to end_cell - 1. If both are 0, all numbers are allowed. */
+  /* The cell number is at least first_cell and less than end_cell. If both are 0, all cell numbers
+     are allowed. */
   uint64_t first_cell, end_cell;
-  /* The cell is in one of these blocks: ascending indices. NULL: no condition. */
+  /* The cell is in one of these blocks, given by ascending block indices. NULL: no condition. */
   const uint32_t* blocks;
   uint32_t block_count;
   int32_t has_box;
@@ -419,7 +423,7 @@ SHMF_API shmf_status shmf_select(shmf_file* file, const shmf_selection* selectio
                                  const shmf_run_options* run, shmf_counts* counts,
                                  shmf_error* error);
 
-/* Contents of a target. Vertex numbers, cell numbers and offsets can be 32-bit or 64-bit
+/* Contents of a shmf_target. Vertex numbers, cell numbers and offsets can be 32-bit or 64-bit
    integers. */
 typedef enum shmf_what {
   /* 3 coordinates of each vertex, as SHMF_FLOAT32 or SHMF_FLOAT64; converted if the file contains
@@ -429,9 +433,9 @@ typedef enum shmf_what {
   SHMF_CORNERS = 2,
   SHMF_CORNER_BEGIN = 3,   /* Offset of each cell's first corner; cells + 1 elements. */
   SHMF_CELL_BLOCKS = 4,    /* Block index of each cell; SHMF_UINT32 or SHMF_INT32. */
-  SHMF_CELL_TYPES = 5,     /* VTK's type of each cell; SHMF_UINT8. */
-  SHMF_VERTEX_NUMBERS = 6, /* Number of each vertex in the whole mesh. */
-  SHMF_CELL_NUMBERS = 7,   /* Number of each cell in the whole mesh. */
+  SHMF_CELL_TYPES = 5,     /* VTK cell type of each cell; SHMF_UINT8. */
+  SHMF_VERTEX_NUMBERS = 6, /* For each vertex: its number in the whole mesh. */
+  SHMF_CELL_NUMBERS = 7,   /* For each cell: its number in the whole mesh. */
   /* Values of an array at a time step (step 0 if the array is static): elements * components values
      of the array's type. An array of SHMF_FLOAT64 can also be read as SHMF_FLOAT32. For cell data,
      the elements are the selected cells that have values, in the order of the cells; with
@@ -505,15 +509,16 @@ SHMF_API shmf_status shmf_find_boundary(shmf_file* file, const shmf_boundary_opt
 typedef struct shmf_surface {
   size_t struct_size;
   uint64_t vertices, faces, corners;
-  /* Number of cells left out because their faces are unknown (SHMF_OTHER, SHMF_POLYHEDRON ...). */
+  /* Number of cells missing from the surface because the library does not know their faces
+     (SHMF_OTHER, SHMF_POLYHEDRON ...). */
   uint64_t left_out;
-  const uint64_t* vertex_numbers; /* Number of each vertex in the whole mesh. */
+  const uint64_t* vertex_numbers; /* For each vertex: its number in the whole mesh. */
   const void* xyz;                /* 3 coordinates of each vertex, of the coordinate type. */
   const uint64_t* face_begin;     /* Offset of each face's first corner; faces + 1 elements. */
   /* Vertex indices of each face, counter-clockwise as seen from outside. A line has 2 indices, a
      point has 1. */
   const uint32_t* face_corners;
-  const uint64_t* cell_numbers; /* For each face: number of its cell in the whole mesh. */
+  const uint64_t* cell_numbers; /* For each face: the number, in the whole mesh, of its cell. */
   const uint32_t* cell_blocks;  /* For each face: index of the block of its cell. */
   /* For each face: the side of its cell, numbered from 1 as in Exodus; 0 if the face is the cell
      itself. */
@@ -560,7 +565,7 @@ typedef struct shmf_item {
   const uint64_t* corner_begin; /* Offset of each cell's first corner; cells + 1 elements. */
   const uint64_t* corners;      /* Vertex number of each corner. */
   const uint64_t* last_use;     /* For each cell: bit i is set if no later cell uses corner i. */
-  /* For each cell: count of the vertices of this item that precede the cell in the stream. The cell
+  /* For each cell: number of vertices of this item that precede the cell in the stream. The cell
      uses only these vertices and vertices of earlier items. */
   const uint64_t* vertices_before_cell;
   /* For each array of the file: its values for this item; NULL if the array has no values here. */
@@ -620,11 +625,12 @@ typedef struct shmf_write_options {
      segments. */
   uint64_t segment_cells;
   const char* source_format; /* Format of the source of the mesh, e.g. "exodus". NULL means "". */
-  /* Whether shmf_writer_path() replaces a file that exists already. 1: yes; 0: the call fails with
-     SHMF_OUTPUT. */
+  /* 1: shmf_writer_path() may replace an existing file; 0: it fails with SHMF_OUTPUT if the file
+     exists. */
   int32_t replace;
-  /* Of this many consecutive steps of an array, at least one is a key step. A key step can be
-     decoded without other steps. 0: the library's default; 1: every step is a key step. */
+  /* Interval of key steps: any key_steps consecutive steps of an array include at least one key
+     step, i.e. a step that can be decoded without other steps. 0: the library's default; 1: every
+     step is a key step. */
   uint32_t key_steps;
 } shmf_write_options;
 
@@ -650,7 +656,7 @@ SHMF_API shmf_status shmf_writer_append(const char* path, const shmf_write_optio
 /* Declares a block or an array of the mesh. All blocks and arrays must be declared before the first
    vertex. Strings and lists are copied. The first declared block has index 0, the next block has
    index 1, and so on; the same holds for arrays. After the first failed call for a writer, all
-   later calls fail with the same error. */
+   later calls for this writer fail with the same error. */
 SHMF_API shmf_status shmf_writer_block(shmf_writer* writer, const shmf_block* block,
                                        shmf_error* error);
 SHMF_API shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array,
@@ -668,15 +674,15 @@ SHMF_API shmf_status shmf_writer_mesh(shmf_writer* writer, const shmf_target* ar
    by piece. Each vertex must be added before the first cell that uses it. `numbers` contains the
    number of each vertex, which identifies the vertex in later calls. With SHMF_ORDER_KEEP, readers
    see the same numbers; in this case, the numbers of a mesh with n vertices must be 0 to n - 1.
-   `values` contains, for each vertex, its values of all static point arrays, packed, in the order
-   of the arrays. It is NULL if there are no such arrays. */
+   `values` contains, for each vertex, one element of each static point array, packed, in the order
+   of the arrays. It is NULL if there are no static point arrays. */
 SHMF_API shmf_status shmf_writer_vertices(shmf_writer* writer, uint64_t count,
                                           const uint64_t* numbers, const void* xyz,
                                           const void* values, shmf_error* error);
 /* Adds cells of one block with `nodes` corners each. `last_use` has one integer per cell: bit i is
    set if no later cell uses corner i. If `last_use` is NULL, the writer and all readers keep all
-   vertices in memory until the end of the mesh. `values` contains, for each cell, its values of all
-   static arrays of the block, packed, in the order of the arrays. */
+   vertices in memory until the end of the mesh. `values` contains, for each cell, one element of
+   each static array that covers the block, packed, in the order of the arrays. */
 SHMF_API shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint32_t block,
                                        uint32_t nodes, const uint64_t* corners,
                                        const uint64_t* last_use, const void* values,

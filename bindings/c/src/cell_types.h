@@ -7,8 +7,8 @@
 
 namespace shmf {
 
-/// Returns VTK's type of a cell with `nodes` nodes: 2 (a poly-vertex) if VTK has no type for it, 41
-/// (a convex point set) for polyhedra whose faces are unknown.
+/// Returns the VTK cell type of a cell with `nodes` nodes. If VTK has no type for the cell, returns
+/// 2 (a poly-vertex). For polyhedra whose faces are unknown, returns 41 (a convex point set).
 std::uint8_t vtk_cell_type(shm::CellShape shape, std::uint64_t nodes);
 
 }  // namespace shmf

@@ -38,7 +38,8 @@ shm::Result<void> CallbackSink::write(std::span<const std::byte> bytes) {
 shm::ReadOptions read_options(const shmf_run_options& run) {
   shm::ReadOptions options;
   options.threads = run.threads == SHMF_ALL_THREADS ? 0 : std::max(run.threads, 1u);
-  // memory limit in bytes for blocks decoded ahead, in addition to the caller's arrays
+  // memory limit in bytes for mesh blocks that are decoded before they are needed; the caller's
+  // arrays do not count
   options.max_ahead_bytes = std::uint64_t{32} << 20;
   return options;
 }
@@ -46,7 +47,7 @@ shm::ReadOptions read_options(const shmf_run_options& run) {
 shm::Result<void> Watch::tell(double done, double all) {
   if (run_.progress == nullptr) return {};
   const double now = all > 0 ? std::min(done / all, 1.0) : 1.0;
-  // smallest increase of the completed fraction that is reported
+  // progress() is called only if the completed fraction has grown by at least kStep
   constexpr double kStep = 1.0 / 256;
   if (now < 1 && now < told_ + kStep) return {};
   told_ = now;

@@ -16,7 +16,7 @@ namespace {
 
 using FilePointer = std::unique_ptr<shmf_file>;
 
-/// Opens `file`. Its member source must already be set.
+/// Opens `file`. Precondition: `file->source` is set.
 shm::Result<FilePointer> opened(FilePointer file, const shmf_open_options* options) {
   const auto own = taken_or_default(options, "options");
   if (!own) return own.error();

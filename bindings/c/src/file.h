@@ -46,8 +46,8 @@ std::uint64_t covered_cells(const shm::Schema& schema, std::uint32_t array,
 }  // namespace shmf
 
 struct shmf_file {
-  // The order of the members of this struct matters: later members borrow data from earlier
-  // members.
+  // Keep the order of these members: later members borrow data from earlier members, so they must
+  // be destroyed first.
   std::string name;  // name of the file for messages; may be empty
   std::shared_ptr<shm::RandomSource>
       source;  // source of the whole file; if this is a member of an archive, source of the archive

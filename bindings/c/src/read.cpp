@@ -33,8 +33,8 @@ std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers,
 /// Reads the mesh in one pass, and fills the targets for vertices, cells and static arrays.
 class MeshPass {
  public:
-  /// The file and the targets are borrowed. `coordinates`: coordinates must be read even if no
-  /// target needs them. `keep_blocks`: cell_blocks() will be needed.
+  /// The file and the targets are borrowed. If `coordinates` is true, coordinates are read even if
+  /// no target needs them. If `keep_blocks` is true, cell_blocks() returns the block indices.
   MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks);
   Result<void> run(Watch& watch, double all, const shm::ReadOptions& options);
 
@@ -78,7 +78,8 @@ class MeshPass {
   bool coordinates_, keep_blocks_;
   std::vector<Filled> vertices_, cells_;
   std::vector<std::uint32_t> arrays_;  // indices of the static arrays to be read
-  // VTK's type of the cells of each block; 0: the type depends on the number of nodes of each cell
+  // VTK cell type of the cells of each block; 0: the type depends on the number of nodes of each
+  // cell
   std::vector<std::uint8_t> types_;
   // for each vertex of the current block: its index in the piece
   std::vector<std::uint64_t> places_;
@@ -121,13 +122,12 @@ Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& opt
   }
   if (vertices_done_ != piece().vertex_count || next_cell_ != piece().cell_count ||
       next_corner_ != piece().corner_count)
-    return corrupt("the number of elements in the index is larger than in the file", "index");
+    return corrupt("the index states more elements than the file contains", "index");
   for (Filled& filled : cells_) {
     if (filled.target->what() == SHMF_CORNER_BEGIN)
       filled.target->put_number(next_cell_, next_corner_);
     if (filled.target->what() == SHMF_VALUES && filled.count != filled.target->elements())
-      return corrupt("the number of cells of a block in the index is larger than in the file",
-                     "index");
+      return corrupt("the index states more cells of a block than the file contains", "index");
   }
   return {};
 }
@@ -135,7 +135,7 @@ Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& opt
 Result<void> MeshPass::take_vertices(const MeshBlock& block) {
   const std::size_t count = block.vertex_count();
   if (count > piece().vertex_count - vertices_done_)
-    return corrupt("the number of vertices in the index is smaller than in the file", "index");
+    return corrupt("the index states fewer vertices than the file contains", "index");
   vertices_done_ += count;
   if (vertices_.empty()) return {};
   places_.resize(count);
@@ -178,7 +178,7 @@ Result<void> MeshPass::take_cells(const MeshBlock& block) {
       continue;
     }
     if (waiting_.size() >= piece().cell_count - next_cell_)
-      return corrupt("the number of cells in the index is smaller than in the file", "index");
+      return corrupt("the index states fewer cells than the file contains", "index");
     const std::uint64_t number = block.cell_numbers[cell];
     if (!waiting_.try_emplace(number, alone(block, cell)).second)
       return corrupt("cell " + std::to_string(number) + " occurs twice", "mesh");
@@ -225,7 +225,7 @@ Result<void> MeshPass::append(const MeshBlock& block, std::size_t first, std::si
                               std::span<Filled> cells) {
   const std::uint64_t corners = block.corner_begin[end] - block.corner_begin[first];
   if (corners > piece().corner_count - next_corner_)
-    return corrupt("the number of corners in the index is smaller than in the file", "index");
+    return corrupt("the index states fewer corners than the file contains", "index");
   for (Filled& filled : cells) {
     Target& target = *filled.target;
     switch (target.what()) {
@@ -295,15 +295,14 @@ Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, 
                                      Filled& filled) {
   Target& target = *filled.target;
   const std::byte* values = block.arrays[target.array()].data();
-  // Each pass of the loop handles a run of cells that either all have values or all have none.
+  // Each iteration handles a run of cells that either all have values or all have none.
   for (std::size_t c = first; c < end;) {
     const bool has = covers(filled, block.cell_blocks[c]);
     std::size_t run_end = c + 1;
     while (run_end < end && covers(filled, block.cell_blocks[run_end]) == has) ++run_end;
     const std::size_t count = run_end - c;
     if ((has || target.fills()) && count > target.elements() - filled.count)
-      return corrupt("the number of cells of a block in the index is smaller than in the file",
-                     "index");
+      return corrupt("the index states fewer cells of a block than the file contains", "index");
     if (has) {
       target.put_values(filled.count, values + filled.taken * target.stride(), count);
       filled.taken += count;
@@ -441,9 +440,9 @@ Result<std::uint64_t> StepPass::place_of(const Target& target, std::uint64_t num
 }
 
 Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf_run_options& run) {
-  // The mesh must be read if a target needs the mesh or a static array, if the values at time steps
-  // are those of a selection, or if the blocks of the cells are needed to place the values of a
-  // cell array.
+  // The mesh must be read in three cases: a target needs the mesh or a static array; a target needs
+  // step values of only some of the vertices or cells; or the block of each cell must be known to
+  // place the values of a cell array.
   bool mesh = false, stepped = false, stepped_points = false, blocks = false;
   for (const Target& target : targets) {
     if (!target.wanted()) continue;
@@ -552,8 +551,7 @@ shm::Result<void> shmf_file::count_piece(const shmf_run_options& run) {
       if (__builtin_mul_overflow(piece.block_cells[b], std::uint64_t{blocks[b].nodes_per_cell},
                                  &corners) ||
           __builtin_add_overflow(piece.corner_count, corners, &piece.corner_count))
-        return shmf::corrupt("the number of cells in the index is larger than a mesh can have",
-                             "index");
+        return shmf::corrupt("the index states more cells than a mesh can have", "index");
     }
   }
   piece.counted = true;

@@ -78,7 +78,7 @@ Result<void> Target::fit(const shmf_target& own, const shmf_file& file) {
   const Piece& piece = file.piece;
   const auto numbers = [&](std::uint64_t count, std::uint64_t end) -> Result<void> {
     if (!is_number(own.type))
-      return misuse("vertex and cell numbers must be integers of 32 or 64 bits");
+      return misuse("vertex and cell numbers must be 32-bit or 64-bit integers");
     if (end > end_of_numbers(own.type)) return misuse("the numbers do not fit into 32 bits");
     elements_ = count;
     wide_ = shm::scalar_bytes(to_) == 8;
@@ -97,7 +97,7 @@ Result<void> Target::fit(const shmf_target& own, const shmf_file& file) {
     case SHMF_CORNERS: return numbers(piece.corner_count, piece.vertex_count);
     case SHMF_CORNER_BEGIN: return numbers(piece.cell_count + 1, piece.corner_count + 1);
     case SHMF_CELL_BLOCKS:
-      if (shm::scalar_bytes(to_) != 4) return misuse("block indices must be integers of 32 bits");
+      if (shm::scalar_bytes(to_) != 4) return misuse("block indices must be 32-bit integers");
       return numbers(piece.cell_count, file.schema().blocks.size());
     case SHMF_CELL_TYPES:
       if (own.type != SHMF_UINT8) return misuse("cell types must be uint8");

@@ -91,8 +91,8 @@ struct shmf_writer {
   }
   shm::Result<void> add_extra(shm::Extra extra);
   shm::Result<void> read_order();
-  /// Returns the size in bytes of the values that one vertex, or one cell of `block`, has in all
-  /// static arrays together.
+  /// Returns the total size in bytes of the values of one vertex, or of one cell of `block`, in all
+  /// static arrays.
   std::size_t element_bytes(shm::Location location, std::uint32_t block) const;
 };
 
@@ -289,7 +289,7 @@ shmf_status give_writer(const shmf_write_options* options, shmf_writer** writer,
 Result<shm::NumberSpan> numbers_of(const shmf_target& from) {
   const std::size_t width = shmf_type_bytes(from.type);
   const bool is_number = from.type >= SHMF_INT32 && from.type <= SHMF_UINT64;
-  if (!is_number) return misuse("vertex numbers must be integers of 32 or 64 bits");
+  if (!is_number) return misuse("vertex numbers must be 32-bit or 64-bit integers");
   if (reinterpret_cast<std::uintptr_t>(from.data) % width != 0)
     return misuse("the memory of the array is not aligned for its type");
   const auto count = static_cast<std::size_t>(from.bytes / width);
@@ -335,7 +335,7 @@ Result<void> ArraysOfCaller::take(const shmf_target& from) {
     }
     case SHMF_CELL_BLOCKS:
       if (from.type != SHMF_INT32 && from.type != SHMF_UINT32)
-        return misuse("block indices must be integers of 32 bits");
+        return misuse("block indices must be 32-bit integers");
       if (reinterpret_cast<std::uintptr_t>(from.data) % sizeof(std::uint32_t) != 0)
         return misuse("the memory of the array is not aligned for its type");
       mesh_.cell_blocks = std::span(static_cast<const std::uint32_t*>(from.data),

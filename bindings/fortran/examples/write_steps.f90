@@ -17,7 +17,7 @@ program write_steps
   integer(c_int64_t) :: bytes
   integer :: i, step
   call get_command_argument(1, path)
-  do i = 1, vertices                    ! each layer has four vertices around the axis x
+  do i = 1, vertices                    ! each layer has four vertices around the x axis
     points(:, i) = [(i - 1) / 4 * 0.1d0, merge(1d0, 0d0, modulo(i, 4) >= 2), merge(1d0, 0d0, modulo(i - 1, 4) >= 2)]
   end do
   do i = 1, cells

@@ -37,7 +37,7 @@ def _loaded() -> Any:
     try:
         return ffi.dlopen(path)
     except OSError as why:
-        raise ImportError(f"{path} cannot be loaded: {why}. SHMFORMAT_LIBRARY can be set to its path.") from why
+        raise ImportError(f"{path} cannot be loaded: {why}. Set SHMFORMAT_LIBRARY to the path of the library.") from why
 
 
 ffi = _interface()
@@ -116,12 +116,12 @@ SHAPES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron
           "hexahedron", "polyhedron", "faces")
 
 
-# Shape and number of nodes of each kind of cell that has a VTK type with a fixed number of nodes.
+# For each VTK cell type with a fixed number of nodes: shape and number of nodes.
 KINDS = (("vertex", 1), ("line", 2), ("line", 3), ("line", 4), ("triangle", 3), ("triangle", 6), ("triangle", 7), ("quad", 4),
          ("quad", 8), ("quad", 9), ("tetrahedron", 4), ("tetrahedron", 10), ("pyramid", 5), ("pyramid", 13), ("pyramid", 19),
          ("wedge", 6), ("wedge", 15), ("wedge", 18), ("hexahedron", 8), ("hexahedron", 20), ("hexahedron", 24),
          ("hexahedron", 27))
-POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK's numbers of the cell types whose number of nodes is not fixed
+POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK cell types whose number of nodes varies
 
 
 def vtk_type(shape: str, nodes: int) -> int:

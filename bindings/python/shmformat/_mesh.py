@@ -49,13 +49,13 @@ class Set:
     name: str
     numbers: np.ndarray
     sides: np.ndarray | None = None  # For side sets: the side of each cell, numbered from 1 as in Exodus.
-    blocks: np.ndarray | None = None  # For element sets: indices of blocks of which all cells belong to the set.
+    blocks: np.ndarray | None = None  # For element sets: indices of blocks whose cells all belong to the set.
     factors: np.ndarray | None = None  # Distribution factors; None if all are 1.
 
 
 @dataclass(frozen=True)
 class Extra:
-    """Values with a key, for data that the mesh model does not cover."""
+    """Values with a key. Extras store data that the mesh model does not cover."""
     key: str
     values: np.ndarray
     refers: str  # Meaning of the values: "vertices" (vertex numbers), "cells" (cell numbers) or "nothing" (neither).
@@ -66,7 +66,7 @@ class Cells:
     """Cells in VTK's form: the vertices of cell i are connectivity[offsets[i]:offsets[i + 1]]."""
     offsets: np.ndarray
     connectivity: np.ndarray
-    types: np.ndarray  # VTK's type of each cell.
+    types: np.ndarray  # VTK cell type of each cell.
     blocks: np.ndarray  # Index of the block of each cell.
 
     def __len__(self) -> int:
@@ -95,7 +95,7 @@ class Boundary:
     blocks: np.ndarray  # For each face: index of the block of its cell.
     # For each face: the side of its cell, numbered from 1 as in Exodus; 0 if the face is the cell itself.
     sides: np.ndarray
-    left_out: int  # Number of cells left out because their faces are unknown.
+    left_out: int  # Number of cells missing from the surface because their faces are unknown.
     point_data: dict[str, np.ndarray] = field(default_factory=dict)
     cell_data: dict[str, np.ndarray] = field(default_factory=dict)  # Values of cell arrays, one element per face.
 
@@ -170,12 +170,13 @@ class Data(Mapping):
         return len(self._arrays)
 
     def role(self, name: str) -> str:
-        """Returns "" for field data. For other arrays, returns the name of the array in the source format, e.g.
-        "exodus:node_num_map"."""
+        """Returns "" for an ordinary field. For an array with a special purpose in the source format, returns the name
+        of this purpose, e.g. "exodus:node_num_map"."""
         return self._mesh._arrays[self._arrays[name]].role
 
     def error(self, name: str) -> float:
-        """Returns the error bound: the largest possible difference between a value and the source; 0 if lossless."""
+        """Returns the error bound: the largest possible difference between a value and the original value; 0 if
+        lossless."""
         return self._mesh._arrays[self._arrays[name]].error
 
 
@@ -231,7 +232,7 @@ def _opened(source: Source, wanted: Mapping[str, int | None]) -> _Handle:
     file = ffi.new("shmf_file**")
     options = _options(wanted)
     if isinstance(source, str) and re.match(r"[a-z][a-z0-9+.-]+://", source):
-        # imported only when needed: the imports of _remote take time, and most files are local
+        # imported only when needed, because importing _remote takes time and most files are local
         from ._remote import open_url
 
         remote = open_url(source)
@@ -421,12 +422,12 @@ class Mesh:
 
     @property
     def source_format(self) -> str:
-        """Format of the source, e.g. "exodus", "vtk" or "gmsh"; "" if unknown."""
+        """Format from which the mesh was converted, e.g. "exodus", "vtk" or "gmsh"; "" if unknown."""
         return self._source_format
 
     @property
     def coordinate_error(self) -> float:
-        """Error bound: largest possible difference between a coordinate and the source; 0 if lossless."""
+        """Error bound: largest possible difference between a coordinate and the original coordinate; 0 if lossless."""
         return float(self._info.coordinate_error)
 
     @property
@@ -671,8 +672,8 @@ class Mesh:
 
 
 class _Run:
-    """The shmf_run_options of a call that may take long. If `progress` raises an exception, the call ends, and the
-    exception is raised again."""
+    """The shmf_run_options of a call that may take a long time. If `progress` raises an exception, the call ends, and
+    the exception is raised again."""
 
     def __init__(self, progress: Callable[[float], Any] | None, threads: int):
         self._raised: BaseException | None = None

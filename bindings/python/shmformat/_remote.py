@@ -177,7 +177,7 @@ class _Fsspec:
         try:
             self._system, self._path = fsspec.core.url_to_fs(url)  # type: ignore[attr-defined]
             self.size = int(self._system.info(self._path)["size"])
-        except Exception as why:  # the kinds of exceptions depend on the protocol
+        except Exception as why:  # catches all exceptions, because their types depend on the protocol
             raise _error(url, f"cannot be opened: {why or type(why).__name__}") from why
 
     def fetch(self, ranges: Sequence[Range]) -> list[bytes]:

@@ -26,7 +26,7 @@ from ._library import KINDS, POLYGON, vtk_type
 
 def _name(shape: str, nodes: int) -> str:
     """Returns meshio's name of a cell type, e.g. "hexahedron" or "hexahedron20". It consists of the shape and the
-    number of nodes. The smallest number of nodes of a shape is left out."""
+    number of nodes. The number is omitted if it is the smallest one for this shape."""
     fewest = min(n for s, n in KINDS if s == shape)
     return ("tetra" if shape == "tetrahedron" else shape) + ("" if nodes == fewest else str(nodes))
 
@@ -34,7 +34,7 @@ def _name(shape: str, nodes: int) -> str:
 # meshio has no type for pyramids with 19 nodes
 _SHAPES = {_name(*kind): kind for kind in KINDS if kind != ("pyramid", 19)}
 _NAMES = {vtk_type(*kind): name for name, kind in _SHAPES.items()}
-# In meshio, the corners of a linear wedge have the opposite orientation to VTK.
+# meshio lists the corners of a linear wedge in the opposite orientation from VTK.
 _ORDERS = {"wedge": [0, 2, 1, 3, 5, 4]}
 
 
@@ -54,7 +54,7 @@ def _cell_block(cells: Cells, first: int, end: int) -> meshio.CellBlock:
     kind = int(cells.types[first])
     name = "polygon" if kind == POLYGON else _NAMES.get(kind)
     if name is None:
-        raise meshio.ReadError(f"meshio has no cells of VTK's type {kind}")
+        raise meshio.ReadError(f"meshio has no cell type for VTK cell type {kind}")
     corners = cells.connectivity[cells.offsets[first]:cells.offsets[end]].reshape(end - first, -1)
     try:
         return meshio.CellBlock(name, corners[:, _ORDERS[name]] if name in _ORDERS else corners)

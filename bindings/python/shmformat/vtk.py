@@ -141,8 +141,8 @@ class _Wanted:
 
     def _set_polyhedra(self, grid: vtkUnstructuredGrid, kinds: np.ndarray) -> None:
         """Converts polyhedra to VTK's face lists. VTK stores the number of vertices of each face; in the file, each
-        face instead ends with its first vertex again. A polyhedron that does not have this form becomes a convex point
-        set."""
+        face instead ends with its first vertex again. A polyhedron that is not stored in this form becomes a convex
+        point set."""
         offsets, corners = vtk_to_numpy(self.offsets), vtk_to_numpy(self.corners)
         cells, faces, places = vtkCellArray(), vtkIdTypeArray(), vtkIdTypeArray()
         for index, (kind, first, end) in enumerate(zip(kinds.tolist(), offsets[:-1], offsets[1:])):
@@ -197,7 +197,7 @@ class Reader(VTKPythonAlgorithmBase):
         self._mesh: Mesh | None = None
         self._sets: list[Set] = []
         self._flat: bool | None = None
-        # selections of point arrays and of cell arrays
+        # which point arrays and which cell arrays are switched on
         self._selections = (vtkDataArraySelection(), vtkDataArraySelection())
         self._parts = {kind: vtkDataArraySelection() for kind in _GROUPS}
         for selection in (*self._selections, *self._parts.values()):
@@ -301,8 +301,8 @@ class Reader(VTKPythonAlgorithmBase):
 
     @staticmethod
     def _piece(mesh: Mesh, information: Any) -> tuple[Mesh, int, int]:
-        """Returns the requested piece of the mesh (the cells of a run of segments), the number of its first cell, and
-        the number of its last cell + 1."""
+        """Returns a tuple: the requested piece of the mesh (the cells of a run of segments), the number of its first
+        cell, and the number of the cell after its final cell."""
         pieces = information.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()) or 1
         number = information.Get(Pipeline.UPDATE_PIECE_NUMBER()) or 0
         if pieces <= 1:
@@ -419,10 +419,10 @@ class Writer:
     """Writes a vtkUnstructuredGrid, or a collection of such grids. Replaces an existing file, as VTK's own writers do.
 
     All cells with the same type form a block. If the grid has an integer cell array "block", the cells of a block also
-    have the same value in this array. ValueError is raised for polyhedra of VTK, and for cell types that .shm files do
-    not support.
+    have the same value in this array. Raises ValueError for VTK polyhedra and for cell types that .shm files do not
+    support.
 
-    The cells of different grids of a collection are in different blocks; groups of sets are not written. An array is
+    Cells from different grids of a collection are in different blocks. Grids of sets are not written. An array is
     written only if all grids have it. Points with the same global id are merged if all their values are equal. Without
     global ids, each grid keeps its own points.
     """
@@ -565,7 +565,7 @@ def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
     types = vtk_to_numpy(grid.GetCellTypesArray())
     unknown = set(np.unique(types).tolist()) - set(_SHAPES)
     if unknown:
-        raise ValueError(f"cells of VTK's type {min(unknown)} cannot be written")
+        raise ValueError(f"cells of VTK type {min(unknown)} cannot be written")
     named = grid.GetCellData().GetArray("block")
     keys = np.column_stack([vtk_to_numpy(named) if named is not None else np.zeros(count, int), types]).astype(np.int64)
     kinds, blocks = np.unique(keys, axis=0, return_inverse=True)
