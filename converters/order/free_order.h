@@ -1,10 +1,10 @@
-// Implements the option --order free (Order::free): finds by trials the order of cells that results
-// in the smallest file. A sample of the mesh is encoded in the original order and in every order of
-// cell_orders.h. The order in which all data of the sample needs the fewest bytes is used for the
-// whole mesh. The search needs 115 bytes of memory per cell, 8 bytes per vertex, and the sample
-// with its values. After the search, the cells and their order need 36 bytes per hexahedron. If
-// that exceeds the memory limit, all tables are in a spool (see spooled_mesh.h). The spool does not
-// affect the resulting order.
+// Implements the option --order free (Order::free): searches for the order of cells that results in
+// the smallest file. The search encodes a sample of the mesh in the original order and in every
+// order of cell_orders.h. The order in which all data of the sample needs the fewest bytes is used
+// for the whole mesh. The search needs 115 bytes of memory per cell, 8 bytes per vertex, and memory
+// for the sample with its values. After the search, the cells and their order need 36 bytes per
+// hexahedron. If the memory limit is too low for this, all tables are stored in a spool (see
+// spooled_mesh.h). The spool does not affect the resulting order.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ namespace shm::converters {
 struct CellOrdering {
   enum class Kind : std::uint8_t { stored, breadth_first, swept, enclosed_first, hilbert };
   Kind kind = Kind::stored;
-  std::uint8_t layers_along = 0;  // argument of swept_order(); not used by other kinds
+  std::uint8_t layers_along = 0;  // argument of swept_order(); used only by Kind::swept
   bool within_blocks = false;     // if true, cells of different blocks are not neighbours
 };
 
@@ -36,16 +36,17 @@ std::vector<CellOrdering> cell_orderings(const Cells& cells);
 
 // Memory limits of the search.
 struct SearchRoom {
-  // Spool for the resulting orders. If it is null, all tables are in memory, without a limit.
+  // Spool for the resulting orders. If it is null, all tables are kept in memory, and there is no
+  // memory limit.
   Spool* spool = nullptr;
   std::size_t memory = 0;  // limit for temporary tables in bytes, in addition to `spool`
 };
 
-// Computes orders of one mesh. Request all orderings with `within_blocks` last: if an ordering
-// without `within_blocks` follows, the cell graph must be rebuilt.
+// Computes orders of the cells of one mesh. Request the orderings with `within_blocks` after all
+// others, because returning to an ordering without `within_blocks` requires a new cell graph.
 class CellOrderer {
  public:
-  // Borrows `cells` and `mesh`. The vertices of `mesh` must have the same numbers as in `cells`.
+  // Borrows `cells` and `mesh`. The vertices of `mesh` must be numbered as in `cells`.
   CellOrderer(const Cells& cells, MeshSource& mesh, Progress progress = {},
               const SearchRoom& room = {})
       : cells_(&cells), mesh_(&mesh), progress_(std::move(progress)), room_(room) {}
@@ -65,19 +66,20 @@ class CellOrderer {
   bool cut_ = false;
 };
 
-// Encodes `part`, a sample with the same arrays as the source. Returns the sizes of the encoded
+// Encodes `part`, a sample of a mesh with all arrays of the mesh. Returns the sizes of the encoded
 // data.
 using TrialCoder = std::function<SizeReport(MeshSource& part)>;
 
-// Returns the best order of cells, or nothing if that is the original order. `cells` contains the
-// cells of `mesh`, possibly with other numbers. `located` must have the same vertices as `mesh`,
-// with the same numbers as in `cells`; it may be `mesh` itself.
+// Returns the best order of the cells of `mesh`, or nothing if that is the original order. `cells`
+// contains the same cells, but may number cells and vertices differently. `located` provides the
+// positions of the vertices: it must have the vertices of `mesh`, numbered as in `cells`, and may
+// be `mesh` itself.
 std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, MeshSource& located,
                                         const TrialCoder& code, const Progress& progress = {},
                                         const SearchRoom& room = {});
 
-// Encodes a sample of the mesh by `code` in the best order, and by `code_as_is` in the original
-// order. Returns the first size divided by the second.
+// Encodes a sample of the mesh in the best order with `code`, and in the original order with
+// `code_as_is`. Returns the first size divided by the second.
 double share_in_free_order(MeshSource& mesh, const CellTable& cells, const TrialCoder& code,
                            const TrialCoder& code_as_is);
 

@@ -56,7 +56,7 @@ CurveGrid::CurveGrid(MeshSource& mesh) {
 CurvePlace CurveGrid::place(const std::array<double, 3>& point) const {
   CurvePlace places;
   for (std::size_t c = 0; c < 3; ++c) {
-    // The grid position is infinite if the box is extremely small.
+    // `place` may be infinite if the bounding box is extremely small.
     const double place = (point[c] / 2 - low_[c] / 2) * scale_;
     places[c] = place >= 0 && place < (1u << kAxisBits) ? static_cast<std::uint32_t>(place)
                                                         : (1u << kAxisBits) - 1;

@@ -1,6 +1,7 @@
 // ReorderedMesh: a mesh with its cells in another order. Vertices keep their numbers. Cell data,
-// and extras that refer to cells, are reordered with the cells. Without a spool, the object keeps
-// in memory each static cell array that has been read, and one step of one stepped array.
+// and extras that refer to cells, are reordered with the cells. Without a spool, ReorderedMesh
+// keeps in memory each static cell array that has been read, and the most recently read step of one
+// stepped array.
 #pragma once
 
 #include <cstddef>
@@ -17,9 +18,9 @@ namespace shm::converters {
 
 class ReorderedMesh final : public MeshSource {
  public:
-  // Borrows all arguments. `cells` must contain the cells of `mesh`, and `order` each cell once. If
-  // `spool` is not null, no values are kept in memory; each value is read from `mesh` when it is
-  // needed.
+  // Borrows all arguments. `cells` must contain the cells of `mesh`, and `order` must contain each
+  // cell exactly once. If `spool` is not null, no values are kept in memory; each value is read
+  // from `mesh` when it is needed.
   ReorderedMesh(MeshSource& mesh, const Cells& cells, const CellList& order,
                 Spool* spool = nullptr);
 
@@ -39,8 +40,8 @@ class ReorderedMesh final : public MeshSource {
     std::vector<std::byte> bytes;  // values in file order
   };
   const Values& values(std::size_t array, std::uint64_t step);
-  // For an array that covers only some blocks: returns the index of each of its elements in `mesh`,
-  // in the new order of cells.
+  // Returns, for an array that covers only some blocks, the indices of its elements in `mesh`. They
+  // are listed in the new order of the cells.
   const CellList& elements(std::size_t array);
 
   MeshSource* mesh_;
@@ -50,7 +51,7 @@ class ReorderedMesh final : public MeshSource {
   MeshInfo info_;
   std::uint64_t next_cell_ = 0;
   std::map<std::size_t, Values> static_values_;
-  Values step_values_;  // cache of the last read: one stepped array at one step
+  Values step_values_;  // the most recently read step of one stepped array
   std::map<std::vector<std::uint32_t>, CellList> elements_;  // elements by covered blocks
 };
 

@@ -14,8 +14,9 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kSampleElements = 65536;
-// Two needed elements are read in one call if at most this number of unneeded elements is between
-// them. Each read of a file with compressed chunks may have to unpack a whole chunk.
+// Two needed elements are read in one call if at most this number of unneeded elements lies between
+// them. Fewer calls are faster, because each read of a file with compressed chunks may have to
+// unpack a whole chunk.
 constexpr std::uint64_t kMostUnwanted = 16384;
 
 using Read = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
@@ -41,7 +42,7 @@ std::vector<std::byte> take(const std::vector<bool>& picked, std::size_t stride,
   return taken;
 }
 
-// Returns the values of the elements with the given indices, which must ascend.
+// Returns the values of the elements with the given indices, which must be in ascending order.
 std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size_t stride,
                             const Read& read) {
   std::vector<std::byte> taken(numbers.size() * stride), piece;
@@ -60,9 +61,9 @@ std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size
   return taken;
 }
 
-// Marks up to `count` cells around cell `first` in `picked`, which is indexed by cell numbers of
-// the mesh. If the region cannot grow across faces, it continues at the cell with the next higher
-// number.
+// Picks up to `count` cells: sets the elements of `picked` at their cell numbers. The cells form a
+// region that starts at cell `first` and grows across faces. When it cannot grow further, it
+// continues at the cell with the next number that is not yet in the region.
 void grow_region(const CellGraph& graph, std::uint32_t first, std::uint32_t count,
                  std::vector<bool>& picked) {
   const Cells& cells = graph.cells();
@@ -153,9 +154,10 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
   mesh.rewind_cells();
 }
 
-// Elements of the whole mesh that belong to the sample. `vertices` contains vertex numbers,
-// ascending. For each run of cells, `before` and `inside` count the cells of each block before the
-// run and in the run. These counts determine the elements of cell arrays.
+// The elements of the whole mesh that belong to the sample. `vertices` contains their vertex
+// numbers in ascending order. For each run of consecutive cells, before[b] is the number of cells
+// of block b before the run, and inside[b] is their number in the run. These counts determine the
+// elements of cell arrays.
 struct SampleMesh::Elements {
   struct Run {
     std::vector<std::uint64_t> before, inside;  // number of cells of each block
@@ -235,8 +237,8 @@ SampleMesh::Elements SampleMesh::take_runs(MeshSource& mesh, const std::vector<C
   return elements;
 }
 
-// Adds cells to the sample and renumbers their vertices. Returns the numbers that these vertices
-// have in the whole mesh, ascending.
+// Adds cells to the sample and renumbers their vertices. Returns the original numbers of these
+// vertices in ascending order.
 std::vector<std::uint64_t> SampleMesh::take_corners(const std::vector<std::uint64_t>& corners,
                                                     const std::vector<std::uint64_t>& corner_begin,
                                                     const std::vector<std::uint32_t>& cell_blocks) {

@@ -1,4 +1,4 @@
-// SampleMesh: a small part of a mesh, in memory, on which options of the encoder are tried.
+// SampleMesh: a small part of a mesh, in memory, that is used to try options of the encoder.
 #pragma once
 
 #include <cstddef>
@@ -14,11 +14,11 @@
 
 namespace shm::converters {
 
-// Chooses about `count` cells for a sample and returns their numbers in `mesh`, ascending. The
-// hexahedra form two regions that are connected by shared faces. Up to `count` other cells are
-// included if all their vertices are in these regions. Returns all cells if the mesh has at most
-// `count` cells. `graph` must be the graph of the cells of `mesh`. Needs one bit per vertex and
-// cell.
+// Chooses about `count` cells for a sample and returns their numbers in `mesh` in ascending order.
+// The hexahedra form two regions: each starts at one cell and grows across shared faces. Up to
+// `count` other cells are included if all their vertices belong to these regions. Returns all cells
+// if the mesh has at most `count` cells. `graph` must be the graph of the cells of `mesh`. Needs
+// one bit of memory per vertex and per cell.
 CellSequence sample_of_cells(const CellGraph& graph, MeshSource& mesh, std::uint32_t count);
 
 // A run of consecutive cells in file order.
@@ -27,13 +27,13 @@ struct CellRun {
 };
 
 // A sample of a mesh: some of its cells with their vertices, and all its arrays. It contains the
-// first, the middle and the last time step. It has extras only if it is the whole mesh and every
-// vertex is used.
+// first, the middle and the last time step. It contains the extras of the mesh only if it consists
+// of all cells and all vertices of the mesh.
 class SampleMesh final : public MeshSource {
  public:
   // `picked` contains cell numbers in ascending order. Reads the cells, points and values of `mesh`
   // once. If arrays cover only some blocks, reads the cells once more for each combination of
-  // covered blocks. Needs one bit per vertex and cell.
+  // covered blocks. Needs one bit of memory per vertex and per cell.
   SampleMesh(MeshSource& mesh, const CellSequence& picked);
   // The runs must be ascending and disjoint. The memory needed is proportional to the size of the
   // sample. Only the pieces of coordinates and values that contain elements of the sample are read.
@@ -65,7 +65,7 @@ class SampleMesh final : public MeshSource {
   // Values of the sample: arrays_[a][s] are the values of array a at step s (s is 0 for static
   // arrays).
   std::vector<std::vector<std::vector<std::byte>>> arrays_;
-  std::vector<std::uint64_t> steps_;  // for each step of the sample, its number in the source
+  std::vector<std::uint64_t> steps_;  // for each step of the sample, its number in the whole mesh
   std::uint32_t next_cell_ = 0;
 };
 

@@ -239,9 +239,9 @@ bool SpooledMesh::next_cells(CellBatch& out, std::size_t max_cells) {
   return out.size() > 0;
 }
 
-// Returns the new number of each element of an array, in the mesh's order. If the array covers only
-// some blocks, the numbers are cell numbers instead of indices of elements. The caller uses them
-// only as sort keys.
+// Returns the new number of each element of an array. The elements are in the order of the original
+// mesh. If the array covers only some blocks, returns new cell numbers instead of element indices,
+// which is enough because the caller uses them only as sort keys.
 SpooledMesh::Numbers& SpooledMesh::places_of(std::size_t array) {
   const ArrayInfo& info = info_.schema.arrays[array];
   if (info.location == Location::point) return new_vertex_;

@@ -1,13 +1,14 @@
 // SpooledMesh: a copy of a mesh in a spool. Its vertices and cells are renumbered so that
-// neighbours in space have close numbers. A mesh that is stored without order and does not fit into
-// memory can then be searched and traversed efficiently.
+// neighbours in space have close numbers. Even if a mesh does not fit into memory, and neighbouring
+// cells are far apart in its file, it can then be searched and traversed efficiently.
 //
 // Vertices are numbered along a Hilbert curve, and cells by the lowest of their vertices. The
-// construction uses sorts and sequential passes. It reads the points twice. The table of new vertex
-// numbers is processed in parts that fit into memory: the construction reads the cells once for
-// each part, and once more. An array, or a step of a stepped array, is read when it is first
-// requested. The numbering does not affect the result of a search for an order of cells. If the
-// coordinates are not positions in space, the search is slower, but its result is the same.
+// construction uses sorts and sequential passes. It reads the points twice. It reads the cells once
+// to find the vertices that are used. It then processes the table of new vertex numbers in parts
+// that fit into memory, and reads the cells once for each part. An array, or a step of a stepped
+// array, is read when it is first requested. The numbering does not affect the result of a search
+// for an order of cells. If the coordinates are not positions in space, the search is slower, but
+// its result is the same.
 #pragma once
 
 #include <array>
@@ -108,14 +109,14 @@ class SpooledMesh final : public MeshSource, public Cells {
   std::map<std::vector<std::uint32_t>, Numbers> places_;
 };
 
-// Returns true if a SpooledMesh is needed, because `memory` bytes are not enough to search for an
-// order of cells, and to read the mesh in that order, without a spool. Returns false if SpooledMesh
-// does not support the mesh.
+// Returns true if a SpooledMesh is needed: without a spool, `memory` bytes are not enough to search
+// for an order of cells and then read the mesh in that order. Returns false if SpooledMesh does not
+// support the mesh.
 bool must_be_spooled(const MeshInfo& info, std::size_t memory);
 
 // Memory limits in bytes for the parts of a search that uses spools. Parts that are active at the
-// same time need less than `memory` bytes together. The rest is for the program itself and for a
-// Writer or Reader.
+// same time together need less than `memory` bytes. The remaining memory is for the program itself
+// and for a Writer or Reader.
 struct SpooledSearch {
   explicit SpooledSearch(std::size_t memory)
       : mesh_bytes(memory / 4),

@@ -91,8 +91,8 @@ std::optional<Vector> Camera::place(std::uint32_t vertex) const {
   for (std::size_t i = 0; i < 3; ++i) {
     point[i] = surface_.coordinate(vertex, i);
     if (!std::isfinite(point[i])) return std::nullopt;
-    // Clamp the result: if the coordinates are denormal numbers, the rounding error of middle_ may
-    // be as large as the mesh.
+    // Clamp the result, because the rounding error of middle_ may be as large as the mesh if the
+    // coordinates are denormal numbers.
     point[i] = std::clamp((point[i] - middle_[i]) / half_, -2.0, 2.0);
   }
   return point;
@@ -144,8 +144,8 @@ void Camera::turn(const Vector& view, std::size_t up) {
 }
 
 void Camera::fit(const PictureFrame& frame) {
-  // The scale is computed as if the drawing were at least this wide and high, in units of place().
-  // This limits the scale if a mesh is seen edge-on and has almost no width or height.
+  // Minimum width and height for which the scale is computed, in normalized coordinates (see
+  // place()). This limits the scale if a mesh is seen edge-on and has almost no width or height.
   constexpr double kNarrow = 1e-9;
   std::array<double, 2> least = {kInfinity, kInfinity}, most = {-kInfinity, -kInfinity};
   for (std::size_t v = 0; v < surface_.vertices(); ++v) {

@@ -44,7 +44,7 @@ class Camera {
  public:
   // Chooses direction and scale so that all finite vertices of `surface` are visible in `frame`.
   // `view` is the direction from the mesh to the viewer; its length is ignored but must not be 0.
-  // If `view` is empty, a plane surface is viewed along its normal, and any other surface along
+  // If `view` is empty, a planar surface is viewed along its normal, and any other surface along
   // kUsualViews[up]. `up` is the axis that points up in the picture (0 to 2).
   Camera(const Surface& surface, const std::optional<Vector>& view, std::size_t up,
          const PictureFrame& frame);
@@ -75,7 +75,7 @@ class Camera {
   Vector middle_{};
   double half_ = 1;  // half the length of the largest side
   Vector right_{}, up_{}, view_{};
-  double scale_ = 1;  // number of raster position units per unit of place()
+  double scale_ = 1;  // raster position units per unit of normalized coordinates
   double left_ = 0, top_ = 0;
 };
 

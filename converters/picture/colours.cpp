@@ -16,8 +16,8 @@ constexpr std::array<Rgb, 7> kHues = {{{86, 180, 233},
                                        {213, 94, 0},
                                        {0, 114, 178}}};
 
-// Every seventeenth colour of viridis (N. Smith, S. van der Walt; CC0). Linear interpolation
-// between these colours has an error of at most 7 of 255.
+// Every seventeenth colour of viridis (N. Smith, S. van der Walt; CC0). Colours that are
+// interpolated linearly differ from viridis by at most 7 of 255.
 constexpr std::array<Rgb, 16> kValues = {{{0x44, 0x01, 0x54},
                                           {0x48, 0x1a, 0x6c},
                                           {0x47, 0x2f, 0x7d},

@@ -1,5 +1,5 @@
-// Computes the colours in pictures, which represent element blocks or values, and applies light to
-// them.
+// Computes the colours of faces in pictures. A colour represents an element block or a value, and
+// is darkened according to the light on the face.
 #pragma once
 
 #include <cstdint>

@@ -111,8 +111,10 @@ class Painter {
   // If outlines of all faces are requested, those of narrow faces are lighter. Otherwise groups of
   // narrow faces would look like dark spots, because most of their samples are on outlines.
   std::uint32_t light_of_outline() const {
-    // kDark is the amount by which an outline is darker than its face, out of 256. kLeast is the
-    // smallest fraction of kDark that is used. kNarrow and kWide are widths of faces in pixels.
+    // An outline is darker than its face by up to kDark (of 256), multiplied by a factor that
+    // depends on the width of the face in pixels. If all outlines are requested, the factor is
+    // width / kNarrow, but at least kLeast and at most 1. Otherwise, it increases from 0 at kNarrow
+    // to 1 at kWide.
     constexpr double kDark = 150, kLeast = .25, kNarrow = 4, kWide = 8;
     std::int64_t area = 0;  // twice the area
     double longest = 0;

@@ -22,7 +22,7 @@ std::uint32_t number_of(Rgb colour) {
   return std::uint32_t{colour.red} << 16 | std::uint32_t{colour.green} << 8 | colour.blue;
 }
 
-// Returns the different colours of an image in ascending order, or an empty list if they are too
+// Returns the distinct colours of an image in ascending order, or an empty list if there are too
 // many for a palette.
 std::vector<std::uint32_t> palette_of(const Image& image) {
   std::vector<std::uint32_t> palette;

@@ -15,7 +15,7 @@
 
 namespace shm::converters {
 
-inline constexpr std::uint32_t kSamples = 2;        // number of samples per pixel, across and down
+inline constexpr std::uint32_t kSamples = 2;        // samples per pixel in each direction
 inline constexpr std::int64_t kSubSamples = 256;    // number of position units per sample
 inline constexpr std::uint32_t kMostPixels = 4096;  // maximum width and height of a picture
 
@@ -42,8 +42,8 @@ struct Paint {
 
 class Raster {
  public:
-  // Creates a raster for an image of this size in pixels, each 1..kMostPixels. Needs 32 bytes per
-  // pixel.
+  // Creates a raster for an image of this size in pixels. Width and height must be 1..kMostPixels.
+  // Needs 32 bytes per pixel.
   Raster(std::uint32_t width, std::uint32_t height);
 
   // Draws a triangle, whose corners may be clockwise or counter-clockwise. A sample belongs to the
@@ -61,8 +61,8 @@ class Raster {
   // Returns the number of samples and rows visited so far, as a measure of the time spent drawing.
   std::uint64_t work() const { return work_; }
   bool is_empty() const;
-  // Returns the image, in which the colour of each pixel is the mean of its samples. Stores the
-  // number of pixels on which something was drawn in `covered`.
+  // Returns the image, in which the colour of each pixel is the mean of its samples. Sets `covered`
+  // to the number of pixels on which something was drawn.
   Image image(std::uint64_t& covered) const;
 
  private:

@@ -1,5 +1,5 @@
-// Surface: the points, edges and polygons of a mesh that can be drawn. It refers to arrays that a
-// reader has already filled.
+// Surface: the parts of a mesh that can be drawn, i.e. points, edges and polygons. It refers to
+// arrays that a reader has already filled.
 #pragma once
 
 #include <cstddef>

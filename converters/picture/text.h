@@ -17,8 +17,8 @@ inline constexpr std::uint32_t kGlyphWidth = 5, kGlyphHeight = 7, kGlyphStep = 6
 // with "?".
 std::string shown_text(std::string_view text);
 
-// Returns the width in pixels of a text with this number of characters. `scale` is the width, in
-// pixels of the picture, with which one pixel of a glyph is drawn.
+// Returns the width in pixels of a text with this number of characters. Each pixel of a glyph is
+// drawn `scale` pixels wide.
 std::uint32_t text_width(std::size_t characters, std::uint32_t scale);
 
 // Draws `text`, which must be a result of shown_text(). The upper left corner of the text is at

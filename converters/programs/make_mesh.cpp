@@ -1,7 +1,7 @@
 // shm_make_mesh: generates hexahedral meshes of several families and any size, for the demo and the
-// benchmarks. Writes binary legacy VTK 4.2. On the same machine, equal arguments result in equal
-// files. On different machines, the last bit of a coordinate may differ, because implementations of
-// sin and cos differ.
+// benchmarks. Writes binary legacy VTK 4.2. On one machine, the same arguments always result in the
+// same file. On different machines, the last bit of a coordinate may differ, because
+// implementations of sin and cos differ.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -39,7 +39,8 @@ void print_usage(std::FILE* out) {
 
 bool parse_cells(std::string_view text, std::uint64_t& cells) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), cells);
-  // The limit is below kMaxCells, because families round the number of cells up to whole layers.
+  // At most 90 % of kMaxCells cells may be requested, because families round the number of cells up
+  // to whole layers.
   return error == std::errc() && end == text.data() + text.size() && cells > 0 &&
          cells <= kMaxCells / 10 * 9;
 }

@@ -1,6 +1,6 @@
 // shm_make_tet_mesh POINTS OUT.vtk: generates an irregular hexahedral mesh for tests and
-// benchmarks. TetGen connects random points in the unit cube by tetrahedra. Each tetrahedron is
-// split into four hexahedra, one per corner. Their other vertices are the midpoints of the edges,
+// benchmarks. TetGen connects random points in the unit cube to form tetrahedra. Each tetrahedron
+// is split into four hexahedra, one per corner. The new vertices are the midpoints of the edges,
 // the centres of the faces and the centre of the tetrahedron. The result is deterministic. This is
 // a separate program, because TetGen's licence is the AGPL.
 #define TETLIBRARY  // use tetgen.h as a library
@@ -40,8 +40,8 @@ void tetrahedralize_points(std::uint64_t count, tetgenio& out) {
   tetrahedralize(quiet, &in, &out);
 }
 
-// Creates the vertices in the middle of edges, faces and tetrahedra. Each set of corners has one
-// such vertex.
+// Creates the vertices at the centres of edges, faces and tetrahedra. Tetrahedra that share an edge
+// or a face also share the vertex at its centre.
 class Middles {
  public:
   explicit Middles(HexMesh& mesh) : mesh_(&mesh) {}

@@ -44,7 +44,7 @@ Mesh make_ogrid(std::uint64_t cells) {
 }
 
 // Numbers the grid points on the surface of an n x n x n cube, and computes their directions from
-// the centre. The points are projected onto a sphere (cubed sphere).
+// the centre, which project the points onto a sphere (cubed sphere).
 class SphereSurface {
  public:
   explicit SphereSurface(Id n) : n_(n) {}
@@ -60,9 +60,9 @@ class SphereSurface {
   std::vector<Point3> directions;
 
  private:
-  // Maps grid line `i` to a coordinate -1..1 on the cube. The angles between grid lines, seen from
-  // the centre, are equal. If the distances were equal, cells would be much smaller at the cube's
-  // corners.
+  // Maps grid line `i` to a coordinate -1..1 on the cube. The angles between grid lines, as seen
+  // from the centre, are equal. If the lines were evenly spaced on the cube instead, cells of the
+  // sphere would be much smaller near the cube's corners.
   double warp(Id i) const { return std::tan(kPi / 4 * (2.0 * i / n_ - 1)); }
   Id n_;
   std::unordered_map<std::uint64_t, Id> numbers_;
@@ -157,7 +157,8 @@ Plane split_triangles(std::vector<Point2> points, const std::vector<std::array<I
 // Generates an irregular quad mesh of a plate with two holes, swept along a curve.
 Mesh make_swept(std::uint64_t cells) {
   // Number of cells: each square has two triangles, each triangle has three quads, and 86 % of the
-  // squares are outside the holes. The number of layers is half the number of squares on a side.
+  // squares are outside the holes. The number of layers is half the number of squares along one
+  // side.
   const double side = side_for(cells, 6 * 0.86 * 0.5);
   const Id n = std::max<Id>(2, rounded(side)), layers = rounded(0.5 * side);
   Random random(1);
@@ -193,8 +194,8 @@ Mesh make_swept(std::uint64_t cells) {
 
 // Splits each cube of a jittered lattice into six tetrahedra around its main diagonal.
 std::vector<Tetrahedron> cube_tetrahedra(Id n) {
-  // The three bits of a corner number are the corner's x, y and z. Each walk goes from corner 0 to
-  // corner 7 along three edges, and its four corners form a tetrahedron.
+  // The three bits of a corner number are the corner's x, y and z. The four corners of each
+  // tetrahedron are on a path along three edges from corner 0 to corner 7.
   constexpr std::array<std::array<Id, 4>, 6> kWalks{
       {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
   std::vector<Tetrahedron> tetrahedra;

@@ -18,8 +18,9 @@ struct Field {
   std::vector<double> values;  // values, which are written as `type`
 };
 
-// cell_fields() and point_fields() return the fields of the cells or points. `fields` is the value
-// of the option --fields: "one", "basic" or "full". `full` is true if this value is "full".
+// cell_fields() returns the fields on cells, point_fields() the fields on points. `fields` is the
+// value of the option --fields: "one", "basic" or "full". `full` must be true if the value is
+// "full".
 std::vector<Field> cell_fields(const Mesh& mesh, std::string_view fields);
 std::vector<Field> point_fields(const Mesh& mesh, bool full);
 

@@ -7,8 +7,8 @@
 
 namespace make_mesh {
 
-// Largest number of cells of a file. The CELLS section of the file states its size in 32-bit words
-// (nine words per cell) as a signed 32-bit number.
+// Largest number of cells in a file. The limit exists because the CELLS section, which has nine
+// 32-bit words per cell, states its number of words as a signed 32-bit number.
 constexpr std::uint64_t kMaxCells = std::numeric_limits<std::int32_t>::max() / 9;
 
 struct MeshFile {

@@ -47,8 +47,8 @@ Point3 pipe(Point2 p, double along) {
 
 namespace {
 
-// Returns the 4 n points on the boundary of a core of n x n quads, counter-clockwise from its lower
-// left corner.
+// Returns the 4 n points on the boundary of an O-grid's core, which has n x n quads. The points are
+// counter-clockwise, from the lower left corner on.
 std::vector<std::pair<Id, Id>> core_boundary(Id n) {
   std::vector<std::pair<Id, Id>> walk;
   for (Id i = 0; i < n; ++i) walk.emplace_back(i, 0);

@@ -69,8 +69,8 @@ void shuffle(std::vector<T>& values, Random& random) {
 // Rounds to an integer. The result is at least 1, so that no mesh is empty.
 inline Id rounded(double value) { return std::max<Id>(1, static_cast<Id>(std::lround(value))); }
 
-// Returns the side length n, in cells, of a shape with `cells` cells. A shape with side length n
-// has per_cube * n^3 cells.
+// Returns the side length n (in cells) for which a shape has `cells` cells, if its number of cells
+// is per_cube * n^3.
 inline double side_for(std::uint64_t cells, double per_cube) {
   return std::cbrt(static_cast<double>(cells) / per_cube);
 }
@@ -79,8 +79,8 @@ inline double side_for(std::uint64_t cells, double per_cube) {
 Hexahedron lattice_cell(Id i, Id j, Id k, Id ni, Id nj);
 Mesh lattice(Id ni, Id nj, Id nk, const std::function<Point3(double, double, double)>& place);
 
-// Sweeps a plane quad mesh into `layers` layers of hexahedra, layer by layer. place(p, t) returns
-// the position of point p after the fraction t (0..1) of the sweep.
+// Sweeps a planar quad mesh into `layers` layers of hexahedra, layer by layer. place(p, t) returns
+// the position of point p when the fraction t (0..1) of the sweep is complete.
 Mesh sweep(const Plane& plane, Id layers, const std::function<Point3(Point2, double)>& place);
 
 // Maps a point `p` of the unit disk to a point of a bent, twisted pipe with a neck.

@@ -1,7 +1,7 @@
 // shm_spatial_sort: sorts the cells of a mesh with CGAL's spatial sorting and writes the cell
 // numbers, one per line. `shm compress --order free --cell-order` reads this file. This is a
-// separate program because of CGAL's licence. The exit codes are those of shm: 0 done, 2 wrong use,
-// 3 bad input, 4 output could not be written.
+// separate program because of CGAL's licence. The exit codes are those of shm: 0 done, 2 usage
+// error, 3 bad input, 4 output could not be written.
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Spatial_sort_traits_adapter_3.h>
 #include <CGAL/hilbert_sort.h>

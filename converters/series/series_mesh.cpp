@@ -23,8 +23,8 @@ constexpr std::uint64_t kPieceElements = 65536;
   throw Failure(ErrorCode::unsupported, what, path);
 }
 
-// Counts the arrays with the same name, location, number of components and type. The key describes
-// these properties, for messages.
+// Counts the arrays of each kind: those with the same name, location, number of components and
+// type. The keys of the map describe these properties and appear in messages.
 std::map<std::string, std::size_t> kinds_of_arrays(const Schema& schema) {
   std::map<std::string, std::size_t> kinds;
   for (const ArrayInfo& array : schema.arrays)
@@ -164,7 +164,8 @@ class SeriesMesh final : public MeshSource {
   Spool& spool_;
   MeshInfo info_;
   bool has_time_ = false;
-  // values_[a][s - 1] contains the values of array a at step s; the first file contains step 0.
+  // values_[a][s - 1] contains the values of array a at step s. The values at step 0 are read from
+  // the first file.
   std::vector<std::vector<PagedArray>> values_;
   std::vector<bool> changes_;  // true for each integer array that changes with time
   std::set<std::string> remarked_;

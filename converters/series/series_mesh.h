@@ -1,7 +1,7 @@
 // Opens a series of files, each with one time step, as one mesh with time steps. Vertices, cells
 // and all other data except fields come from the first file, and must be the same in all files.
 // Fields become stepped arrays, except integer arrays that are the same in all files, such as block
-// numbers and members of sets.
+// numbers and set membership.
 #pragma once
 
 #include <cstddef>
@@ -22,9 +22,9 @@ struct SeriesFile {
   std::optional<double> time;  // time of the step, if a collection states it
 };
 
-// Receives a sentence about an item, such as a title, that differs between a file and the first
-// file. It is called at most once per item. The item of the first file is used for the whole
-// series.
+// Receives a sentence that reports a difference between a file and the first file, such as a
+// different title. It is called at most once for each property that differs. The whole series gets
+// the property of the first file.
 using Remark = std::function<void(const std::string& sentence)>;
 
 // Opens a series. The time of each step comes from `files`, or from the field data of each file. If
@@ -35,12 +35,12 @@ using Remark = std::function<void(const std::string& sentence)>;
 std::unique_ptr<MeshSource> open_series(std::span<const SeriesFile> files, Spool& spool,
                                         const Progress& progress, const Remark& remark);
 
-// Converts `mesh`, which has no time steps, to a mesh with one time step. Its time must be in
-// `file` or in the field data of the mesh.
+// Converts `mesh`, which has no time steps, to a mesh with one time step. The time of the step must
+// be in `file` or in the field data of the mesh.
 std::unique_ptr<MeshSource> series_of_one(std::unique_ptr<MeshSource> mesh, const SeriesFile& file,
                                           Spool& spool);
 
-// Converts `mesh` so that exactly those arrays are stepped that are also stepped in `like`.
+// Converts `mesh` so that an array is stepped if and only if it is stepped in `like`.
 std::unique_ptr<MeshSource> stepped_like(std::unique_ptr<MeshSource> mesh, const MeshInfo& like);
 
 }  // namespace shm::converters

@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Name of the format of the files in a collection. Of the formats that shm writes, programs that
-// read collections support only this one.
+// Format of the files in a collection. It is the only format that shm can write and that programs
+// which read collections support.
 constexpr const char* kFilesFormat = "vtu";
 constexpr std::size_t kFileDigits = 4;
 

@@ -41,11 +41,11 @@ class StepFiles {
 };
 
 // Returns the steps of `info` that are written to one file each: the steps in `chosen`, or all
-// steps if `chosen` is empty. A mesh without steps is treated as one step, and no step can be
-// selected.
+// steps if `chosen` is empty. A mesh without steps counts as one step. For such a mesh, `chosen`
+// must be empty.
 StepRange steps_in_files(const MeshInfo& info, std::optional<StepRange> chosen);
-// Returns the range that contains only `step`, in the form that Conversion and Translation expect.
-// Returns nothing if the mesh has no steps.
+// Returns the range that contains only `step`, for use with Conversion and Translation. Returns
+// nothing if the mesh has no steps.
 std::optional<StepRange> step_in_file(const MeshInfo& info, std::uint64_t step);
 
 }  // namespace shm::converters

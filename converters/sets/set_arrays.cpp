@@ -9,12 +9,12 @@
 namespace shm::converters {
 namespace {
 
-// The arrays of all sets together may exceed one of these two limits, but not both: a size in
-// bytes, and a multiple of the size of the mesh. An array needs one byte per vertex or cell of the
-// mesh, even if its set is small.
+// The total size of the arrays of all sets is limited to a number of bytes or a multiple of the
+// size of the mesh, whichever is larger. A limit is needed because an array needs one byte per
+// vertex or cell of the mesh, even if its set is small.
 constexpr std::uint64_t kSetBytesAllowed = std::uint64_t{256} << 20, kMostOfMesh = 64;
 
-// Estimates the size in bytes that coordinates and connectivity of a mesh have in most file
+// Estimates how many bytes the coordinates and the connectivity of a mesh need in most file
 // formats.
 std::uint64_t bytes_of_mesh(const MeshInfo& info) { return 24 * info.vertices + 64 * info.cells(); }
 

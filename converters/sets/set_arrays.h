@@ -19,10 +19,10 @@ class SetArrays final : public ForwardingMesh {
   SetArrays(MeshSource& source, const std::vector<MeshSet>& sets, Spool& spool);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
-  // Returns the labels of the sets that were left out. A set is left out if it contains a side
-  // number outside 1..8, because there are only 8 bits per cell. A set is also left out if the
-  // total size of the arrays of all sets would exceed the larger of two limits: 256 MiB, and 64
-  // times the size of the mesh.
+  // Returns the labels of the sets that were not converted to arrays. A set is not converted if it
+  // contains a side number outside 1..8, because there are only 8 bits per cell, or if the total
+  // size of the arrays of all sets would exceed the larger of two limits: 256 MiB, and 64 times the
+  // size of the mesh.
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:

@@ -1,6 +1,6 @@
-// Parses the keys of the extras that store sets. Meshes of all formats use the same keys. All
-// extras of one set are in the same folder, i.e. their keys have the same beginning:
-// "FORMAT/KIND_set/N/id", "FORMAT/KIND_set/N/name" and so on.
+// Parses the keys of the extras that store sets. All extras of one set are in the same folder, i.e.
+// their keys begin with the same path: "FORMAT/KIND_set/N/id", "FORMAT/KIND_set/N/name" and so on.
+// Meshes of all formats use keys of this form.
 #pragma once
 
 #include <map>
@@ -28,8 +28,8 @@ struct SetFolder {
   }
 };
 
-// Returns the folder that contains the extra with this key. SetFolder::extras of the result is
-// empty. Returns nothing if the extra does not belong to a set.
+// Returns the folder that contains the extra with this key. Does not fill SetFolder::extras.
+// Returns nothing if the extra does not belong to a set.
 std::optional<SetFolder> set_folder_of(std::string_view key);
 
 // Returns true if the extra with this key belongs to a side set, or if it is the extra `sides` of

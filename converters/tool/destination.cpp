@@ -60,7 +60,7 @@ bool may_replace(const std::string& what) {
 }
 
 // Checks that the folder of an output exists and is writable. Without this check, the error would
-// only be found when all the work is done.
+// only be found after all the work is done.
 void check_folder(const std::string& path) {
   const std::filesystem::path parent = std::filesystem::path(path).parent_path();
   const std::string folder = parent.empty() ? "." : parent.string();

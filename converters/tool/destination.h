@@ -1,6 +1,6 @@
 // Checks where a command may write. An existing file is overwritten only if the user agrees. An
 // input of the command is never overwritten, even if the paths of input and output are different
-// names of the same file. Both rules are checked before any work.
+// names of the same file. Both rules are checked before the command starts its work.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,7 @@ struct Places {
   std::optional<std::string> output;
   bool compressed = false;  // true if the output is binary and must not go to a terminal
 
-  // If the output is the name of a series of files, the files of the series that already exist.
+  // The files that already exist, if the output is the name of a series of files.
   std::vector<std::string> series = {};
 };
 

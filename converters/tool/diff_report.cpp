@@ -60,7 +60,7 @@ std::string share_text(const Finding& finding, const char* verb, const char* ver
 }
 
 // Returns the line of the report that describes a difference. The locations of the difference are
-// listed in separate lines.
+// listed on separate lines.
 std::string headline(const Finding& finding) {
   const std::string& kind = finding.kind;
   if (kind == "only_in_a" || kind == "only_in_b") {

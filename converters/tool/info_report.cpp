@@ -32,9 +32,9 @@ std::map<std::string, std::size_t> arrays_by_stream(const Schema& schema) {
   return arrays;
 }
 
-// The report shows the size of a stream in bits per cell, vertex or value. Returns this kind of
-// element ("cell", "vertex" or "value") and the number of elements. The kind is "" if the report
-// does not show bits per element.
+// The report shows the size of a stream in bits per cell, bits per vertex or bits per value.
+// Returns the kind of element ("cell", "vertex" or "value") for the given stream, and the number of
+// these elements. The kind is "" if the report does not show bits per element for this stream.
 std::pair<std::string, std::uint64_t> element_of(const std::string& stream,
                                                  const std::map<std::string, std::size_t>& arrays,
                                                  const MeshInfo& info, const Totals& totals) {
@@ -203,7 +203,7 @@ Json info_fields(const InfoReport& report) {
   return json;
 }
 
-// Formats a number with six digits, as usual for coordinates.
+// Formats a number with six significant digits.
 std::string short_number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);

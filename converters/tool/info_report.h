@@ -19,8 +19,8 @@ struct FoundRange {
   std::uint64_t not_finite = 0;
 };
 
-// Information about a mesh that is not in the headers of a file. To determine it, the values of the
-// mesh must be read.
+// Information about a mesh that the headers of a file do not contain. The values of the mesh must
+// be read to determine it.
 struct InfoExtent {
   std::optional<std::array<double, 6>> box;  // bounding box: lowest x, y, z, then highest x, y, z
   std::vector<FoundRange> ranges;  // value ranges, one per array; empty if the values were not read

@@ -70,7 +70,7 @@ class HeadedSource final : public ByteSource {
   }
 
  private:
-  // Number of first bytes that is enough to recognize .shm files, archives and HDF5 files.
+  // Number of leading bytes needed to recognize .shm files, archives and HDF5 files.
   static constexpr std::size_t kHead = 16;
   std::unique_ptr<ByteSource> source_;
   std::vector<std::byte> head_;

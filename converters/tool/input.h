@@ -1,8 +1,8 @@
 // ToolInput: opens the mesh that a command of the tool reads. The input may be a file, a pipe, or
-// standard input ("-"), and it may be packed by gzip, xz or zstd. If a .shm file is packed or comes
-// through a pipe, it is decoded as it arrives. Any other packed or piped input is first copied to a
-// temporary file, because its reader needs to seek. The name of a series, or a collection (.pvd),
-// is opened as a series of files.
+// standard input ("-"), and it may be packed with gzip, xz or zstd. If a .shm file is packed or
+// comes through a pipe, it is decoded as it arrives. Any other packed or piped input is first
+// copied to a temporary file, because its reader needs to seek. The name of a series, or a
+// collection (.pvd), is opened as a series of files.
 #pragma once
 
 #include <cstdint>
@@ -56,7 +56,7 @@ class ToolInput {
   std::optional<std::vector<SeriesFile>> series_;
 };
 
-// Returns true if the file at `path` is packed by gzip, xz or zstd. Returns false for all other
+// Returns true if the file at `path` is packed with gzip, xz or zstd. Returns false for all other
 // files, and for files that cannot be read or can be read only once.
 bool is_packed(const std::string& path);
 

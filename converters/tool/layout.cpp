@@ -11,8 +11,8 @@
 namespace shm::converters {
 namespace {
 
-// Counts the segments (lines of vertices) that pass through each bin of the diagram. Uses a
-// difference array for each row of bins.
+// Counts the line segments that pass through each bin of the diagram. Each segment represents a
+// vertex. Uses a difference array for each row of bins.
 class SegmentCounter {
  public:
   SegmentCounter(std::uint64_t vertices, std::uint64_t cells)
@@ -194,8 +194,8 @@ void add_diagram(std::string& svg, const Layout& layout, const LayoutRaster& ras
 }  // namespace
 
 bool is_scattered(const Layout& layout) {
-  // If a cube of n^3 cells is traversed in layers, about n^2 vertices are active. The factor 4
-  // allows for meshes that consist of several parts.
+  // The threshold is based on a cube of n^3 cells: if it is traversed in layers, about n^2 vertices
+  // are active. The factor 4 allows for meshes that consist of several parts.
   const double front = std::cbrt(static_cast<double>(layout.vertices));
   const double ideal = 4 * front * front;
   return static_cast<double>(layout.width) >

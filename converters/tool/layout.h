@@ -32,7 +32,7 @@ struct LayoutRaster {
 struct Layout {
   std::uint64_t vertices = 0, cells = 0;
   std::uint64_t width = 0;          // largest number of vertices that are active at one cell
-  std::uint64_t width_at_cell = 0;  // index of the first cell at which the width is reached
+  std::uint64_t width_at_cell = 0;  // index of the first cell at which `width` vertices are active
   LayoutRaster stored;              // vertices as numbered in the file
   LayoutRaster compacted;           // vertices in order of first use
 };

@@ -1,6 +1,6 @@
 // Checks that the extension of an output agrees with --format. If the extension belongs to another
 // format that can store more data, the command line is probably a mistake, which is reported before
-// any work.
+// the command starts its work.
 #pragma once
 
 #include <optional>
@@ -11,10 +11,10 @@
 
 namespace shm::converters {
 
-// Throws Failure (misuse) if data of `mesh` is lost in format `target`, and the extension of
-// `output` belongs to a format that could store it. `losses` lists the lost data. In addition, all
-// steps except the last are lost if `steps` is empty and a file of format `target` contains a
-// single step.
+// Throws Failure (misuse) if data of `mesh` would be lost in format `target`, but the extension of
+// `output` belongs to a format that could store this data. `losses` lists the data that would be
+// lost. If `steps` is empty and a file of format `target` contains a single step, all steps except
+// the final step would also be lost.
 void check_output_name(const std::string& output, const Format& target, const MeshInfo& mesh,
                        std::optional<StepRange> steps, const LossList& losses = {});
 

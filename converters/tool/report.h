@@ -46,8 +46,8 @@ std::string join_text(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 
 // Reports of shm verify. sound_json() describes a file that could be decoded. compare_json() and
-// compare_text() describe the comparison with its source. `stray_bytes` is the number of bytes
-// after the end of the mesh that do not belong to the file.
+// compare_text() describe the comparison of a file with its source. `stray_bytes` is the number of
+// bytes after the end of the mesh that do not belong to the file.
 std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity,
                        std::uint64_t stray_bytes);
 std::string compare_json(const CompareReport& report, const std::string& source,
@@ -60,7 +60,7 @@ std::string compare_text(const CompareReport& report, const std::string& source,
 // replaced.
 std::string json_text(const nlohmann::json& json);
 
-// Formats the numbers of vertices and cells, such as "3 vertices, 1 hexahedron, 2 other cells".
+// Formats the vertex and cell counts, such as "3 vertices, 1 hexahedron, 2 other cells".
 std::string counts_text(const MeshInfo& info);
 
 // Functions and types from which the reports are composed.

@@ -15,8 +15,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns the suffix, in lower case, that the name of component `c` of a vector has: "_x", "_y" or
-// "_z" if `numbered` is false, and "_1", "_2", ... if `numbered` is true. Vectors with more than
+// Returns the lower-case suffix in the name of the array for component `c` of a vector: "_x", "_y"
+// or "_z" if `numbered` is false, and "_1", "_2", ... if `numbered` is true. Vectors with more than
 // three components have numbered suffixes.
 std::string suffix(std::size_t c, bool numbered) {
   return numbered ? "_" + std::to_string(c + 1) : std::string("_") + "xyz"[c];

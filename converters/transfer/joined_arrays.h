@@ -1,6 +1,6 @@
 // JoinedArrays: adapts the arrays of a mesh to another format. Three arrays v_x, v_y, v_z with one
 // component each become one array v with three components. If an array has a role that only its
-// source format defines (such as a map, tags or attributes), the role is removed, and the array
+// source format defines (such as number map, tag or attribute), the role is removed, and the array
 // becomes a plain array. Arrays that have no meaning in other formats are dropped.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace shm::converters {
 
 class JoinedArrays final : public ForwardingMesh {
  public:
-  // If `join` is true, arrays of one component are joined into vectors. If `distinct` is true,
+  // If `join` is true, arrays with one component are joined into vectors. If `distinct` is true,
   // blocks with the same number but different names or dimensions get different numbers. `maps`
   // describes the number maps that keep their roles; it may be null.
   JoinedArrays(MeshSource& source, bool join, bool distinct, const NumberMaps* maps = nullptr);

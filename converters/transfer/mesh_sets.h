@@ -9,9 +9,9 @@
 
 namespace shm::converters {
 
-// Returns the sets of a mesh, which may be stored in the extras of its source format or in the
-// extras of shm/sets.h. Leaves out the sets of shm/sets.h that consist of whole blocks with the
-// name of the set. Adds the keys of the extras that describe the sets to `used`.
+// Returns the sets of a mesh. They may be stored in extras of the source format, or in extras as
+// shm/sets.h defines them. In the latter case, leaves out the sets that consist of whole blocks
+// with the same name as the set. Adds the keys of the extras that describe the sets to `used`.
 std::vector<MeshSet> transfer_sets(const MeshInfo& info, Keys& used);
 
 }  // namespace shm::converters

@@ -1,6 +1,6 @@
 // OwnSteps: a mesh that contains only some time steps of another mesh. It is written in the source
-// format or as a .shm file, so its extras stay in the source format. They describe only the chosen
-// steps.
+// format or as a .shm file, so it keeps the extras of the source format, except that they describe
+// only the chosen steps.
 #pragma once
 
 #include <memory>

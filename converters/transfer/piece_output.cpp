@@ -21,8 +21,8 @@ std::vector<MeshSet> take_sets(MeshInfo& whole) {
 FromElsewhere::FromElsewhere(MeshSource& source, const MeshInfo& whole) : ForwardingMesh(source) {
   info_ = source.info();
   source_format(whole).mark_piece(whole, info_);
-  // Keep the name of the source format only if the blocks of that format are cell types. In all
-  // other cases, writers do not need the name of the source format.
+  // Keep the name of the source format only if the block numbers of that format are cell types.
+  // Writers do not need the name of any other source format.
   if (!format_of(info_).capabilities.blocks_by_type) info_.schema.source_format.clear();
 }
 

@@ -9,15 +9,15 @@
 
 namespace shm::converters {
 
-// Removes the extras that store sets from `whole`, and returns these sets. Also removes the extras
-// that can be derived from blocks.
+// Removes the extras that store sets from `whole`, and returns these sets. Also removes extras
+// whose contents follow from the blocks of the mesh.
 std::vector<MeshSet> take_sets(MeshInfo& whole);
 
 // A piece of a mesh from which the name of the source format is removed. If the name were present,
 // the writer of the source format would expect the extras of a whole file.
 class FromElsewhere final : public ForwardingMesh {
  public:
-  // `source` is a piece of the mesh that `whole` describes.
+  // `source` is a piece of a mesh, and `whole` describes the whole mesh.
   FromElsewhere(MeshSource& source, const MeshInfo& whole);
 };
 

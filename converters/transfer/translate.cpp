@@ -25,8 +25,8 @@ namespace {
 
 constexpr std::uint64_t kPieceElements = 16384;
 
-// Converts a mesh without time steps to a mesh with one time step. The source format stores the
-// time of the step in an extra. All arrays without a role become stepped arrays.
+// Converts a mesh without time steps, whose time is stored in an extra of the source format, to a
+// mesh with one time step. All arrays without a role become stepped arrays.
 class AtTime final : public ForwardingMesh {
  public:
   AtTime(MeshSource& source, double time) : ForwardingMesh(source) {
@@ -79,11 +79,11 @@ void check_filling(const MeshInfo& info) {
     filled += stride * info.cells();
   }
   if (filled > std::max(kAlwaysAllowed, kMostGrowth * held))
-    throw Failure(Error{.code = ErrorCode::over_limit,
-                        .detail = "cell arrays on few of many blocks would become more than " +
-                                  std::to_string(kMostGrowth) +
-                                  " times as large if they covered all blocks",
-                        .section = "arrays"});
+    throw Failure(
+        Error{.code = ErrorCode::over_limit,
+              .detail = "cell arrays on only a few of many blocks would become more than " +
+                        std::to_string(kMostGrowth) + " times as large if they covered all blocks",
+              .section = "arrays"});
 }
 
 std::string block_label(const BlockInfo& block) {
@@ -141,8 +141,8 @@ void Translation::choose_steps(std::optional<StepRange> steps) {
   } else if (count == 0 && !is_sibling()) {
     if (const auto time = source_.time(from_, used_)) add(std::make_unique<AtTime>(*mesh_, *time));
   }
-  // The result of time() is not needed here. The call marks the extra that stores the time as used;
-  // files of a series have this extra, too.
+  // Call time() only to mark the extra that stores the time as used; its result is not needed.
+  // Files of a series have this extra, too.
   if (count > 0 && !source_.describes_steps(from_)) source_.time(from_, used_);
 }
 

@@ -1,8 +1,8 @@
 // Translation: adapts a mesh of one format to the writer of another format so that as much data as
-// possible is retained, and lists the losses. There is one exception: if the source format is the
-// sibling of the target format (Capabilities::sibling), the target's writer accepts the mesh
-// unchanged, with all extras of the source format, except that only one time step is kept if a file
-// of the target format can contain only one.
+// possible is retained, and lists the data that is lost. If the source format is the sibling of the
+// target format (Capabilities::sibling), the mesh is not adapted, because the target's writer
+// accepts all extras of the source format. In this case, only time steps may be removed: if a file
+// of the target format can contain only one step, only one step is kept.
 //
 // Extras of the translated mesh that the writers of all formats may use:
 //   mesh/title               text

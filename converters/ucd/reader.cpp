@@ -42,7 +42,7 @@ class Numbering {
              return a.first == b.first;
            }) == by_id_.end();
   }
-  bool plain() const { return plain_; }  // true: the numbers are 1, 2, 3, ...
+  bool plain() const { return plain_; }  // true if the numbers are 1, 2, 3, ...
   std::optional<std::uint64_t> find(std::int64_t id) const {
     if (plain_) {
       if (id < 1 || static_cast<std::uint64_t>(id) > count_) return std::nullopt;
@@ -114,7 +114,8 @@ class UcdMesh final : public MeshSource {
   Spool* spool_;
   MeshInfo info_;
   PagedArray points_;
-  CellStore cells_;  // cells of the file; here, the block of a cell is its index in kCellTypes
+  // The cells of the file. Here, the block of a cell is the index of its cell type in kCellTypes.
+  CellStore cells_;
   PagedArray node_ids_, cell_ids_, materials_;
   Numbering node_numbers_, cell_numbers_;
   std::vector<std::unique_ptr<PagedArray>> data_;
@@ -157,7 +158,7 @@ void UcdMesh::comments() {
 
 void UcdMesh::nodes(std::uint64_t count) {
   input_.enter("nodes");
-  // The line of a node consists of at least 8 bytes: four numbers and their separators.
+  // Each node has a line of at least 8 bytes: four numbers and their separators.
   input_.expect_room(count, 8, "nodes");
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto id = input_.number<std::int64_t>();
@@ -228,9 +229,9 @@ void UcdMesh::find_blocks() {
   }
 }
 
-// Returns the index of the node or cell with the number `id`, to which row `row` of a data section
-// belongs. Usually, the rows are in the order of the nodes or cells, and the result is `row`. Cell
-// numbers may repeat only if the rows are in this order.
+// Returns the index of the node or cell to which row `row` of a data section belongs. `id` is the
+// node or cell number in that row. Usually, the rows are in the order of the nodes or cells, and
+// the result is `row`. If cell numbers repeat, the rows must be in the order of the cells.
 std::uint64_t UcdMesh::element_of_row(Location location, std::uint64_t row, std::int64_t id) {
   const bool point = location == Location::point;
   if ((point ? node_ids_ : cell_ids_).get<std::int64_t>(row) == id) return row;

@@ -36,8 +36,8 @@ namespace shm::converters {
 bool looks_like_ucd(std::span<const std::byte> head);
 
 // Opens a file. Reads all data into `spool`, which must outlive the mesh. If the node numbers are
-// not 1, 2, 3, ..., the mesh needs another 16 bytes of memory per node. Throws Failure; the code is
-// unsupported for binary files.
+// not 1, 2, 3, ..., the mesh needs another 16 bytes of memory per node. Throws Failure; its error
+// code is `unsupported` for binary files.
 std::unique_ptr<MeshSource> open_ucd(const std::string& path, Spool& spool);
 
 // Writes a mesh. If the mesh came from a UCD file, all its data is written. For any other mesh,

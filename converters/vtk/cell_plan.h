@@ -17,8 +17,8 @@ namespace shm::converters::vtk {
 
 inline constexpr std::size_t kBatchCells = 16384;
 
-// Throws Failure (corrupt), because the extra `key` is inconsistent in itself or with the mesh.
-// `detail` describes the inconsistency.
+// Throws Failure (corrupt) with the message that the extra `key` is invalid or does not match the
+// mesh. `detail` describes the problem.
 [[noreturn]] void fail_extra(const std::string& key, std::string detail);
 
 class CellPlan {
@@ -88,7 +88,7 @@ class CellPlan {
 
   std::vector<int> block_types_;
   bool has_polyhedra_ = false;
-  // Cells of shape polyhedron, in ascending order of cell numbers.
+  // Cells with the shape polyhedron, in ascending order of their numbers.
   std::vector<Polyhedron> polyhedra_;
   std::vector<std::int64_t> face_sizes_;
   // Index in polyhedra_ of the next polyhedron that the current pass will reach.

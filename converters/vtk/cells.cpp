@@ -64,8 +64,8 @@ bool CellTable::next_cell() {
     fail(rows_, name() + " states " + std::to_string(has_offsets_ ? count : end) +
                     " nodes, more than the list has left");
   read_type(count);
-  // The row of a polyhedron also contains the number of faces and the size of each face. There is
-  // at most one face per node, so the limit for the row is twice the limit for the nodes.
+  // The numbers of a polyhedron include the number of faces and the size of each face. There is at
+  // most one face per node, so the limit for a polyhedron is twice the limit for other cells.
   const std::uint64_t room = type_ == kPolyhedron ? 2 : 1;
   if (count > room * kMaxNodesPerCell + 1) fail_size(count);
   nodes_.clear();

@@ -19,8 +19,8 @@ class CellTable {
   CellTable() = default;
   CellTable(const CellTable&) = delete;  // not copyable, because the cursors point into this object
   CellTable& operator=(const CellTable&) = delete;
-  // Sets the cells of a file up to version 4.x. `rows` contains the number of nodes of each cell,
-  // followed by its nodes.
+  // Sets the cells of a file of version 4.x or earlier. `rows` contains the number of nodes of each
+  // cell, followed by its nodes.
   void set_rows(std::uint64_t cells, Values rows);
   // Sets the cells of a file of version 5.x. The number of `offsets` is the number of cells plus 1,
   // or 0 if there are no cells.
@@ -49,7 +49,7 @@ class CellTable {
     std::uint32_t nodes, index;
   };
   struct TypeBlocks {
-    bool varying = false;  // true: all cells of the type are in one block of varying size
+    bool varying = false;  // true if all cells of the type are in one block of varying size
     std::vector<Block> blocks;
   };
   struct Faces {
@@ -60,8 +60,9 @@ class CellTable {
   void unpack_faces();
   bool close_faces();
   // Finds the blocks of the cells. Keeps the first `others` blocks of `info`, and appends the found
-  // blocks after them. Returns false if the caller must start again, because all cells of a type
-  // must be in one block of varying size, or because polyhedra cannot have the shape `faces`.
+  // blocks after them. Returns false if the caller must start again, because it has turned out that
+  // all cells of a type must be in one block of varying size, or that polyhedra cannot have the
+  // shape `faces`.
   bool collect_blocks(MeshInfo& info, std::size_t others, Faces& faces);
   void count_cell(MeshInfo& info);
   std::uint32_t block_of_cell() const;

@@ -1,5 +1,5 @@
-// Lists of strings, in the forms in which VTK's formats and the extras of .shm files store them,
-// and arrays with a string per point or cell.
+// Lists of strings, as VTK's formats and the extras of .shm files store them, and arrays with one
+// string per point or cell.
 #pragma once
 
 #include <cstddef>
@@ -68,7 +68,7 @@ inline constexpr std::string_view kStringRole = "vtk:string";
 inline constexpr std::string_view kStringLists = "vtk/strings/";
 std::string strings_key(std::size_t array);
 
-// Returns the form of the list of strings of an array with the role kStringRole. The form depends
+// Returns how the strings of an array with the role kStringRole are encoded. The encoding depends
 // on whether the mesh came from a legacy or an XML file.
 StringForm form_of_strings(const MeshInfo& info, std::size_t array);
 // Returns the list of strings of an array with the role kStringRole, as plain strings. Returns an

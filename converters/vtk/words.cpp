@@ -61,9 +61,9 @@ struct CellKind {
   std::uint32_t nodes;  // 0: any number
 };
 
-// Cell types with a fixed number of nodes whose node order equals the model's, and cell types with
-// any number of nodes. shape_of_cell_type() handles all other types, including Lagrange and Bezier
-// cells (68 to 81).
+// VTK cell types, their shapes in the mesh model, and their numbers of nodes (0: any number). If
+// the number of nodes is fixed, their order is the same in VTK and in the model.
+// shape_of_cell_type() handles all other types, including Lagrange and Bezier cells (68 to 81).
 constexpr CellKind kCellKinds[] = {
     {12, CellShape::hexahedron, 8},
     {1, CellShape::vertex, 1},

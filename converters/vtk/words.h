@@ -16,7 +16,8 @@ namespace shm::converters::vtk {
 enum class ValueForm { number, bit, string, variant, unknown };
 
 // Returns the form (number, bit, string or variant) of values with the type `word`, such as
-// "float". Like VTK, this function and the next functions match prefixes and ignore case.
+// "float". Like VTK, this function and the others that take a type word match prefixes and ignore
+// case.
 ValueForm form_of_word(std::string_view word);
 // Returns the scalar type in which a file stores numbers of the type `word`. Returns nothing if
 // values of this type are not numbers.
@@ -32,9 +33,9 @@ inline constexpr int kPixel = 8, kVoxel = 11, kPolyhedron = 42;
 // Returns the shape that cells of the VTK type `type` with `nodes` nodes have in the mesh model.
 // `nodes` is 0 if the number of nodes varies.
 CellShape shape_of_cell_type(int type, std::uint32_t nodes);
-// Returns the VTK cell type for the cells of `block`, whose mesh comes from another format.
+// Returns the VTK cell type for the cells of `block`, a block of a mesh from another format.
 int cell_type_of_block(const BlockInfo& block);
-// Returns true if VTK has a cell type for the cells of `block`, whose mesh comes from another
+// Returns true if VTK has a cell type for the cells of `block`, a block of a mesh from another
 // format. If false, the cells are written as point sets.
 bool has_cell_type(const BlockInfo& block);
 // Returns true if cells of this type may have any number of nodes.
@@ -44,7 +45,7 @@ bool has_varying_nodes(int type);
 void permute_corners(int type, std::uint64_t* corners, std::size_t count);
 
 std::string lower_case(std::string_view text);
-// Replaces bytes that cannot be part of a word by %XX, where XX is the byte in hexadecimal.
+// Replaces each byte that cannot be part of a word with %XX, the value of the byte in hexadecimal.
 std::string encode_name(std::string_view name);
 std::string decode_name(std::string_view name);
 
@@ -98,8 +99,8 @@ enum class EntryKind : std::uint8_t {
 inline constexpr std::size_t kEntryKinds = 31;
 std::string_view keyword(EntryKind kind);
 std::optional<EntryKind> kind_of_keyword(std::string_view upper_case_word);
-// Returns the number of components if it is the same for all entries of this kind. Returns 0 if the
-// file states the number.
+// Returns the number of components of arrays of this kind, or 0 if it varies and is stated in the
+// file.
 std::uint64_t fixed_components(EntryKind kind);
 inline bool holds_values(EntryKind kind) { return kind >= EntryKind::array; }
 // Returns true for attributes: the kinds of arrays, other than FIELD, that may follow POINT_DATA
@@ -107,7 +108,8 @@ inline bool holds_values(EntryKind kind) { return kind >= EntryKind::array; }
 inline bool is_attribute(EntryKind kind) {
   return kind > EntryKind::array && kind <= EntryKind::edge_flags;
 }
-// Returns the number of words after the keyword of `kind` that the skeleton contains verbatim.
+// Returns how many of the words that follow the keyword of `kind` are copied verbatim to the
+// skeleton.
 std::size_t plain_words(EntryKind kind);
 // Returns true for CELLS and for the four lists of cells of polygonal data.
 inline bool lists_cells(EntryKind kind) {
@@ -126,9 +128,9 @@ struct Entry {
   std::size_t index = 0;  // index into schema.arrays, or the number <k> of the extra vtk/data/<k>
   std::string name{};     // %-encoded
 
-  // The content depends on the kind. For kinds with plain words (see plain_words()): these words.
-  // For a list of cells: the word for the type of the offsets, or an empty string if the cells are
-  // stored as rows. For all other kinds: the word for the type of the values.
+  // For kinds whose words are copied verbatim (see plain_words()): these words. For a list of
+  // cells: the word for the type of the offsets, or an empty string if the cells are stored as
+  // rows. For all other kinds: the word for the type of the values.
   std::string type{};
   // For SCALARS: the name of the lookup table. For a list of cells: the word for the type of the
   // connectivity.

@@ -165,7 +165,7 @@ class Repair(unittest.TestCase):
         before = self.bytes_of(path)
         repaired = self.shm("repair", path)
         self.assertEqual(repaired.returncode, 3)
-        self.assertIn(b"cannot be healed", repaired.stderr)
+        self.assertIn(b"cannot be repaired", repaired.stderr)
         self.assertEqual(self.bytes_of(path), before)
         self.assertEqual(self.shm("repair", self.mesh).returncode, 3)
         # Nothing to heal, and nothing changes.

@@ -30,8 +30,8 @@ void copy_to(OutputFile& output, const std::string& path) {
 }
 
 // Returns the size of the parity as a fraction of the file size, or nothing if the file has no
-// parity. Throws Failure if the file is damaged. Otherwise the new parity would be computed from
-// damaged bytes, and the damage could no longer be repaired.
+// parity. Throws Failure if the file is damaged, because parity that is computed from damaged bytes
+// cannot repair the damage.
 std::optional<double> parity_to_renew(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileRandomSource::open(path), path);
   const auto parity = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
@@ -39,15 +39,15 @@ std::optional<double> parity_to_renew(const std::string& path, const Progress& p
   parity->check(progress);
   if (!parity->damaged_blocks().empty())
     throw Failure(Error{.code = ErrorCode::corrupt,
-                        .detail = "is damaged; its parity may heal it: shm repair",
+                        .detail = "is damaged; its parity may repair it: shm repair",
                         .section = "parity",
                         .file = path});
   return parity->share();
 }
 
-// If the .shm file at `path` was made from a series of files, and these files had the same format
-// as the mesh `more`, returns the schema, counts and time values of the .shm file. Otherwise
-// returns nothing.
+// Returns the schema, counts and time values of the .shm file at `path` if it was made from a
+// series of files that had the same format as `more`, the mesh to append. Otherwise returns
+// nothing.
 std::optional<MeshInfo> series_with(const std::string& path, const MeshInfo& more) {
   const Format* format = format_named(more.schema.source_format);
   if (format == nullptr || !holds_one_step(more, *format, true)) return std::nullopt;
@@ -159,7 +159,7 @@ std::string AppendCommand::text_of(const AppendOutcome& outcome) const {
 }
 
 ExitCode AppendCommand::report_differences(const AppendOutcome& outcome) const {
-  std::fprintf(stderr, "shm: %s does not hold the mesh of %s:\n", source.c_str(), input.c_str());
+  std::fprintf(stderr, "shm: %s does not contain the mesh of %s:\n", source.c_str(), input.c_str());
   for (const std::string& difference : outcome.differences)
     std::fprintf(stderr, "shm:   %s\n", difference.c_str());
   return kDifferent;

@@ -91,7 +91,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       ->type_name("FILE");
   command
       ->add_option("--bits", bits,
-                   "Round coordinates to N bits (1 to 52) over the bounding box (default: exact)")
+                   "Round coordinates to N bits (1 to 52) across the bounding box (default: exact)")
       ->check(whole_number(1, 52))
       ->type_name("N");
   command
@@ -290,7 +290,7 @@ ExitCode CompressCommand::run() {
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(*this);
   // With --order free, the default memory limit is higher, because the mesh is accessed in random
-  // order: pages that are written to disk would soon be read again.
+  // order, and pages that were written to disk would soon have to be read again.
   Spool spool(spool_directory(*this), spool_memory(*this, order == "free"), mesh_limits(*this));
   line.show("reading " + input);
   ToolInput in(*this);

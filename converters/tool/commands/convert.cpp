@@ -51,7 +51,7 @@ ExitCode ConvertCommand::write(ToolInput& in) {
   const Format* const named = format_of_name(output);
   if (step_files.is_one_file() && named != nullptr && named->name != step_files.format().name &&
       !in.is_stream() && in.is_shm() && !is_archive(in.path())) {
-    // Check the output name before the file is decoded, because decoding may take long.
+    // Check the output name before the file is decoded, because decoding may take a long time.
     const MeshInfo info = in.summarize(line.callback()).info;
     check_output_name(output, step_files.format(), info, steps.in(info.step_times));
   }
@@ -104,7 +104,8 @@ void ConvertCommand::remove_input(const LossList& losses, ProgressLine& line) {
   remove_source(input, output, *this, line.callback());
 }
 
-// Writes one file per time step. Finds all losses before it writes the first file.
+// Writes one file per time step. Before it writes the first file, it determines which data any of
+// the files would lack.
 ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_files, Spool& spool,
                                     ProgressLine& line) {
   MeshInfo info = mesh.info();
@@ -120,7 +121,8 @@ ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_file
   step_files.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing", step - range.first, range.size());
-    // Each file has its own spool, so that its disk space is freed when the file is complete.
+    // Each file has its own spool, so that the disk space of the spool is freed when the file is
+    // complete.
     Spool own(spool.directory(), spool.memory_budget(), spool.limits());
     Conversion conversion(mesh, step_files.format(), step_in_file(info, step), own);
     write_mesh(conversion.mesh(), step_files.file(step), step_files.format(), own);

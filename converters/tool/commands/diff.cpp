@@ -78,7 +78,7 @@ CLI::App* DiffCommand::add_to(CLI::App& tool) {
                    "name, write point/NAME or\ncell/NAME. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
-  command->add_option("--only", only, "Compare no array except this one. May be repeated")
+  command->add_option("--only", only, "Compare no arrays other than this one. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   command

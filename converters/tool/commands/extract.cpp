@@ -317,8 +317,9 @@ void Extraction::stage() {
   layers_.push_back(std::move(sides));
 }
 
-// Translates the piece to the target format. The extras of the source describe the whole mesh, so
-// they are always translated, even if the target format could store them unchanged.
+// Translates the piece to the target format. Extras of the source are always translated and never
+// passed on unchanged, even if the target format could store them, because they describe the whole
+// mesh.
 Translation Extraction::translated(std::optional<StepRange> step, Spool& spool) {
   Capabilities capabilities = format_.capabilities;
   capabilities.sibling = {};
@@ -362,7 +363,8 @@ bool Extraction::write_each(ProgressLine& line) {
   files_.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing " + options_.output, step - range.first, range.size());
-    // Each file has its own spool, so that the disk space is freed after the file is written.
+    // Each file has its own spool, so that the disk space of the spool is freed when the file is
+    // complete.
     Spool own(spool_.directory(), spool_.memory_budget(), spool_.limits());
     Translation translation = translated(step_in_file(info, step), own);
     FromElsewhere mesh(translation.mesh(), whole_);
@@ -387,7 +389,7 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
       tool, *this, "extract",
       "Write a piece of a .shm file as a separate mesh, in any format. Only the bytes that the\n"
       "piece needs are read. Cells must meet all given conditions; without a condition, all cells\n"
-      "are written. Vertices and cells are renumbered in the same order; the arrays\n"
+      "are written. Vertices and cells are renumbered, but keep their order; the arrays\n"
       "shm_vertex_number and shm_cell_number (in Exodus: the number maps) contain their numbers "
       "in\n"
       "IN. Sets lose the members that are not in the piece",
@@ -421,9 +423,9 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
       ->add_option(
           "--set", set,
           "Only this set, given by name or number, or as side_set_N, node_set_N or element_set_N.\n"
-          "Of an element set or physical group, the cells are written. Of a side set, the sides "
-          "are\nwritten as cells, with the values of their points. Of a node set, each point is "
-          "written as a\ncell; --box is then the only other condition that is allowed")
+          "For an element set or physical group, its cells are written. For a side set, its sides "
+          "are\nwritten as cells, with the values of their points. For a node set, its points are "
+          "written as\ncells; --box is then the only other condition that is allowed")
       ->type_name("NAME");
   command
       ->add_option(

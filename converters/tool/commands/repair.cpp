@@ -132,8 +132,8 @@ class RepairRun {
   std::unique_ptr<LenientSource> lenient_;
   std::unique_ptr<ProtectedFile> protected_;
   std::unique_ptr<FileSink> scratch_;
-  // The input file. If the file has parity that belongs to it, heal() replaces this source with a
-  // source in which damaged blocks are repaired.
+  // Initially the input file. If the input has its own parity, heal() sets this pointer to a source
+  // in which damaged blocks are repaired.
   RandomSource* source_ = nullptr;
   Repair repair_;
 };
@@ -166,7 +166,7 @@ void RepairRun::heal() {
 void RepairRun::fail_unhealed(std::string detail) const {
   if (!repair_.lost.empty())
     detail = counted(repair_.lost.size(), "block") + " of " + std::to_string(repair_.blocks) +
-             " cannot be healed, because the damage is larger than the parity can repair: bytes " +
+             " cannot be repaired, because there is too much damage for the parity: bytes " +
              ranges_text(repair_.lost) + "; " + detail;
   throw Failure(Error{.code = ErrorCode::corrupt,
                       .detail = std::move(detail),
@@ -174,14 +174,14 @@ void RepairRun::fail_unhealed(std::string detail) const {
                       .file = options_.input});
 }
 
-// Finds the damage that parity could not repair. This damage may be less than the lost blocks,
-// because a block counts as lost even if only its checksum is lost and its data is undamaged.
+// Finds the damage that parity could not repair. Some lost blocks may contain no damage, because a
+// block counts as lost even if only its checksum is lost.
 void RepairRun::find_rest() {
   if (repair_.has_parity && repair_.lost.empty()) return;
   line_.show("looking for damage");
   auto damage = find_damage(*source_);
   if (!damage && damage.error().code == ErrorCode::unsupported)
-    fail_unhealed(damage.error().detail + ": only parity could heal it");
+    fail_unhealed(damage.error().detail + ": only parity could repair it");
   repair_.damage = unwrap(std::move(damage), options_.input);
 }
 
@@ -236,7 +236,7 @@ CLI::App* RepairCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "repair",
       "Restore a damaged .shm file exactly, by means of its parity, or salvage its undamaged\n"
-      "parts: every segment without damage. Missing data is then listed, and the exit code is 7.",
+      "parts: every undamaged segment. If data is missing, it is listed, and the exit code is 7.",
       "  shm repair rotor.e.shm                  in place\n"
       "  shm repair rotor.e.shm -o healed.shm\n"
       "  shm repair rotor.e.shm -o rest.shm --json | jq .missing");
@@ -247,7 +247,7 @@ CLI::App* RepairCommand::add_to(CLI::App& tool) {
                    "if none of its data is lost)")
       ->type_name("OUT.shm");
   add_force(*command, *this);
-  command->add_flag("--json", json, "Print the healed blocks and the missing data as JSON");
+  command->add_flag("--json", json, "Print the repaired blocks and the missing data as JSON");
   return command;
 }
 

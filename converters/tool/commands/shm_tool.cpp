@@ -4,7 +4,7 @@
 // Exit codes:
 // - 0: done
 // - 1: a difference was found
-// - 2: wrong use
+// - 2: usage error
 // - 3: bad or unreadable input
 // - 4: the output could not be written
 // - 5: a limit was exceeded
@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   // of being kept for smaller allocations.
   ::mallopt(M_MMAP_THRESHOLD, 768 * 1024);
   shm::converters::remove_outputs_on_signals();
-  std::signal(SIGPIPE, SIG_IGN);  // a write to a closed pipe then returns an error
+  std::signal(SIGPIPE, SIG_IGN);  // so that a write to a closed pipe returns an error
 
   // SIGXFSZ is ignored, so that a write beyond the file size limit returns an error instead of
   // ending the process.

@@ -32,8 +32,8 @@ ParityState parity_state(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileRandomSource::open(path), path);
   const auto protected_file = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
   if (!protected_file) return {};
-  // If the parity belongs to this file, the protected bytes are a whole .shm file that ends with
-  // the trailer. Otherwise the parity belongs to another file.
+  // If the protected bytes are not a whole .shm file that ends with the trailer, the parity belongs
+  // to another file.
   SectionSource itself(*file, 0, protected_file->shape().protected_bytes);
   if (!is_whole_file(itself)) return {};
   protected_file->check(progress);
@@ -41,8 +41,8 @@ ParityState parity_state(const std::string& path, const Progress& progress) {
           protected_file->damaged_packets()};
 }
 
-// Returns the number of bytes after the end of the mesh that are not parity. They may remain from
-// an interrupted shm append.
+// Returns the number of bytes after the end of the mesh that are not parity. An interrupted shm
+// append may have left them.
 std::uint64_t stray_bytes(RandomSource& file) {
   if (is_whole_file(file) || ProtectedFile::open(file)) return 0;
   const auto summary = read_summary(file);
@@ -139,7 +139,7 @@ ExitCode VerifyCommand::verify_archive() {
 }
 
 // Reports all damage in the file at `path`, which is the input or a temporary copy of the input.
-// Then throws `failure` again, and adds a hint to its message that mentions shm repair.
+// Then throws `failure`, with a hint about shm repair added to its message.
 void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& path) const {
   Error error = failure.error();
   const bool may_be_damage = error.code == ErrorCode::corrupt ||
@@ -148,8 +148,8 @@ void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& 
   if (!may_be_damage || !file) throw Failure(error);
   auto parity = ProtectedFile::open(**file);
   if (parity && parity->is_of_something_else()) parity = nullptr;
-  // Search for damage only in the protected bytes. The parity packets after them may contain copies
-  // of the protected bytes if the file is small.
+  // Search for damage only in the protected bytes. Do not search the parity packets that follow,
+  // because those of a small file may contain copies of the protected bytes.
   LenientSource lenient(**file);
   const std::uint64_t bytes =
       parity ? std::min(parity->shape().protected_bytes, lenient.size()) : lenient.size();
@@ -157,7 +157,7 @@ void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& 
   const auto damage = find_damage(itself);
   const bool found = damage && !damage->damages.empty();
   if (parity)
-    error.detail += "; its parity may heal it: shm repair";
+    error.detail += "; its parity may repair it: shm repair";
   else if (found && damage->schema)
     error.detail += "; shm repair -o OUT.shm writes its undamaged parts";
   if (json) {

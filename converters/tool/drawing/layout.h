@@ -1,4 +1,4 @@
-// shm layout: draws how coherently a mesh is stored.
+// shm layout: draws a diagram that shows how coherently a mesh is stored.
 #pragma once
 
 #include "tool/running/command.h"

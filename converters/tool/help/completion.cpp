@@ -118,8 +118,9 @@ std::string for_bash(const CompletedCommand& itself,
          "complete -o default -F _shm shm\n";
 }
 
-// Escapes help text for a zsh script: single quotes, because the text is quoted, and colons and
-// brackets, at which the zsh functions _arguments and _describe would split it.
+// Escapes help text for a zsh script. Single quotes are escaped because the script encloses the
+// text in single quotes. Colons and brackets are escaped because the zsh functions _arguments and
+// _describe would split the text at them.
 std::string for_zsh(const std::string& help) {
   std::string text;
   for (const char c : help)

@@ -76,7 +76,7 @@ std::string command_text(const CLI::App& command) {
          description_text(command) + options_text(command) + block(command.get_footer());
 }
 
-// Returns the short description for the section NAME, which the programs whatis and apropos show:
+// Returns the short description for the NAME section, which the programs whatis and apropos show:
 // the first clause of the command's description, in lower case and without a full stop.
 std::string short_text(const CLI::App& command) {
   std::string text = command.get_description() + ". ";
@@ -86,7 +86,7 @@ std::string short_text(const CLI::App& command) {
   return text;
 }
 
-// Returns the sections EXAMPLES and NOTES of a page. NOTES contains the text that follows the
+// Returns the EXAMPLES and NOTES sections of a page. NOTES contains the text that follows the
 // examples in the help of the command.
 std::string footer_text(const std::string& footer) {
   const std::string heading = "Examples:\n";

@@ -39,7 +39,7 @@ struct FileCommand : Command {
   bool to_stdout = false;             // -c: write to standard output
   bool remove = false, keep = false;  // remove the input (--rm), or keep it (-k)
   bool json = false;
-  // True if the command has several files; the report about each file is then a single line.
+  // True if the command processes several files; the report about each file is then a single line.
   bool is_one_of_many = false;
   unsigned threads = 0;  // number of threads; 0 means one per core
 

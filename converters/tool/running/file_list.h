@@ -15,7 +15,7 @@ struct FileTask {
   std::string input, output;  // paths; `output` is empty if no output is written
   std::uint64_t bytes = 0;    // size of the input in bytes
   std::string passed_over;    // reason for skipping the input; empty if it is not skipped
-  Result<void> refusal;       // an error if this task is refused before any work
+  Result<void> refusal;       // error if the task is refused before work starts
   int code = 0;               // exit code of the task
 };
 

@@ -8,8 +8,8 @@
 namespace shm::converters {
 
 // Runs the command and returns its exit code. If there are several files, returns the largest of
-// their exit codes. If one file fails, the other files are still processed. Files that must be
-// refused are found before any file is processed.
+// their exit codes. If one file fails, the other files are still processed. Before any file is
+// processed, all files are checked for reasons to refuse them.
 int run_on_files(FileCommand& command);
 
 }  // namespace shm::converters

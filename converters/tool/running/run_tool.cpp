@@ -71,7 +71,7 @@ void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
   for (std::string& word : words) {
     if (word == "--") return;
     if (std::exchange(is_value, false)) continue;
-    // This loop does the same as get_option_no_throw(), which would end the program if memory runs
+    // This loop is used instead of get_option_no_throw(), which would end the program if memory ran
     // out.
     for (const CLI::Option* const option : command->get_options())
       if (word.starts_with('-') && option->check_name(word))
@@ -111,7 +111,7 @@ int parse_and_run(const Commands& commands, int argc, char** argv, Command*& cho
   app.require_subcommand(1);
   app.footer(
       "shm COMMAND --help explains the options of a command and gives examples.\n"
-      "Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,\n"
+      "Exit codes: 0 done, 1 a difference was found, 2 usage error, 3 bad or unreadable input,\n"
       "4 output could not be written, 5 a limit was exceeded, 6 the output would lack data of the\n"
       "mesh (--strict), 7 repair salvaged the undamaged parts, and some data is missing.");
   std::vector<std::pair<CLI::App*, Command*>> added;

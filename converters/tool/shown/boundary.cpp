@@ -111,9 +111,9 @@ class KeptCells final : public ForwardingMesh {
   std::optional<VertexPlaces> places_;
   CellBatch all_;
   std::vector<std::uint64_t> numbers_;
-  // If kept_ is empty, first_ is the number of the first cell of the most recently read batch, and
-  // count_ is the number of cells in this batch. If kept_ is set, first_ is the number of the next
-  // cell to be read from the source, and count_ is not used.
+  // If all cells are kept (kept_ is empty), first_ is the number of the first cell of the most
+  // recently read batch, and count_ is the number of cells in this batch. Otherwise, first_ is the
+  // number of the next cell to be read from the source, and count_ is not used.
   std::uint64_t first_ = 0, count_ = 0;
 };
 

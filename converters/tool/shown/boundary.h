@@ -23,8 +23,8 @@ struct HalfSpace {
 // Returns the boundary surface, as read_boundary() does for .shm files. Vertices and cells have the
 // same numbers as in `mesh`. If `kept` is set, only cells whose centre (the mean of their corners)
 // is in this half space are included. Makes two passes over the cells, and one more pass for each
-// cell array. The memory needed is proportional to the active surface and to the number of faces
-// found. Throws Failure.
+// cell array. The memory needed is proportional to the number of faces found, and to the active
+// surface (the faces of which only one cell has been read so far). Throws Failure.
 BoundarySurface boundary_of_mesh(MeshSource& mesh, const std::vector<BoundaryArray>& arrays,
                                  const std::optional<HalfSpace>& kept, Spool& spool,
                                  const Progress& progress);

@@ -16,8 +16,7 @@
 namespace shm::converters {
 namespace {
 
-// Placeholder in the page that is replaced by the .shm file. It occurs exactly once in
-// bindings/web/page/index.html.
+// Placeholder that the .shm file replaces. It occurs exactly once in bindings/web/page/index.html.
 constexpr std::string_view kPlace =
     R"(<script type="application/octet-stream" id="file" data-name=""></script>)";
 constexpr std::string_view kNameEnd = R"("></script>)", kFileEnd = "</script>";

@@ -1,4 +1,4 @@
-// Writes a .shm file into the web page that shows a mesh in a browser (bindings/web/page).
+// Embeds a .shm file in the web page that shows a mesh in a browser (bindings/web/page).
 #pragma once
 
 #include <cstddef>
@@ -16,9 +16,9 @@ namespace shm::converters {
 // and a string may have at most 2^29 characters.
 inline constexpr std::uint64_t kMostInPage = std::uint64_t{256} << 20;
 
-// Returns the page before a .shm file is inserted. If `path` is empty, returns the page that was
-// installed or built with this program. Throws Failure: misuse if the page cannot be read, corrupt
-// if the page does not contain exactly one placeholder for a file.
+// Returns the page without a .shm file. If `path` is empty, returns the page that was installed or
+// built with this program. Throws Failure: misuse if the page cannot be read, corrupt if the page
+// does not contain exactly one placeholder for a file.
 std::string empty_page(const std::string& path);
 
 // Writes a .shm file into a page.
@@ -46,7 +46,7 @@ class FileInPage final : public ByteSink {
   std::string head_;  // part of the page before the file; cleared when it has been written
   ByteSink& out_;
   std::uint64_t bytes_ = 0, written_ = 0;
-  // Up to two bytes that are not yet encoded: base64 encodes groups of three bytes as four
+  // Up to two bytes that are not yet encoded, because base64 encodes groups of three bytes as four
   // characters.
   std::vector<std::byte> rest_;
 };

@@ -48,13 +48,13 @@ struct ShownRequest {
 ShownBoundary shown_boundary(const CommonOptions& options, ToolInput& in, Spool& spool,
                              ProgressLine& line, const ShownRequest& request);
 
-// Returns a number for each vertex (if the chosen array is a point array) or for each face (if it
-// is a cell array). The number is the length if the value is a vector, and NaN if there is no
-// value. Requires that an array was chosen. Frees the values stored in `shown`.
+// Returns one number per vertex if the chosen array is a point array, or one per face if it is a
+// cell array: the value of the array, the length of the value if it is a vector, or NaN if there is
+// no value. Precondition: an array was chosen. Frees the values stored in `shown`.
 std::vector<double> values_of(ShownBoundary& shown);
 
 // Sorts the vertices by their numbers in the mesh, and the faces by cell number and side. Rotates
-// the corners of each side so that the lowest vertex number comes first. The result therefore does
+// the corners of each face so that the lowest vertex number comes first. The result therefore does
 // not depend on the order in which vertices and faces were found. Reorders `values`, which may be
 // empty, in the same way.
 void put_in_mesh_order(BoundarySurface& boundary, bool values_of_points,

@@ -1,4 +1,4 @@
-// Code shared by the two formats of VTK, legacy and XML. Both formats store nearly the same
+// Code that VTK's two formats, legacy and XML, share. Both formats store nearly the same
 // information in different forms. If a mesh of one format is written in the other, all data that
 // both formats can express is kept: field data, strings and bits, roles of arrays (scalars,
 // vectors, ...), names of components, information keys, faces of polyhedra.
@@ -50,7 +50,7 @@ inline constexpr std::string_view kLegacyTime = "TIME", kXmlTime = "TimeValue", 
 // Extras that are derived from the extras of a mesh, because the file to be written needs the
 // values in another form.
 struct MadeExtras {
-  std::deque<Extra> data;     // values of the arrays that the plan calls x0, x1, ...
+  std::deque<Extra> data;     // values of the arrays that the new skeleton calls x0, x1, ...
   std::deque<Extra> strings;  // lists of strings of arrays
   void register_in(std::map<std::string, const Extra*>& extras) const {
     for (const auto* made : {&data, &strings})
@@ -58,11 +58,12 @@ struct MadeExtras {
   }
 };
 
-// Returns the skeleton entry that lists an array of the mesh in a FIELD of a legacy file.
+// Returns the line of a legacy file's skeleton (see vtk.h) that lists an array of the mesh in a
+// FIELD.
 Entry entry_of_array(const MeshInfo& info, std::size_t array);
 
-// Maximum number of components of an array whose component names are kept. Arrays of field data may
-// have more components.
+// Component names are kept only for arrays with at most this number of components. Arrays of field
+// data may have more components, whose names are dropped.
 inline constexpr std::uint64_t kMostNamedComponents = 4096;
 std::string quoted_array(std::string_view name);  // returns "array 'T'"
 
@@ -75,8 +76,8 @@ inline bool is_range_key(std::string_view name) {
 // Returns true if the mesh has Lagrange or Bezier hexahedra. Their node order changed in version
 // 5.1 of legacy files and version 2.1 of XML files.
 bool has_renumbered_cells(const MeshInfo& info);
-// Key of an extra that marks a piece of a mesh whose cells are in the newer node order. The extra
-// is needed because a piece has no skeleton, which would state the version of the file.
+// Key of an extra that marks a piece of a mesh as using the newer node order. A whole mesh does not
+// need this extra, because its skeleton contains the file version, but a piece has no skeleton.
 inline constexpr const char* kNewNumbering = "vtk/new_numbering";
 
 }  // namespace shm::converters::vtk

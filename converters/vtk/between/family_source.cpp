@@ -44,8 +44,8 @@ const Extra* time_of(const MeshInfo& info) {
 bool is_skeleton(std::string_view key) { return key == "vtk/skeleton" || key == "vtu/skeleton"; }
 
 std::vector<std::byte> stored_time(double time, ScalarType type) {
-  // Limit for the absolute value of times that are stored in an integer type. Times from this limit
-  // on are replaced with 0.
+  // Limit for the absolute value of times that are stored in an integer type. A time that reaches
+  // this limit is replaced with 0.
   constexpr double kMostWhole = 0x1p31;
   return with_scalar(type, [&](auto zero) {
     std::vector<std::byte> stored(sizeof zero);

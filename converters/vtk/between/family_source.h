@@ -15,21 +15,22 @@ namespace shm::converters::vtk {
 
 class FamilySource : public SourceFormat {
  public:
-  // Returns the time if the field data of the mesh contains it as a single number of any type.
-  // Otherwise returns nothing.
+  // Returns the time that the field data of the mesh states as a single number of any type. Returns
+  // nothing if the field data does not state a time.
   std::optional<double> time(const MeshInfo& info, Keys& used) const override;
-  // Returns the extras of a mesh from a series of files, each with one step, after the mesh has
-  // been reduced to some of its steps. If one step remains, its time replaces the time in the
-  // extras. Returns nothing for other meshes.
+  // Returns the extras that remain when a mesh is reduced to some of its steps. If a single step
+  // remains, its time replaces the time in the extras. Returns nothing unless the mesh comes from a
+  // series of files with one step each.
   std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
                                                     StepRange steps) const override;
   std::vector<Extra> extras_of_series(const MeshInfo& info) const override;
-  // Returns true for the keys of field data and of the skeleton, which contains the title and the
-  // order of arrays.
+  // Returns true if an extra with this key describes a file: field data, or the skeleton, which
+  // contains the title and the order of arrays.
   bool is_about_file(std::string_view key) const override;
-  // Returns the extras of `old` without changes. If an extra of the appended file differs and
-  // describes only that file, lists this extra as a loss. Returns nothing if any other extra
-  // differs, or if `old` does not come from a series of files with one step each.
+  // Returns the extras of the mesh `old` after the file `more` is appended to it. They do not
+  // change. An extra of the appended file that differs but describes only that file is listed as a
+  // loss. Returns nothing if any other extra differs, or if `old` does not come from a series of
+  // files with one step each.
   std::optional<AppendedExtras> joined_extras(const MeshInfo& old, const MeshInfo& more,
                                               const std::vector<Extra>& extras,
                                               std::span<const std::uint64_t> steps) const override;
@@ -39,12 +40,13 @@ class FamilySource : public SourceFormat {
   bool has_strings(const ArrayInfo& array) const override;
   std::vector<std::string> strings(const MeshInfo& info, std::size_t array) const override;
   bool is_list_of_strings(std::string_view key) const override;
-  // Adds kNewNumbering to the extras of a piece if, according to the skeleton of the whole mesh,
-  // the cells are in the newer node order.
+  // Adds kNewNumbering to the extras of a piece if the skeleton of the whole mesh shows that the
+  // nodes of its cells are in the newer order.
   void mark_piece(const MeshInfo& whole, MeshInfo& piece) const override;
 
  protected:
-  // Returns the skeleton of a mesh without value ranges.
+  // Returns the skeleton of a mesh (its file without the numbers), and omits the value ranges of
+  // arrays.
   virtual std::string skeleton_without_ranges(const MeshInfo& info) const = 0;
 
   constexpr FamilySource() = default;

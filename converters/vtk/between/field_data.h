@@ -21,8 +21,8 @@ std::vector<FieldArray> field_arrays(const MeshInfo& info);
 std::vector<std::string> strings_of(const FieldArray& array);
 
 // Returns an extra with the field data "BlockNames". It contains one string for each named block:
-// the number of the block, a blank, and the name. `form` is the form in which the strings are
-// stored. The shape of the extra is {number of strings}.
+// the number of the block, a space, and the name. `form` says how the strings are encoded. The
+// shape of the extra is {number of strings}.
 Extra block_names_extra(const MeshInfo& info, std::string key, StringForm form);
 inline constexpr const char* kBlockNames = "BlockNames";
 

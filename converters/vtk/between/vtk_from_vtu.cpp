@@ -24,7 +24,8 @@ using vtu::ValuesWord;
 
 constexpr std::size_t kLongestTitle = 255;  // limit of VTK's readers
 
-// Returns the value that an element InformationKey, or an element Value in it, contains.
+// Returns the text in an InformationKey element, or in a Value element inside it, as a word of a
+// legacy file.
 std::string word_in(const Node& node) {
   for (const Node& each : node.children) {
     if (each.kind != NodeKind::text) continue;
@@ -37,7 +38,7 @@ std::string word_in(const Node& node) {
   return {};
 }
 
-// Returns the words that a legacy file contains after DATA for an information key: "<value>", or
+// Returns the words that follow DATA in the legacy form of an information key: "<value>", or
 // "<count> <values>" if the key has several values.
 std::string information_data(const Node& key) {
   std::string values;
@@ -94,8 +95,8 @@ class LegacyBuilder {
  private:
   void lose(std::string loss) { losses_.add(std::move(loss)); }
 
-  // Returns true if the points of each polyhedron ascend. When VTK reads a legacy file, it sorts
-  // the points of a polyhedron, so any other order is lost.
+  // Returns true if the point numbers of each polyhedron are in ascending order. When VTK reads a
+  // legacy file, it sorts the points of a polyhedron, so any other order is lost.
   bool points_of_polyhedra_ascend() const {
     const Extra* counts = extras_.find("vtu/polyhedron/counts");
     const Extra* points = extras_.find("vtu/polyhedron/points");
@@ -110,8 +111,8 @@ class LegacyBuilder {
     return true;
   }
 
-  // Sets step_ to the time step of the XML file that has the last time of the mesh. If there is no
-  // such time step, sets step_ to the last time step of the XML file.
+  // Sets step_ to the time step of the XML file whose time equals the final time of the mesh. If
+  // there is no such time step, sets step_ to the final time step of the XML file.
   void find_step() {
     times_ = contents_.times();
     step_ = times_.empty() ? 0 : times_.size() - 1;
@@ -140,8 +141,8 @@ class LegacyBuilder {
     add_field(std::move(arrays));
   }
 
-  // If an array of field data contains a title that fits into the header of a legacy file, uses it
-  // as the title of the skeleton and returns true.
+  // Returns true if `array`, an array of field data, contains a title that fits into the header of
+  // a legacy file. Also stores this title in the skeleton.
   bool is_title(Node& array) {
     const auto word = vtu::values_word(array);
     if (array.attribute_or("Name", "") != kXmlTitle || !word ||
@@ -220,7 +221,7 @@ class LegacyBuilder {
 
   using Roles = std::map<std::string, std::set<EntryKind>>;  // roles of each array, by its name
 
-  // Returns the roles of the arrays in an element PointData or CellData. Reports the loss of roles
+  // Returns the roles of the arrays in a PointData or CellData element. Reports the loss of roles
   // that legacy files cannot express.
   Roles roles_of(const Node& data, Location location) {
     Roles roles;
@@ -253,8 +254,8 @@ class LegacyBuilder {
     return info.role.empty() && (!info.per_step || !info_.step_times.empty());
   }
 
-  // Returns the indices of the arrays in an element PointData or CellData that do not exist at the
-  // written time step, but only at other time steps.
+  // Returns the indices of the arrays in a PointData or CellData element that exist at other time
+  // steps, but not at the written time step.
   std::set<std::uint64_t> of_other_steps(Node& data) const {
     std::set<std::uint64_t> others, current;
     for (Node& array : data.children) {
@@ -388,7 +389,7 @@ class LegacyBuilder {
   LegacyParts parts_;
   std::vector<double> times_;
   std::size_t step_ = 0;
-  // Arrays of the current element PointData or CellData that do not exist at the written time step.
+  // Arrays of the current PointData or CellData element that do not exist at the written time step.
   std::set<std::uint64_t> of_other_steps_;
 };
 

@@ -12,8 +12,8 @@
 
 namespace shm::converters::vtk {
 
-// Skeleton of a binary legacy file, without the lists of cells. The version of the file is 5.1 if
-// the node order of the cells requires version 5.1, otherwise 4.2.
+// Skeleton of a binary legacy file (the file without its numbers), without the lists of cells. The
+// version of the file is 5.1 if the node order of the cells requires version 5.1, otherwise 4.2.
 struct LegacyParts {
   Skeleton skeleton;
   std::set<std::size_t> placed;  // indices of the mesh's arrays to which the skeleton refers

@@ -186,10 +186,10 @@ class XmlBuilder {
     vtk::append_string(list, text, StringForm::zeros);
   }
 
-  // Adds an array that is stored as an extra. (An array of points or cells is stored as an extra if
-  // it does not have a value for each point or cell, or has too many components.) The array becomes
-  // an array of points or cells if it has a value for each of them and the mesh is in file order
-  // (Order::keep); otherwise, it becomes field data.
+  // Adds an array that is stored as an extra, because it has too many components, or the wrong
+  // number of values for an array of points or cells. If the number of values is right and the mesh
+  // is in file order (Order::keep), the array becomes an array of points or cells. Otherwise, it
+  // becomes field data.
   void add_extra(const Entry& entry) {
     const std::string name = vtk::decode_name(entry.name);
     const Extra* found = extras_.find(vtk::data_key(entry.index));

@@ -25,8 +25,8 @@ struct XmlParts {
 // `losses`, which may be null.
 XmlParts xml_of_legacy(const MeshInfo& info, const std::string& format, LossList* losses);
 
-// Returns the XML element of a field data array of strings, with one component. `values` contains
-// the strings, each terminated by a zero byte. The function adds `values` to `made`.
+// Returns the XML element of a field data array that contains strings and has one component.
+// `values` contains the strings, each terminated by a zero byte, and is stored in `made`.
 Node strings_element(const std::string& name, std::string values, const std::string& format,
                      vtk::MadeExtras& made);
 

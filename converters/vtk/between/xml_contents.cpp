@@ -16,8 +16,8 @@ constexpr std::string_view kKnown[] = {
     "VTKFile", "UnstructuredGrid", "Piece", "PointData", "CellData",       "Points",
     "Cells",   "DataArray",        "Array", "Value",     "InformationKey", "AppendedData"};
 
-// Adds to `losses` the markup, in a node and in all nodes below it, that is lost when the mesh is
-// written in another format.
+// Adds the markup in a node and its descendants to `losses` if it is lost when the mesh is written
+// in another format.
 void add_markup(const Node& node, bool of_grid, LossCollector& losses) {
   switch (node.kind) {
     case NodeKind::comment: return losses.add("comments");

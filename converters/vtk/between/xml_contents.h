@@ -1,5 +1,5 @@
-// Contents: access to the skeleton of an XML file, that is, to the elements of its arrays, and to
-// markup that only XML files have.
+// Contents: access to the skeleton of an XML file, i.e. the file without its numbers. Finds the
+// elements of arrays, and the markup that only XML files have.
 #pragma once
 
 #include <cstdint>
@@ -22,18 +22,18 @@ class Contents {
   std::string version() { return document_.root().attribute_or("version", ""); }
   // Returns the XML elements of the arrays of field data.
   std::vector<Node*> field_arrays();
-  // Returns one entry per piece: its element PointData or CellData, or null if the piece does not
-  // have this element.
+  // Returns one entry per piece: its PointData or CellData element, or null if the piece has no
+  // such element.
   std::vector<Node*> data(Location location);
-  // Returns the element PointData or CellData of the first piece that has points or cells. It
-  // contains all arrays that exist in every piece.
+  // Returns the PointData or CellData element of the first piece that has points or cells. This
+  // element contains all arrays that exist in every piece.
   Node* first_data(Location location);
-  // Returns the XML elements of the arrays of points of all pieces and time steps.
+  // Returns the XML elements that contain the point coordinates of all pieces and time steps.
   std::vector<Node*> all_points();
-  // Returns the first XML element of an array of points, which contains the coordinates. Returns
-  // null if there is no such element.
+  // Returns the first XML element that contains point coordinates, or null if there is no such
+  // element.
   Node* points();
-  // Returns the times in the attribute TimeValues. Returns an empty list if the attribute is
+  // Returns the times in the TimeValues attribute. Returns an empty list if the attribute is
   // missing or does not consist of numbers.
   std::vector<double> times();
   // Returns the skeleton as text, without the value ranges of arrays.
@@ -49,8 +49,8 @@ class Contents {
   Document document_;
 };
 
-// Returns the index of the array (with the role vtu:points) that contains the points at a time
-// step. Returns nothing if the points at this step are the points of the mesh.
+// Returns the index of the array with the role vtu:points that contains the point coordinates at a
+// time step. Returns nothing if the coordinates at this step are those of the mesh itself.
 std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step);
 
 // Removes the value ranges (attributes and information keys) from an array element.

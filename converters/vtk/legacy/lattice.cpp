@@ -34,7 +34,7 @@ std::vector<double> wide_values(const Extra& extra) {
   return values;
 }
 
-// Stores the number of the first and of the last point along each axis in `ranges`. EXTENT a b ...
+// Sets `ranges` to the numbers of the first and the last point along each axis. EXTENT a b ...
 // means points a to b; DIMENSIONS n ... means points 0 to n - 1.
 bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
@@ -127,9 +127,9 @@ std::optional<Lattice> Lattice::of(const std::array<std::uint64_t, 3>& dimension
     lattice.cell_dimensions_[axis] = std::max<std::uint64_t>(size - 1, 1);
     lattice.cells_ *= lattice.cell_dimensions_[axis];
     if (size == 1) continue;
-    // The second axis adds two corners in reverse order, so that the four corners go around the
-    // face. The third axis adds the corners of the opposite face in the same order as the first
-    // face.
+    // Each axis copies the previous corners, shifted along the axis. The second axis copies the two
+    // corners in reverse order, so that the four corners go around the face. The third axis copies
+    // the four corners in the same order, which yields the opposite face.
     const std::size_t n = lattice.nodes_;
     for (std::size_t i = 0; i < n; ++i)
       lattice.offsets_[n + i] = lattice.offsets_[n == 2 ? 1 - i : i] + stride;

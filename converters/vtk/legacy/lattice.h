@@ -65,7 +65,7 @@ struct LatticePoints {
   void read(const Lattice& lattice, std::uint64_t first, std::uint64_t count, std::byte* out) const;
 };
 
-// Returns the lattice with the size that an entry DIMENSIONS or EXTENT of a skeleton contains.
+// Returns the lattice whose size is stated by `entry`, a DIMENSIONS or EXTENT entry of a skeleton.
 // Returns nothing if the numbers of the entry are invalid.
 std::optional<Lattice> lattice_of(const Entry& entry);
 

@@ -33,8 +33,8 @@ FilePlan::FilePlan(MeshSource& mesh) : CellPlan(mesh) {
   choose_layout();
 }
 
-// Throws Failure if a skeleton is damaged: it has a list of cells that its data set cannot have, or
-// the same list twice.
+// Throws Failure if a skeleton is damaged: it has the same list of cells twice, or a list that this
+// kind of data set cannot have.
 void FilePlan::check_lists() const {
   std::set<EntryKind> listed;
   for (const Entry& each : skeleton_.entries) {
@@ -69,9 +69,9 @@ void FilePlan::plan_from_source(const Extra& text) {
   add_missing_time();
 }
 
-// Changes the data set to an unstructured grid if necessary. If a mesh was renumbered, the
-// dimensions no longer determine its points and cells. If cells of polygonal data moved to another
-// list, the lists no longer determine the order of the cells.
+// Changes the data set to an unstructured grid if the original data set can no longer express the
+// mesh: if the mesh was renumbered, so that the dimensions do not determine its points and cells,
+// or if cells of polygonal data moved to another list.
 void FilePlan::settle_dataset() {
   if (skeleton_.dataset == Dataset::unstructured_grid) return;
   if (is_lattice(skeleton_.dataset) ? plan_lattice() : plan_polydata()) return;
@@ -131,8 +131,8 @@ bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points
   return true;
 }
 
-// Returns true if the cells of the mesh are sorted by list of polygonal data, in VTK's order of
-// lists, and the type of each cell is allowed in its list.
+// Returns true if the mesh can be written as polygonal data: its cells are grouped by list, in
+// VTK's order of the lists, and each cell has a type that its list allows.
 bool FilePlan::plan_polydata() {
   std::uint64_t first = 0;
   for (const EntryKind kind :
@@ -327,7 +327,7 @@ void FilePlan::add_block_ids() {
 }
 
 // Counts the integers that the file stores for all cells. Chooses the layout of version 5.x if the
-// classic layout, which is limited to 32-bit numbers, is too small.
+// layout of older versions, which is limited to 32-bit numbers, cannot store the cells.
 void FilePlan::choose_layout() {
   bool all_fixed = !has_polyhedra() && lists_.size() == 1;
   std::uint64_t all_numbers = 0;

@@ -18,8 +18,8 @@ namespace shm::converters::vtk {
 
 class FilePlan : public CellPlan {
  public:
-  // Borrows `mesh`. Reads its cells if this is necessary to determine the size of the lists of
-  // cells in the file.
+  // Borrows `mesh`. Reads the cells of `mesh` if the sizes of the lists of cells in the file cannot
+  // be determined without them.
   explicit FilePlan(MeshSource& mesh);
 
   const Skeleton& skeleton() const { return skeleton_; }
@@ -28,8 +28,8 @@ class FilePlan : public CellPlan {
   struct CellList {
     EntryKind kind = EntryKind::cells;
     std::uint64_t first = 0, cells = 0;
-    // Number of integers that the file stores for the cells of the list, not counting the node
-    // counts of classic rows.
+    // Number of integers that the file stores for the cells of the list. Does not include the node
+    // counts at the beginning of rows (versions up to 4.x).
     std::uint64_t numbers = 0;
   };
   const CellList& cell_list(EntryKind kind) const;

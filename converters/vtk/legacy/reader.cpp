@@ -183,8 +183,8 @@ Values Parser::column(ScalarType type, std::uint64_t count) {
 }
 
 // If a METADATA section follows, reads it up to the empty line that ends it. Some empty lines do
-// not end the section: empty component names, empty strings, and empty lines before the keys of an
-// INFORMATION.
+// not end the section: empty component names, empty strings, and empty lines before the information
+// keys.
 void Parser::metadata(std::uint64_t components, std::string& out) {
   if (lower_case(input_.peek_word()) != "metadata") return;
   input_.skip_line();
@@ -201,8 +201,8 @@ void Parser::read_metadata(std::uint64_t components, std::string& out) {
       return;
     }
     out.append(line).append("\n");
-    // A single number after DATA is either the value of the key, or the number of strings that
-    // follow. Some of these strings may be empty.
+    // A single number after DATA is either the value of the information key, or the number of
+    // strings that follow. Some of these strings may be empty.
     if (strings > 0 && !line.starts_with("NAME ")) {
       for (; strings > 1; --strings) out.append(input_.line()).append("\n");
       strings = 0;
@@ -319,7 +319,7 @@ void Parser::cell_types() {
   source_.lists_[0].set_types(column(ScalarType::int32, count));
 }
 
-// Returns the words that follow the keyword of `kind`, separated by single blanks.
+// Returns the words that follow the keyword of `kind`, separated by single spaces.
 std::string Parser::plain_words_of(EntryKind kind) {
   std::string words;
   for (std::size_t i = 0; i < plain_words(kind); ++i) {

@@ -41,7 +41,7 @@ class VtkSource : public MeshSource {
 
   MeshInfo info_;
   Values points_;
-  LatticePoints lattice_points_;  // points of a data set without a section POINTS
+  LatticePoints lattice_points_;  // points of a data set without a POINTS section
   std::array<CellTable, kLists> lists_;
   std::optional<Lattice> lattice_;
   std::uint64_t lattice_cell_ = 0;  // next cell that next_cells() returns; structured data only
@@ -71,8 +71,7 @@ class Parser {
   void metadata(std::uint64_t components, std::string& out);
   void read_metadata(std::uint64_t components, std::string& out);
 
-  // Reads a section of points or cells, or of dimensions and axes, which determine points and
-  // cells.
+  // Reads a section that contains points or cells, or the dimensions or axes that determine them.
   bool geometry_keyword(EntryKind kind);
   void points();
   void cells(EntryKind kind);

@@ -14,15 +14,15 @@
 // in double precision. The points are float32 if all three axes are float32.
 //
 // Cells of polygonal data are numbered as in VTK: VERTICES, LINES, POLYGONS, TRIANGLE_STRIPS. A
-// cell in these lists that is a single vertex, line, triangle or quad has the cell type vertex,
-// line, triangle or quad.
+// single vertex, line segment, triangle or quad in these lists gets the specific VTK cell type, not
+// polyvertex, polyline or polygon.
 //
-// Arrays: the arrays of POINT_DATA and CELL_DATA that have a value for every vertex or cell
-// (without a role), and BLANKING of old structured grids. Bits are uint8. Strings and variants are
-// uint32 with role "vtk:string": indices into vtk/strings/<i>.
+// Arrays: the arrays of POINT_DATA and CELL_DATA that have a value for every vertex or cell, and
+// BLANKING of old structured grids. Bits are stored as uint8. Strings and variants are stored as
+// uint32 indices into vtk/strings/<i>; only these arrays have a role, "vtk:string".
 //
 // vtkIdType has 32 bits in binary files, as VTK writes it. In text files, it is read as 64 bits.
-// COLOR_SCALARS have the type of the file: uint8 in binary files, float32 (0..1) in text files.
+// COLOR_SCALARS have the type that VTK stores: uint8 in binary files, float32 (0..1) in text files.
 //
 // Extras:
 //   vtk/skeleton             text: the file without its numbers, line by line in file order (see

@@ -1,4 +1,5 @@
-// Writes VTK legacy files: goes through the skeleton of a FilePlan once and inserts the numbers.
+// Writes VTK legacy files: goes once through the skeleton of a FilePlan (the file without its
+// numbers) and inserts the numbers.
 #include <algorithm>
 #include <cstring>
 #include <span>

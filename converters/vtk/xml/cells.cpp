@@ -17,10 +17,10 @@ const std::byte* bytes_of(const std::vector<std::int64_t>& values) {
   return reinterpret_cast<const std::byte*>(values.data());
 }
 
-// Limit for the total number of points in the faces of all polyhedra. The limit is kMostFaceUses
-// for each point in the array of faces, plus kFewFaceNodes. The total number exceeds the size of
-// the array of faces if several polyhedra use the same face. A face usually belongs to two
-// polyhedra, rarely to more.
+// Limit for the number of points in the faces of all polyhedra together: kMostFaceUses times the
+// number of points in the array of faces, plus kFewFaceNodes. The faces of all polyhedra have more
+// points than the array of faces if several polyhedra use the same face. A face usually belongs to
+// two polyhedra, rarely to more.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
 
 }  // namespace
@@ -54,7 +54,7 @@ CellCollector::Column::Column(CellCollector& owner, Node& array, std::uint64_t m
   });
 }
 
-// Returns the first array with this name in the element Cells. If the file has several time steps,
+// Returns the first array with this name in the Cells element. If the file has several time steps,
 // there may be one array per step.
 Node* CellCollector::find(Node& cells, std::string_view name) const {
   for (Node& each : cells.children)
@@ -94,8 +94,8 @@ void CellCollector::mark_steps(Node& cells) {
   }
 }
 
-// Marks the arrays in the element Cells that were not read. Arrays named offsets, connectivity or
-// types are empty if they were not read; all other unread arrays are kept as extras.
+// Marks the arrays in the Cells element that have not been read. Those named offsets, connectivity
+// or types contain no data; all others are kept as extras.
 void CellCollector::mark_rest(Node& cells) {
   for (Node& each : cells.children) {
     if (!each.is_array()) continue;
@@ -382,7 +382,7 @@ void CellCollector::add_cell(std::uint64_t cell, std::uint8_t type,
       const std::int64_t size = moved[position++];
       for (std::int64_t i = 0; i < size; ++i, ++position) {
         if (moved[position] < 0 || static_cast<std::uint64_t>(moved[position]) >= piece.points)
-          moved[position] = -1;  // an invalid number, so that CellTable reports the error
+          moved[position] = -1;  // not a point number, so CellTable will report an error
         else
           moved[position] += first_point;
       }

@@ -66,8 +66,8 @@ class CellCollector {
   // streams_ contains the face streams of the current piece, with point numbers relative to the
   // piece. stream_ends_ contains, for each cell, the end of its face stream.
   PagedArray streams_, stream_ends_;
-  // A list of polyhedra: the number of each cell, its number of points, and its points in file
-  // order.
+  // A list of polyhedra whose points are in an unusual order. Contains the cell number of each
+  // polyhedron, its number of points, and its points in file order.
   struct Reordered {
     std::vector<std::int64_t> cells, counts, nodes;
     void add(std::uint64_t cell, const std::vector<std::int64_t>& points,

@@ -1,5 +1,5 @@
 // Encoding of the numbers in VTU files: VTK's compressors, which compress an array block by block;
-// base64; and the properties of the encoding that the element VTKFile of a file states.
+// base64; and the properties of the encoding that a file states in its VTKFile element.
 #pragma once
 
 #include <cstddef>
