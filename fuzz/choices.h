@@ -1,4 +1,4 @@
-// Makes choices (numbers, flags) from the bytes of a target's input, one byte after the other.
+// Choices: turns the bytes of a fuzz target's input into choices (numbers, flags).
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ class Choices {
   std::span<const std::uint8_t> bytes_;
 };
 
-/// Returns ConnectivityCodec::automatic or any other codec for cells.
+/// Returns ConnectivityCodec::automatic or one of the cell codecs.
 inline shm::ConnectivityCodec any_codec(Choices& in) {
   const std::uint32_t n = in.below(1 + static_cast<std::uint32_t>(shm::cell_codecs().size()));
   return n == 0 ? shm::ConnectivityCodec::automatic : shm::cell_codecs()[n - 1].name;

@@ -1,9 +1,9 @@
-// Damages a .shm file but keeps its checksums valid, so that the code after the checks of checksums
-// is reached. Splits the file into chunks, replaces numbers and texts in fields
-// (support/file_fields.h), damages bitstreams, packed blobs or the contents of zstd frames, and
-// removes or repeats chunks and parts of chunks. Then updates lengths, sequence numbers and
-// checksums. An input consists of one byte that the target interprets, a file, and optionally a
-// script of calls.
+// Damages a .shm file but keeps its checksums valid, so that the damage reaches the code that runs
+// after the checksums have been verified. Splits the file into chunks, replaces numbers and texts
+// in fields (support/file_fields.h), damages bitstreams, packed blobs or the contents of zstd
+// frames, and removes or repeats chunks and parts of chunks. Then updates lengths, sequence numbers
+// and checksums. An input of a fuzz target consists of one byte, whose meaning depends on the
+// target, a file, and for fuzz_calls a script, whose bytes choose the calls.
 #pragma once
 
 #include <zstd.h>
@@ -53,8 +53,8 @@ inline void mutate_in_place(Bytes& bytes) {
   bytes.resize(size);
 }
 
-/// Unpacks a packed blob, damages its contents, and packs the contents again with one of the three
-/// packing methods. The packing itself stays valid.
+/// Unpacks a packed blob, damages its contents, and packs them again with one of the three packing
+/// methods. Only the contents are damaged, not the packing itself.
 inline void mutate_packed(Bytes& payload, std::size_t head, Random& random, std::size_t room) {
   if (payload.size() < head) return;
   shm::ByteReader in(std::span<const std::byte>(payload).subspan(head));
@@ -71,8 +71,8 @@ inline void mutate_packed(Bytes& payload, std::size_t head, Random& random, std:
   payload = std::move(out.bytes);
 }
 
-/// Damages the contents of the last zstd frame in `bytes`, which must end at the end of `bytes`.
-/// Returns false if there is no such frame.
+/// If `bytes` ends with a zstd frame, damages the contents of this frame. Returns false if it does
+/// not.
 inline bool mutate_frame(Bytes& bytes) {
   constexpr std::byte kMagic[] = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                   std::byte{0xfd}};
@@ -131,8 +131,8 @@ inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
       break;
     default:
       mutate_stream(group->streams[s], random, room);
-      // Raises the limits in the header. Otherwise, decoding of damaged data would often stop at a
-      // limit.
+      // Raise the limits that the group header states. Otherwise, decoding of damaged data would
+      // often stop at one of these limits.
       if (random() % 2 == 0) {
         header.decoded_bytes = 1 << 22;
         header.vertices = header.vertices * 2 + 8;
@@ -209,7 +209,8 @@ inline Bytes mutated_file(std::span<const std::byte> file, Random& random, std::
   return shm::put_together(std::move(parts), shm::Numbering::as_they_are);
 }
 
-/// Mutates an input for libFuzzer. `behind`: size in bytes of the script after the file.
+/// Mutates an input for libFuzzer. `behind` is the size in bytes of the script that follows the
+/// file, or 0.
 inline std::size_t mutate_input(std::uint8_t* data, std::size_t size, std::size_t max_size,
                                 unsigned seed, std::size_t behind = 0) {
   Random random(seed);

@@ -1,8 +1,8 @@
 // Tests how the library behaves when memory runs out. The n-th allocation of the library or of zstd
 // fails; in some runs, all later allocations fail too. Checks the guarantees of shm/result.h: a
 // call throws std::bad_alloc or returns an Error, nothing leaks, and all objects can be destroyed.
-// If a call succeeds nevertheless, it must have the same result as with enough memory. The first
-// byte of the input chooses the allocations that fail.
+// If a call succeeds although an allocation failed, its result must be the same as with enough
+// memory. The first byte of the input chooses the allocations that fail.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -22,8 +22,8 @@
 
 namespace {
 
-// For each thread: the count of allocations so far, the index of the allocation that fails, and
-// whether all later allocations fail too.
+// For each thread: `allocations` counts the allocations, `fails_at` is the index of the allocation
+// that fails, and `fails_on` states whether all later allocations fail, too.
 thread_local std::uint64_t allocations = 0, fails_at = ~std::uint64_t{0};
 thread_local bool fails_on = false, armed = false;
 
@@ -35,8 +35,9 @@ bool fails() {
 
 }  // namespace
 
-// If SHM_WRAPPED_MALLOC is defined, the linker (--wrap) replaces malloc and calloc, in the program
-// and in statically linked code (zstd), by these functions. Otherwise only operator new fails.
+// If SHM_WRAPPED_MALLOC is defined, the linker option --wrap replaces malloc and calloc with these
+// functions, in the program and in statically linked code such as zstd. Without SHM_WRAPPED_MALLOC,
+// only operator new fails.
 #ifdef SHM_WRAPPED_MALLOC
 extern "C" {
 void* __real_malloc(std::size_t bytes);
@@ -160,7 +161,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto all = std::as_bytes(std::span(data, size)).subspan(1);
   const Bytes file(all.begin(), all.end());
   Random random(data[0]);
-  // After a failure, check() makes memory available again before it destroys the remaining results.
+  // After an allocation has failed, check() lets allocations succeed again before it destroys the
+  // objects that are left.
   switch (data[0] % 4) {
     case 0: check([&] { return read(file); }, random); break;
     case 1: check([&] { return read_pieces(file); }, random); break;

@@ -33,8 +33,8 @@ Bytes some_values(std::uint64_t elements, const shm::ArrayInfo& info, std::uint8
   return values;
 }
 
-/// Appends time steps to `old`, and writes the new file to `sink`. Returns false if the old file is
-/// inconsistent or does not allow more data.
+/// Appends time steps to `old`, and writes the new file to `sink`. Returns false if the Appender
+/// reports an error, e.g. because the old file is damaged or the limit for its data is reached.
 bool append(shm::RandomSource& old, std::uint8_t how, shm::ByteSink& sink) {
   shm::AppendOptions options;
   options.level = static_cast<shm::Level>(how % 3);
@@ -71,7 +71,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   shm::MemorySink sink;
   if (!append(source, data[0], sink)) return 0;
   const auto before = whole(old);
-  if (!before) return 0;  // the damage is in chunks that the appender only copies
+  // The Appender only copies some chunks, so it does not detect damage in them.
+  if (!before) return 0;
   const auto after = whole(sink.bytes);
   if (!after || after->schema != before->schema || after->xyz != before->xyz ||
       after->corners != before->corners || after->arrays != before->arrays)

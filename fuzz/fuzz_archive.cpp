@@ -41,8 +41,8 @@ void read_all(shm::SectionSource& member) {
   }
 }
 
-/// Returns a damaged archive. Either one member is damaged, and its size in the member list is
-/// updated, or a field of the archive is changed.
+/// Returns a damaged archive. Either one member is damaged, and the member list is updated to its
+/// new size; or a field of the archive itself (e.g. of the member list) is damaged.
 Bytes mutated(std::span<const std::byte> file, Random& random, std::size_t room) {
   auto parts = shm::take_apart(file);
   shm::Chunk* const chunk = parts.find(shm::container::ChunkKind::members);
@@ -88,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       read_all(section);
     }
   }
-  // Tests the writer with the input itself as a member name.
+  // Uses the bytes of the input as a member name, and passes this name to ArchiveWriter.
   shm::NullSink sink;
   auto writer = shm::ArchiveWriter::create(sink);
   const std::string name(reinterpret_cast<const char*>(data), std::min<std::size_t>(size, 300));

@@ -1,8 +1,8 @@
 // Calls functions of the C interface for damaged files, in any order. A file comes from memory, or
 // from a source that fails, reports a wrong size, or later returns different bytes. The memory for
-// read data (a shmf_target) may be too small. A call must return a status and, on success, results
-// that meet the guarantees. It must never crash, and never write beyond a target. The first byte of
-// the input chooses the calls.
+// read data (a shmf_target) may be too small. A call must return a status and, if it succeeds,
+// valid results. It must never crash, and never write beyond the memory of a target. The first byte
+// of the input chooses the calls.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -56,8 +56,8 @@ struct Fetched {
   }
 };
 
-/// A random shmf_target for shmf_read(). Its memory has exactly the given size, so that a write
-/// beyond its end is detected.
+/// A shmf_target for shmf_read() with random members. Its memory has exactly the size that it
+/// states, so that sanitizers detect a write beyond its end.
 class Wanted {
  public:
   Wanted(std::mt19937& random, std::uint32_t arrays) {

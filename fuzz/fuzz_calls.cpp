@@ -1,8 +1,8 @@
-// Calls the public classes for a damaged file, in any order. Some calls are invalid. Only the
-// preconditions that the documentation marks "must hold" are met. A call must return a value or an
-// error. It must never crash, and its memory must be in proportion to the size of the input. An
-// input consists of a byte, a file, and a script that chooses the calls; the byte is the length of
-// the script.
+// Calls the public classes for a damaged file, in any order. Some calls are invalid. The caller
+// meets only the conditions that the documentation marks as "Precondition:". A call must return a
+// value or an error. It must never crash, and its memory must be in proportion to the size of the
+// input. An input consists of a byte, a file, and a script that chooses the calls; the byte is the
+// length of the script.
 #include <unistd.h>
 
 #include <algorithm>
@@ -43,8 +43,8 @@ std::vector<std::uint64_t> numbers(Choices& in) {
   return out;
 }
 
-/// Makes the calls of a script for one file. Contains all objects that a caller may have for a
-/// file.
+/// Makes the calls that a script chooses, for one file. Its members are objects of all public
+/// classes that a caller can use with a file.
 class Caller {
  public:
   Caller(std::span<const std::byte> file, Choices in)
@@ -361,7 +361,7 @@ class Caller {
         joiner_.reset();
         break;
       case 3: (void)shm::place(chunks_, joiner_->chunks()); break;
-      case 4: {  // chunks that are cut off, and data that does not consist of chunks
+      case 4: {  // invalid parts: truncated chunks, or data that does not consist of chunks
         shm::PartChunks wrong = chunks_;
         if (!wrong.bytes.empty()) wrong.bytes.pop_back();
         if (in_.flag()) wrong.bytes.assign(file_.begin(), file_.end());
@@ -376,7 +376,8 @@ class Caller {
     }
   }
 
-  /// Calls the classes for files on disk. The temporary folder must exist.
+  /// Calls the functions of FileSink, FileSource and FileRandomSource. Precondition: the temporary
+  /// folder of the system exists.
   void call_files() {
     const std::filesystem::path folder = std::filesystem::temp_directory_path();
     path_ = (folder / ("fuzz_calls." + std::to_string(::getpid()))).string();

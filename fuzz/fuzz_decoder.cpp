@@ -1,9 +1,9 @@
 // Passes damaged files with valid checksums (damaged_file.h) to the Decoder, in pieces whose sizes
 // depend on the input. The Decoder must return an item, an error or a request for more bytes, and
-// the results must be the same for all piece sizes. It must never crash, and its memory must be in
-// proportion to the size of the input. If both read_summary and the Decoder accept a file, their
-// counts must agree. Valid sets of a file must be writable again. An input consists of one byte,
-// the random seed for the piece sizes, and a file.
+// the results must be the same for all piece sizes. The Decoder must never crash, and its memory
+// must be in proportion to the size of the input. If both read_summary and the Decoder accept a
+// file, their counts must agree. It must be possible to write all valid sets of a file again. An
+// input consists of one byte, the random seed for the piece sizes, and a file.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -75,7 +75,7 @@ class Outcome {
   std::optional<shm::Totals> totals_;
 };
 
-/// Checks all properties of an item on which callers may rely without a check.
+/// Checks the properties of a block that the Decoder guarantees to its callers.
 void check_block(const shm::MeshBlock& block, const shm::Schema& schema) {
   const auto expect = [](bool good) {
     if (!good) std::abort();

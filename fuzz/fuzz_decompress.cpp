@@ -1,6 +1,6 @@
-// Converts a hostile .shm file to every format. The writers depend on the extras of the file, which
-// describe the keywords and the layout of its source, and on roles, sets and names. The result must
-// be a complete file or a Failure.
+// Converts a hostile .shm file to every format. The writers of these formats use data that a
+// hostile file can contain: extras that describe the keywords and the layout of the source file,
+// and roles, sets and names. Each conversion must write a complete file or throw Failure.
 #include <unistd.h>
 
 #include <cstddef>
@@ -23,7 +23,7 @@ namespace {
 
 using namespace shm::converters;
 
-/// Does the same as `shm decompress`, except that the output remains a temporary file and is
+/// Does the same as `shm decompress`, except that the output file is a temporary file, which is
 /// removed.
 void decompress(std::span<const std::byte> file, const Format& format,
                 std::optional<StepRange> steps) {
@@ -32,7 +32,8 @@ void decompress(std::span<const std::byte> file, const Format& format,
   Spool spool(folder);
   shm::MemorySource source(file);
   StagedMesh mesh(source, "hostile.shm", spool, shm_fuzz::small_limits());
-  // Ignores steps that the file does not contain: the tool refuses them before it calls this code.
+  // Ignore steps that the file does not contain. The tool itself refuses such steps before this
+  // code runs.
   if (steps && steps->end > mesh.info().step_times.size()) steps.reset();
   std::optional<Translation> translation;
   if (is_foreign(mesh.info(), format))

@@ -1,10 +1,11 @@
 // Reads arbitrary bytes as an Exodus file. The result must be a complete mesh or a Failure. The
-// mutator parses the header of a classic netCDF file, and damages dimensions, attributes, types or
-// offsets in it, or numbers in the data. Then it writes the header and the data again, so that the
-// code after netCDF's own checks is reached.
+// mutator parses the header of a classic netCDF file. It damages dimensions, attributes, types or
+// offsets in the header, or numbers in the data, and writes the file again. The header remains
+// well-formed, so that the damage passes the checks of the netCDF library itself and reaches the
+// code that runs after them.
 //
-// HDF5 files (netCDF-4) are skipped, because the behaviour of HDF5 for hostile bytes is not tested
-// (README.md).
+// HDF5 files (netCDF-4) are skipped, because the HDF5 library crashes on some hostile files, and
+// its behaviour is not tested (see README.md).
 #include "exodus/exodus.h"
 
 #include <algorithm>
@@ -133,11 +134,11 @@ class Classic {
     return true;
   }
 
-  /// Returns the file with the changed header. If the length of the header has changed, the data
-  /// moves, and its offsets in the header are adjusted.
+  /// Writes the changed header and the data to a new file, and returns it. If the length of the
+  /// header has changed, the data moves; the header then contains the new offsets of the data.
   Bytes put() const {
     Bytes out = put_moved(0);
-    // wraps around if the header is shorter than before
+    // unsigned wrap-around is intended if the new header is shorter
     const std::uint64_t moved = out.size() - header_;
     out = put_moved(moved);
     out.insert(out.end(), data.begin(), data.end());

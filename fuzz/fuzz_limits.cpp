@@ -1,7 +1,8 @@
 // Tests that memory stays within ReadLimits. Reads damaged files with small limits; the first byte
-// of the input chooses some of them. Counts all memory that is allocated during reading. The count
-// must not exceed the sum that the limits allow. With sanitizers, it includes the memory that zstd
-// allocates; without them, it includes only memory from operator new.
+// of the input chooses some of them. Measures the peak of the memory that is allocated during
+// reading. This peak must not exceed the memory that the limits allow together. With sanitizers, it
+// includes the memory that zstd allocates; without sanitizers, it includes only memory from
+// operator new.
 #include <malloc.h>
 
 #include <algorithm>
@@ -47,7 +48,7 @@ void on_malloc(const volatile void*, std::size_t bytes) {
   held += bytes;
   most_held = std::max(most_held, held);
 }
-// Memory that was allocated before counting began is not subtracted when it is freed.
+// If memory is freed that was allocated before counting began, it is not subtracted.
 void on_free(std::size_t bytes) {
   if (counting) held -= std::min(held, bytes);
 }
@@ -57,7 +58,7 @@ void on_free_of(const volatile void* memory) {
 }
 #endif
 
-/// Runs `work`, and returns the peak number of bytes that it had allocated.
+/// Runs `work`, and returns the maximum number of bytes that were allocated at the same time.
 template <class Work>
 std::size_t memory_of(Work&& work) {
 #ifdef SHM_FUZZ_HOOKS
@@ -83,8 +84,8 @@ shm::ReadLimits limits_of(std::uint8_t choice) {
   return limits;
 }
 
-/// Returns the number of bytes that these limits allow. A fixed part is added for tables of columns
-/// and of zstd.
+/// Returns the number of bytes that a reader may allocate under `limits`. This includes a fixed
+/// amount for tables of columns and of zstd.
 std::uint64_t allowed(const shm::ReadLimits& limits, std::size_t file) {
   constexpr std::uint64_t kTables = std::uint64_t{64} << 20, kPerComponent = 12 << 10;
   constexpr std::uint64_t kPerVertex = 1 << 10, kPerIndexByte = 64;

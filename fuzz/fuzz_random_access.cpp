@@ -1,6 +1,7 @@
 // Reads segments, time steps and pieces of damaged files with valid checksums, through the index of
 // the file. Each call must return a value or an error. It must never crash, and its memory must be
-// in proportion to the size of the input. The first byte of the input chooses the piece.
+// in proportion to the size of the input. The first byte of the input chooses the parts that are
+// read.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -135,8 +136,8 @@ void find_boundary(const std::vector<std::byte>& bytes, std::uint8_t which) {
   }
 }
 
-/// Restores a damaged file, with a rebuilt index if all chunks can be decoded. Checks that the
-/// result agrees with the damage report.
+/// Restores a damaged file with write_in_order(), which rebuilds a lost index if all chunks can be
+/// decoded. Checks that the outcome agrees with the damage report.
 void judge(shm::RandomSource& source) {
   const shm::ReadLimits limits = shm_fuzz::small_limits();
   const auto report = shm::find_damage(source, limits);

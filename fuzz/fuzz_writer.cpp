@@ -58,7 +58,7 @@ shm::TestMesh make_mesh(Choices& in) {
     if (info.location == shm::Location::cell && in.flag()) info.blocks = {in.below(blocks)};
     schema.arrays.push_back(info);
   }
-  // The cells are those of a grid; some of them have arbitrary nodes instead.
+  // Most cells are cells of a regular grid; the others have arbitrary nodes.
   const std::uint32_t n = 1 + in.below(5), m = n + 1;
   mesh.vertices = m * m * m;
   const std::uint32_t cells = in.below(n * n * n + 1);
@@ -97,8 +97,8 @@ shm::WriteOptions make_options(Choices& in) {
   return options;
 }
 
-/// Writes the mesh with time steps and with rounding. The file must be readable, and its steps must
-/// contain the given values, in any order.
+/// Writes the mesh with time steps and with rounding. The file must be readable, and must contain
+/// exactly the values that were passed for its steps, in any order.
 void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in) {
   if (in.flag())
     mesh.schema.coordinate_quantization =
@@ -121,7 +121,7 @@ void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in
       }
     return {};
   };
-  shm::TestMesh written = mesh;  // arrays with time steps have no static values
+  shm::TestMesh written = mesh;  // without the static values of arrays that have time steps
   for (std::size_t a = 0; a < mesh.arrays.size(); ++a)
     if (mesh.schema.arrays[a].per_step) written.arrays[a].clear();
   const auto begun = in;
@@ -157,7 +157,7 @@ void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in
     }
 }
 
-/// Makes invalid calls of a Writer.
+/// Makes invalid calls to a Writer.
 void misuse(const shm::TestMesh& mesh, const shm::WriteOptions& options, Choices& in) {
   shm::NullSink sink;
   auto writer = shm::Writer::create(sink, mesh.schema, options);
@@ -194,7 +194,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   shm::NullSink none;
   if (!shm::Writer::create(none, mesh.schema, options))
-    return 0;  // the options are invalid, e.g. the codec shifts with a delay
+    return 0;  // the options are invalid, e.g. the shifts codec with a delay buffer
   if (in.below(4) == 0) {
     with_more(mesh, options, in);
     return 0;

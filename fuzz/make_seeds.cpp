@@ -1,15 +1,15 @@
 // make_seeds DIR SOURCE_DIR: writes the seeds of the fuzz targets into folders below DIR.
 // SOURCE_DIR is the folder of this project. The folders are:
 //   shm        the golden files of all versions, and one small file for each feature of the current
-//              format, each preceded by the byte that sets the piece sizes
+//              format. A byte precedes each file; targets use it as a random seed or a choice
 //   calls      small feature files, each followed by a script of calls (for fuzz_calls)
-//   archive    archives, each preceded by a byte
-//   writer     random choices (for fuzz_writer)
+//   archive    archives, each preceded by such a byte
+//   writer     random bytes, from which fuzz_writer makes choices
 // If the converters are built, there are also:
 //   parity     files with parity
-//   exodus, gmsh, ucd, vtk, vtu   some of the feature files in these formats
-//   converted  .shm files, compressed from the seeds and the corpus of the targets of these
-//              formats, each preceded by a byte
+//   exodus, gmsh, ucd, vtk, vtu   some of the feature files, converted to these formats
+//   converted  .shm files, each preceded by such a byte; they are made by compressing the seeds and
+//              the corpus of fuzz_exodus, fuzz_gmsh, fuzz_ucd, fuzz_vtk and fuzz_vtu
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -54,8 +54,8 @@ std::string text_of(const std::vector<std::byte>& bytes) {
 struct Golden {
   std::string name, bytes;
 };
-/// Returns the golden files below `folder`. A file in a subfolder has the name of the subfolder in
-/// its name, e.g. "0.1-keep.shm".
+/// Returns the golden files in `folder` and its subfolders. The returned name of a file in a
+/// subfolder begins with the name of the subfolder, e.g. "0.1-keep.shm" for 0.1/keep.shm.
 std::vector<Golden> golden_files(const path& folder) {
   std::vector<Golden> files;
   for (const auto& file : std::filesystem::recursive_directory_iterator(folder)) {
@@ -110,11 +110,11 @@ void add_damaged(const shm::FeatureFile& file, std::vector<shm::FeatureFile>& ou
   }
 }
 
-/// Returns files with features that are not in the feature files, because they would make those too
-/// large.
+/// Returns files with additional features. The feature files (support/feature_files.h) do not
+/// contain these features, because the files would become too large.
 std::vector<shm::FeatureFile> more_files() {
   std::vector<shm::FeatureFile> files;
-  {  // a file with data that is compressed to far less than a thirtieth of its size
+  {  // a file with data whose compression ratio is far above 30
     shm::MemorySink sink;
     auto writer = shm::Writer::create(sink, shm::hexahedra_schema());
     for (const char* key : {"zeros", "more zeros"})
@@ -209,8 +209,8 @@ void write_calls(const path& folder, const std::vector<shm::FeatureFile>& featur
 }
 
 #ifdef SHM_SEEDS_OF_CONVERTERS
-/// Converts some of the feature files to all other formats. If a format cannot store a mesh, there
-/// is no seed.
+/// Converts some of the feature files to all other formats. If a format cannot store a mesh, prints
+/// a message and writes no seed.
 void write_formats(const path& folder, const std::vector<shm::FeatureFile>& features) {
   using namespace shm::converters;
   constexpr std::array<std::string_view, 8> kSome = {
@@ -234,8 +234,8 @@ void write_formats(const path& folder, const std::vector<shm::FeatureFile>& feat
   }
 }
 
-/// Compresses the files in `seeds`, which have other formats. The resulting .shm files contain the
-/// keywords and layouts of these formats.
+/// Compresses the files in `seeds`, which are in formats other than .shm. The extras of the
+/// resulting .shm files describe the keywords and the layout of these source files.
 void write_converted(const path& folder, const path& seeds) {
   using namespace shm::converters;
   std::vector<path> files;

@@ -1,8 +1,8 @@
-// Defines every operator new and delete of a program by two functions, which the including file
-// must define before:
+// Replaces every operator new and operator delete of a program. The replacements call two
+// functions, which must be defined before this file is included:
 //   void* taken(std::size_t bytes)   null if there is no memory
 //   void given_back(void* memory)    not null
-// Include this in one source file of a program.
+// Include this file in only one source file of a program.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
-// main() for a fuzz target without a fuzzer. Runs the target once for each file given on the
-// command line, and for each file in a given folder. Used with compilers that have no libFuzzer,
-// and with debuggers.
+// main() for a fuzz target without a fuzzer. Runs the target once for each file that is given on
+// the command line or is in a folder given there. Used with compilers that have no libFuzzer, and
+// with debuggers.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -11,8 +11,8 @@
 #include <vector>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
-/// The mutators need this function of libFuzzer to be linked. Without the fuzzer, it changes
-/// nothing.
+/// Replaces a function of libFuzzer that the mutators call, so that they can be linked without
+/// libFuzzer. It changes nothing.
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t*, std::size_t size, std::size_t) {
   return size;
 }

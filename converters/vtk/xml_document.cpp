@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::string_view kValuesTarget = "shm-values";
 constexpr std::size_t kChunkBytes = std::size_t{1} << 16;
-// Limits for the size of the markup, because the tree is in memory. Real files have a few hundred
-// arrays.
+// Limits on the number of nodes and the size of the markup. They are needed because the tree is in
+// memory. Real files have only a few hundred arrays.
 constexpr std::uint64_t kMostNodes = std::uint64_t{1} << 20;
 constexpr std::uint64_t kMostMarkupBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kLongestTag = std::uint64_t{4} << 20;
@@ -36,7 +36,7 @@ struct FreeParser {
 class TreeBuilder {
  public:
   TreeBuilder(std::string path, bool skeleton);
-  // Parses the next bytes. Returns false if the parser needs no more bytes. Throws Failure.
+  // Parses the next bytes of the file. Returns false when parsing is complete. Throws Failure.
   bool feed(std::string_view bytes, bool last);
   Document take() { return std::move(document_); }
   // Returns the offset in the file of the first byte after the start tag of the appended data, or 0
@@ -78,8 +78,8 @@ class TreeBuilder {
   bool skeleton_;
   std::unique_ptr<std::remove_pointer_t<XML_Parser>, FreeParser> parser_;
   Document document_;
-  // The elements that contain the current position, from the root down. The pointers stay valid,
-  // because children are added only to the last of these elements.
+  // The elements that contain the current position, from the root down. The pointers remain valid,
+  // because children are added only to the innermost element.
   std::vector<Node*> open_;
   std::uint64_t nodes_ = 0, markup_ = 0, fed_ = 0, last_event_ = 0, appended_tag_end_ = 0;
   std::exception_ptr failure_;
@@ -114,8 +114,8 @@ void TreeBuilder::set_handlers() {
   XML_SetXmlDeclHandler(parser_.get(), [](void* self, const char*, const char* encoding, int) {
     guarded(self, [&](TreeBuilder& b) { b.declaration(encoding); });
   });
-  // Refuses a DOCTYPE. Entities can be declared only in a DOCTYPE, so there are no other entities
-  // to resolve.
+  // Refuse a DOCTYPE, because only a DOCTYPE can declare entities. A file without a DOCTYPE
+  // contains only the predefined entities, such as &lt;.
   XML_SetStartDoctypeDeclHandler(
       parser_.get(), [](void* self, const char*, const char*, const char*, int) {
         guarded(self, [](TreeBuilder& b) {
@@ -158,8 +158,8 @@ void TreeBuilder::count(std::size_t bytes) {
          "has more than a million elements or more than 64 MiB of markup, not counting its arrays");
 }
 
-// Ends the current text node, if any. Removes this node if its text consists only of white space.
-// Called before any node that is not text is added.
+// Completes the node before the current position: sets the end of a node of values, and removes a
+// text node that consists only of white space. Called before a node other than text is added.
 void TreeBuilder::end_text() {
   if (siblings().empty()) return;
   Node& last = siblings().back();
@@ -210,7 +210,7 @@ void TreeBuilder::value_characters(std::string_view text) {
   if (before == nullptr) {
     add(Node{.kind = NodeKind::values, .name = {}}).begin = position();
   } else if (before->end != 0) {
-    fail(ErrorCode::corrupt, "the values of an array are in two places");
+    fail(ErrorCode::corrupt, "other markup interrupts the values of an array");
   }
 }
 
@@ -288,8 +288,8 @@ std::size_t character_bytes(std::string_view text) {
   return allowed ? size : 0;
 }
 
-// Returns the offset in the file of the appended data, or 0 if they are missing. They begin after a
-// '_', which follows the start tag and optional white space.
+// Returns the offset in the file of the appended data, or 0 if the file has none. Appended data
+// begins after the character '_', which follows the start tag and optional white space.
 std::uint64_t find_appended(TextInput& input, std::uint64_t tag_end) {
   input.seek(tag_end);
   while (!input.at_end()) {

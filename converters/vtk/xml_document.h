@@ -1,5 +1,6 @@
-// Document: the XML of a VTU file as a tree without its numbers. A node of kind `values` replaces
-// the numbers of an array. Parsing stops at the beginning of appended data, which are not XML.
+// Document: the XML of a VTU file as a tree. The tree does not contain the numbers of arrays: a
+// node of kind `values` is the placeholder for the numbers of each array. Parsing stops at the
+// beginning of appended data, which is not XML.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +18,8 @@ struct Node {
   NodeKind kind = NodeKind::element;
   std::string name{};  // name of an element, or target of an instruction
 
-  // Characters of a text, comment or instruction. For a node of kind `values`, the word that
-  // replaces the numbers (see vtu.h).
+  // The contents of a text, comment or instruction. For a node of kind `values`: a word that
+  // identifies the stored numbers of the array (see vtu.h).
   std::string text{};
   std::vector<std::pair<std::string, std::string>> attributes{};  // attributes in file order
   std::vector<Node> children{};
@@ -33,44 +34,45 @@ struct Node {
   void set_attribute(std::string_view key, std::string value);
   void remove_attribute(std::string_view key);
   Node* child(std::string_view element);
-  // Returns the child of kind `values`, which replaces the numbers of an array. Returns null if
-  // no such child exists.
+  // Returns the child of kind `values`, the placeholder for the numbers of an array, or null if
+  // there is no such child.
   Node* values();
 };
 
 Node element(std::string name, std::vector<std::pair<std::string, std::string>> attributes = {});
 
-// Returns a node of kind `values`, which replaces the numbers of an array by `word`.
+// Returns a node of kind `values`. `word` identifies the stored numbers of the array (see vtu.h).
 Node values_node(std::string word);
-// Returns an element <DataArray> of numbers. `type` is "Float64", ..., and `word` replaces the
-// numbers.
+// Returns a <DataArray> element. `type` is the VTK name of a numeric type, e.g. "Float64". `word`
+// identifies the stored numbers of the array (see vtu.h).
 Node array_element(std::string type, std::string name, std::uint64_t components, std::string format,
                    std::string word);
 
 struct Document {
   std::vector<Node> nodes;  // the root element, and the nodes before and after the root element
 
-  // Offset in the file of the byte after the '_' of appended data; 0 if no appended data exist.
+  // Offset in the file of the byte after the '_' of appended data; 0 if the file has no appended
+  // data.
   std::uint64_t appended_begin = 0;
   Node& root();  // returns the root element, which always exists
 };
 
-// Parses a file. Throws Failure: corrupt or truncated for damaged XML; unsupported for a DOCTYPE,
-// for encodings other than UTF-8, ASCII and Latin-1, and for markup of more than a million nodes or
-// 64 MiB.
+// Parses a file. Throws Failure. Its code is `corrupt` or `truncated` if the XML is damaged, and
+// `unsupported` if the file has a DOCTYPE, an encoding other than UTF-8, ASCII and Latin-1, or
+// markup of more than a million nodes or 64 MiB.
 Document read_document(const std::string& path);
 
-// to_text() converts a tree to XML (UTF-8), and parse_skeleton() parses such XML. Instructions
-// <?shm-values ...?> replace the numbers.
+// to_text() converts a tree to XML (UTF-8), and parse_skeleton() parses the result of to_text(). In
+// this XML, each array has an instruction <?shm-values ...?> instead of its numbers.
 std::string to_text(const Document& document);
 std::optional<Document> parse_skeleton(std::string_view text);
 
 // start_tag() returns a tag `<Name key="value">`, or `<Name key="value"/>` if `empty` is true.
-// escaped_text() returns a text in which special characters are escaped.
+// escaped_text() replaces special characters with XML entities, e.g. & with &amp;.
 std::string start_tag(const Node& node, bool empty);
 std::string escaped_text(std::string_view text);
-// Converts a name of another format to a name that XML can contain. All bytes that XML does not
-// allow become %XX.
+// Converts any byte string, e.g. an array name from another format, to a name that XML can contain:
+// replaces each byte that XML does not allow with %XX.
 std::string valid_name(std::string_view name);
 
 }  // namespace shm::converters::vtu

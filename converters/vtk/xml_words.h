@@ -1,5 +1,5 @@
-// Words of VTK's XML files and their meaning: the types of arrays, and the words that replace the
-// numbers of an array in the skeleton (see vtu.h).
+// Parses keywords: the type names in VTK's XML files, and the words that replace the numbers of
+// arrays in the skeleton (see vtu.h).
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct ArrayType {
 };
 
 // Returns the array type that `word`, such as "Float64", denotes. Returns nothing for unknown
-// types, which VTK does not read either.
+// types. (VTK ignores arrays of such types, too.)
 std::optional<ArrayType> type_of_word(std::string_view word);
 std::string_view word_of_type(ScalarType type);  // "Float64"
 
@@ -32,7 +32,7 @@ std::optional<std::uint64_t> parse_count(std::string_view text);
 
 std::string data_key(std::uint64_t index);  // "vtu/data/<index>"
 
-// Names of the arrays in the element <Cells>, in files and in the skeleton.
+// Names of the arrays in the element <Cells>. The same words are used in the skeleton.
 inline constexpr std::string_view kConnectivity = "connectivity", kOffsets = "offsets",
                                   kTypes = "types", kFaces = "faces", kFaceOffsets = "faceoffsets",
                                   kFaceConnectivity = "face_connectivity",
@@ -45,7 +45,8 @@ inline constexpr std::string_view kConnectivity = "connectivity", kOffsets = "of
 inline constexpr std::uint64_t kUsualBlockBytes = 32768;
 inline constexpr std::uint64_t kMostBlockBytes = std::uint64_t{1} << 26;
 
-// A word that replaces the numbers of an array in the skeleton (see vtu.h).
+// A reference to the stored numbers of an array. The skeleton (the XML of a file without its
+// numbers, see vtu.h) contains each reference as a word, e.g. "a3s1" or "points".
 struct ValuesWord {
   enum class Kind : std::uint8_t { array, extra, other };
   Kind kind = Kind::other;
@@ -54,10 +55,10 @@ struct ValuesWord {
   std::optional<std::uint64_t> step;
   std::uint64_t block_bytes = kUsualBlockBytes;
 };
-// Parses a word that replaces the numbers of an array. Returns nothing if `text` is invalid.
+// Parses a word of the skeleton. Returns nothing if `text` is not such a word.
 std::optional<ValuesWord> parse_values_word(std::string_view text);
 
-// Returns the word that replaces the numbers of an array. Returns nothing if the word is missing or
+// Returns the parsed word of the element `array`. Returns nothing if the word is missing or
 // invalid.
 std::optional<ValuesWord> values_word(Node& array);
 

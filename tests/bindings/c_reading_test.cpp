@@ -299,7 +299,7 @@ TEST(CInterface, WrongTargetsAreMisuseBeforeAnyIsFilled) {
   refused({SHMF_CELL_TYPES, SHMF_INT32}, 400000, "uint8");
   refused({SHMF_VALUES, SHMF_INT32, 0}, 400000, "another type");
   refused({SHMF_VALUES, SHMF_FLOAT64, 6}, 400000, "no array 6");
-  refused({SHMF_VALUES, SHMF_FLOAT64, 0, 1}, 400000, "not per step");
+  refused({SHMF_VALUES, SHMF_FLOAT64, 0, 1}, 400000, "the array is static");
   refused({99, SHMF_FLOAT64}, 400000, "there is no shmf_what 99");
   refused({SHMF_POINTS, 0}, 400000, "no type 0");
 }

@@ -17,8 +17,8 @@ struct CollectedFile {
 
 // Returns true if a file that begins with `head` is a collection.
 bool looks_like_collection(std::span<const std::byte> head);
-// Returns the files that a collection lists, sorted by time. All times are different. Throws
-// Failure.
+// Returns the files that a collection lists, sorted by time. Throws Failure if the collection is
+// invalid or lists two files for the same time.
 std::vector<CollectedFile> read_collection(const std::string& path);
 std::string collection_text(std::span<const CollectedFile> files);
 

@@ -1,5 +1,5 @@
-// The Format of VTK XML files: functions that recognize, open and write files, and the capabilities
-// and losses of the format.
+// The Format of VTK XML files: functions that recognize, open and write VTU files, a list of the
+// features that VTU supports, and functions that list the data that a conversion from VTU loses.
 #include <algorithm>
 #include <optional>
 #include <string_view>

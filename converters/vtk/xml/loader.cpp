@@ -13,8 +13,8 @@
 namespace shm::converters::vtu {
 namespace {
 
-// Limits for the total size of extras, which are held in memory. The limit is kMostExtraExpansion
-// bytes per byte of the file, but at least kFewExtraBytes and at most kMostExtraBytes.
+// Limit on the total size of the extras, which are held in memory: the size of the file times
+// kMostExtraExpansion, but at least kFewExtraBytes and at most kMostExtraBytes.
 constexpr std::uint64_t kMostExtraBytes = std::uint64_t{1} << 30;
 constexpr std::uint64_t kFewExtraBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMostExtraExpansion = 64;
@@ -121,7 +121,7 @@ std::uint64_t ArrayLoader::read(Node& array, const ArrayType& type, std::uint64_
   if (most == 0) return 0;
   const PayloadPlace place = place_of(array);
   if (place.style == Style::base64 && place.begin == place.end) return 0;
-  // In ASCII arrays, VTK writes the characters of strings as signed numbers.
+  // In ASCII arrays, VTK writes each character of a string as a signed number.
   const bool text = type.kind == ArrayKind::string && place.style == Style::ascii;
   const std::uint64_t found = payload_->read(place, text ? ScalarType::int8 : type.stored,
                                              type.kind == ArrayKind::bit, most, take);
@@ -153,8 +153,8 @@ bool ArrayLoader::same_values(Node& a, Node& b, Spool& spool) {
   if (same_place(a, b)) return true;
   const auto type = type_of(a);
   if (!type || type != type_of(b)) return false;
-  // Reads at most second.size() + 1 values of `a`, which is enough to find a difference. `a` may be
-  // long and may be compared with many arrays.
+  // Read all values of `b` into `second`, and then at most one value more from `a`, which is enough
+  // to find a difference. `a` may be long, and may be compared with many arrays.
   const std::size_t width = scalar_bytes(type->stored);
   PagedArray second(spool, width);
   read(b, *type, kNoLimit, [&](std::span<const std::byte> values) {
@@ -198,7 +198,7 @@ std::uint64_t ArrayLoader::read_integers(
 
 void ArrayLoader::keep_as_extra(Node& array, std::uint64_t most) {
   const auto type = type_of(array);
-  if (!type) return mark(array, "none");  // VTK does not read an array of unknown type either
+  if (!type) return mark(array, "none");  // VTK ignores arrays of unknown types, too
   std::string place;
   if (array.attribute_or("format", "") == "appended")
     place = array.attribute_or("offset", "") + ' ' + array.attribute_or("type", "") + ' ' +

@@ -1,5 +1,6 @@
-// ArrayLoader: finds and reads the arrays that the tree of a VTU file lists. Marks each array in
-// the tree with a word that names the mesh array or the extra in which its numbers are stored.
+// ArrayLoader: finds and reads the arrays in the XML tree of a VTU file. In the tree, it replaces
+// the numbers of each array with a word that names the mesh array or the extra in which these
+// numbers are stored.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,8 @@ inline constexpr std::uint64_t kNoLimit = ~std::uint64_t{0};
 
 class ArrayLoader {
  public:
-  // Reads the head of the document. Borrows all arguments. Throws Failure if the head is invalid.
+  // Reads the attributes of the root element. `document` and `info` are borrowed. Throws Failure if
+  // an attribute is invalid.
   ArrayLoader(std::string path, Document& document, MeshInfo& info);
 
   std::optional<ArrayType> type_of(const Node& array) const;
@@ -38,8 +40,8 @@ class ArrayLoader {
                      const PayloadReader::Take& take);
   // Reads exactly `count` numbers of an array and appends them to `out`.
   void load(Node& array, const ArrayType& type, std::uint64_t count, PagedArray& out);
-  // Returns true if the values of both arrays are the same bytes of the file. The arrays of several
-  // time steps share their bytes if the values do not change.
+  // Returns true if both arrays refer to the same bytes of the file. VTK writes an array that does
+  // not change only once; the arrays of all time steps then refer to these bytes.
   static bool same_place(const Node& a, const Node& b);
   // Returns true if both arrays have the same values, even if their encodings differ.
   bool same_values(Node& a, Node& b, Spool& spool);
@@ -47,12 +49,15 @@ class ArrayLoader {
   // the count of numbers that were read.
   std::uint64_t read_integers(Node& array, std::uint64_t most,
                               const std::function<void(std::span<const std::int64_t>)>& take);
-  // Stores all numbers of an array as an extra. Throws Failure if there are more than `most`.
+  // Stores the first `most` values of an array as an extra, or all values if `most` is kNoLimit.
+  // Throws Failure if an array of numbers or bits has fewer than `most` values.
   void keep_as_extra(Node& array, std::uint64_t most);
-  // Marks an array with the word that replaces its numbers in the skeleton (see vtu.h). A caller
-  // that needs the numbers must read them before it calls mark().
+  // Sets the word that is stored in the skeleton (the XML without its numbers, see vtu.h) in place
+  // of the numbers of an array. Precondition: a caller that needs the numbers has already read
+  // them.
   void mark(Node& array, const std::string& word);
-  // Marks an array with `text`, which is the mark of another array that has the same numbers.
+  // Like mark(), for an array that has the same numbers as an array that was marked before. `text`
+  // is the text that mark() stored for that earlier array.
   void mark_like(Node& array, const std::string& text);
 
   [[noreturn]] void fail(ErrorCode code, const Node& node, std::string detail) const;
@@ -68,8 +73,8 @@ class ArrayLoader {
   std::uint64_t file_bytes_ = 0;
   Style appended_style_ = Style::base64;
   std::optional<PayloadReader> payload_;
-  // Maps the position of appended data in the file to the key of the extra that contains these
-  // data.
+  // For appended arrays that are stored as extras: maps the offset, type and size of an array to
+  // the word that mark() stored for it. Arrays that refer to the same bytes thus share one extra.
   std::map<std::string, std::string> kept_;
   std::uint64_t extras_ = 0, extra_bytes_ = 0;
   // Block size in bytes of each array that has been read.

@@ -16,14 +16,15 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 18;
 constexpr std::size_t kFileBytes = std::size_t{1} << 16, kFirstFileBytes = std::size_t{1} << 12;
-// Limits for the number of bytes that all arrays together may read and unpack, per byte of the
-// file: kMostExpansion if the file has a compressor, otherwise kMostPlainExpansion. Deflate expands
-// a byte to at most 1032 bytes; a character of text yields at most four bytes; some arrays are read
-// twice. At least kAlwaysAllowed bytes are allowed for every file.
+// Limit on the total number of bytes read and unpacked for all arrays of a file. The limit is the
+// size of the file times kMostExpansion if the file names a compressor, or times
+// kMostPlainExpansion if not, but at least kAlwaysAllowed. The factors are sufficient for valid
+// files: deflate expands a byte to at most 1032 bytes, a character of text yields at most four
+// bytes, and some arrays are read twice.
 constexpr std::uint64_t kMostExpansion = 1100, kMostPlainExpansion = 16;
 constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{256} << 20;
-// Maximum length of a word in characters. A double that is written without an exponent may have
-// about 350 digits.
+// Maximum length in characters of a number in text. A double that is written without an exponent
+// may have about 350 digits.
 constexpr std::size_t kLongestWord = 400;
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -69,8 +70,8 @@ class FileRange {
   std::uint64_t newly_read_ = 0;
 };
 
-// Parses a word of a text file as a number. As in VTK, numbers of one byte keep the low 8 bits: 200
-// may mean -56.
+// Parses a word of text as a number. For one-byte types, values from -128 to 255 are accepted, and
+// only the low 8 bits are kept, as in VTK: 200 as a signed byte becomes -56.
 template <class T>
 bool parse_word(std::string_view word, T& value) {
   if constexpr (sizeof(T) == 1) {
@@ -117,8 +118,8 @@ class PayloadReader::Bytes {
     return true;
   }
   std::uint64_t newly_read() { return range_.newly_read(); }
-  // Returns an upper bound on the number of bytes left. If a size that the file states exceeds this
-  // bound, the file is damaged.
+  // Returns an upper bound on the number of bytes left. A file that states a size above this bound
+  // is damaged.
   std::uint64_t most_left() const { return range_.left() + kFileBytes; }
 
  private:
@@ -256,7 +257,8 @@ std::uint64_t PayloadReader::read_binary(const PayloadPlace& place, ScalarType t
                                          std::uint64_t most, const Take& take) {
   const std::size_t width = scalar_bytes(type);
   std::uint64_t done = 0;
-  // If the previous piece ended within a number, `values` begins with the bytes of this number.
+  // A piece may end in the middle of a number. The bytes of the incomplete number stay in `values`
+  // until the next piece arrives.
   std::vector<std::byte> values;
   decode(place, [&](std::span<const std::byte> piece) {
     values.insert(values.end(), piece.begin(), piece.end());

@@ -1,7 +1,8 @@
 // PayloadReader: reads the numbers of VTU arrays from front to back. It supports all encodings:
 // text or base64 within the XML, and raw or base64 appended data, with or without compression.
-// Memory is bounded: the reader processes pieces of 256 KiB, or one compressed block. It allocates
-// memory only for bytes that are present, never for a size that the file merely states.
+// Memory is bounded: the reader processes one piece of 256 KiB or one compressed block at a time.
+// It allocates memory only for bytes that are present, never for a size that the file merely
+// states.
 #pragma once
 
 #include <cstddef>
@@ -28,16 +29,16 @@ struct PayloadPlace {
 
 class PayloadReader {
  public:
-  // `path` is used in error messages. `file_bytes` is the size of the file in bytes. This size
-  // determines a limit for the number of bytes that all arrays together may read and unpack; if the
-  // limit is exceeded, functions throw Failure (over_limit). The limit is needed because arrays may
-  // share bytes, and compressed bytes may expand very much.
+  // `path` is used in error messages. `file_bytes` is the size of the file in bytes. The total
+  // number of bytes read and unpacked for all arrays is limited in proportion to the size of the
+  // file; if the limit is exceeded, read() throws Failure (over_limit). The limit is needed because
+  // many arrays may refer to the same bytes, and compressed data may expand by a large factor.
   PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form,
                 std::uint64_t file_bytes);
 
   // Reads at most `most` numbers and passes them to take(values) in pieces, in host byte order.
-  // Returns the count of numbers that were read. If `bits` is true, the type must be uint8; bits
-  // are passed as 0 and 1. Throws Failure.
+  // Returns the count of numbers that were read. If `bits` is true, the array consists of bits;
+  // each bit is passed as a uint8 with the value 0 or 1, and `type` must be uint8. Throws Failure.
   using Take = std::function<void(std::span<const std::byte>)>;
   std::uint64_t read(const PayloadPlace& place, ScalarType type, bool bits, std::uint64_t most,
                      const Take& take);

@@ -26,7 +26,7 @@ void PayloadWriter::fail(std::string detail) const {
 std::uint64_t PayloadWriter::word(std::uint64_t value) const {
   if (form_.header_bytes == 4 && value > 0xffffffffU)
     throw Failure(Error{.code = ErrorCode::unsupported,
-                        .detail = "the array is too large for headers of 32 bits",
+                        .detail = "the array is too large for 32-bit headers",
                         .section = head_.array});
   return value;
 }
@@ -48,7 +48,8 @@ void PayloadWriter::begin(const Head& head) {
     emit(header.data(), header.size());
     return;
   }
-  // Reserves space for the compressed sizes of the blocks, which are written when they are known.
+  // Reserve space for the compressed sizes of the blocks. They are written at the end of the array,
+  // when all of them are known.
   const std::uint64_t blocks = bytes / head_.block_bytes + (bytes % head_.block_bytes != 0);
   const std::uint64_t room = (3 + blocks) * form_.header_bytes;
   header_at_ = out_.position();

@@ -1,5 +1,5 @@
 // PayloadWriter: writes the numbers of one VTU array as text, base64 or raw bytes. The bytes may be
-// compressed block by block. PayloadReader reads such arrays.
+// compressed block by block. PayloadReader is the counterpart for reading.
 #pragma once
 
 #include <array>

@@ -81,8 +81,8 @@ void VtuPlan::read_head() {
   }
 }
 
-// Determines the range of points and of cells of each piece. If the pieces of the source no longer
-// match the mesh, joins them into one piece.
+// Determines which points and cells belong to each <Piece> element. If the pieces of the source
+// file do not match the mesh (any more), joins them into one piece.
 void VtuPlan::find_pieces() {
   PieceRange next;
   bool valid = true;
@@ -105,8 +105,9 @@ void VtuPlan::find_pieces() {
   if (!valid || (count > 1 && info_.schema.order != Order::keep)) join_pieces();
 }
 
-// Extends the first non-empty piece to the whole mesh and removes all other pieces. Also removes
-// the arrays whose values existed only for the first non-empty piece.
+// Makes the first piece that has cells contain the whole mesh, and removes all other pieces. Also
+// removes the arrays of this piece that are stored as extras, because an extra contains values only
+// for the original piece.
 void VtuPlan::join_pieces() {
   pieces_ = {{0, info_.vertices, 0, info_.cells()}};
   auto& nodes = grid().children;
@@ -130,14 +131,14 @@ void VtuPlan::fit_arrays(Node& data, Location location) {
                 [&](Node& each) { return each.is_array() && !fits(each, location); });
 }
 
-// Returns true if the array to which an element refers exists and still has the properties that the
-// element states.
+// Returns true if the mesh has the array to which the XML element `array` refers, and if the
+// attributes of the element (type, components) are still correct for that array.
 bool VtuPlan::fits(Node& array, Location location) {
   Node* node = array.values();
   const auto word = node == nullptr ? std::nullopt : parse_values_word(node->text);
   if (!word) return false;
-  // If the values are stored as an extra, not as an array of the schema, they are in the order of
-  // the source. They are valid only if the mesh is in the same order (Order::keep).
+  // Values that are stored as an extra, not as an array of the schema, remain in the order of the
+  // source file. They are valid only if the mesh has kept this order (Order::keep).
   if (word->kind != ValuesWord::Kind::array) return info_.schema.order == Order::keep;
   if (word->index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& info = info_.schema.arrays[word->index];
@@ -148,14 +149,14 @@ bool VtuPlan::fits(Node& array, Location location) {
       info.per_step != word->step.has_value() || !info.blocks.empty())
     return false;
   if (word->step && *word->step >= info_.step_times.size()) return false;
-  // The values were rounded, so their ranges may be wrong.
+  // The values were rounded, so the value ranges stored in the XML may be wrong.
   if (info.quantization.lossy()) forget_ranges(array);
   placed_.insert(word->index);
   return true;
 }
 
-// Returns true if an array has the type that an element states. An array of strings consists of
-// indices into a list, and has no time steps.
+// Returns true if the mesh array `info` can be written as an array of type `type`. An array of
+// strings is stored as indices into a list of strings, and has no time steps.
 bool VtuPlan::is_of_type(const ArrayInfo& info, const ArrayType& type) const {
   if (type.kind == ArrayKind::string) return info.role == vtk::kStringRole && !info.per_step;
   return info.role.empty() && (!info.per_step || !info_.step_times.empty()) &&
@@ -167,8 +168,8 @@ bool VtuPlan::is_written(std::size_t array) const {
   return info.role.empty() && (!info.per_step || !info_.step_times.empty());
 }
 
-// Removes the elements of arrays that do not match the points of the mesh. Arrays that contain the
-// points of later time steps remain.
+// Removes the arrays in <Points> that the mesh cannot provide. The arrays for the points, and for
+// the points of later time steps, remain.
 void VtuPlan::fit_points(Node& points) {
   std::erase_if(points.children, [&](Node& each) {
     if (!each.is_array()) return false;
@@ -183,9 +184,9 @@ void VtuPlan::fit_points(Node& points) {
   });
 }
 
-// Adds the array of points and the arrays that describe cells if these arrays are missing. If the
-// cells are in a new order, arrays of faces that were kept as extras are invalid, and are computed
-// from the cells instead.
+// Adds the array of points and the arrays of <Cells> if they are missing. Arrays of <Cells> that
+// were kept as extras are valid only in the original order of the cells; in any other order, they
+// are computed from the cells instead.
 void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
   if (own_ && range.points == 0 && piece.child("Points") == nullptr) return;
   Node& points = child_of(piece, "Points");
@@ -286,7 +287,7 @@ void VtuPlan::plan_from_others(Node& grid_node, Node& piece) {
   }
 }
 
-// Adds the time of the last step to the tree if the tree does not contain a time.
+// Adds the time of the final time step to the tree if the tree does not contain a time.
 void VtuPlan::add_time(Node& grid) const {
   Node* field = grid.child("FieldData");
   if (info_.step_times.empty() || grid.attribute("TimeValues") != nullptr ||
@@ -305,10 +306,10 @@ void VtuPlan::add_strings(Node& grid, const std::string& name, const Extra& stri
       .children.push_back(strings_element(name, {text, strings.data.size()}, format_, made_));
 }
 
-// Adds an array with the block ids of a mesh from another format, because a VTK file stores only
-// the type of each cell, not its block.
+// Adds a cell array `BlockId` with the block id of each cell if the mesh came from another format.
+// VTK files have no blocks; without this array, the blocks would be lost.
 void VtuPlan::add_block_ids(Node& data) const {
-  // No array is needed for a mesh that came from VTK, because its block ids are cell types.
+  // A mesh that came from VTK needs no such array: its blocks only group cells by cell type.
   if (info_.schema.source_format.starts_with("vt")) return;
   bool differ = false, wide = false;
   for (const BlockInfo& block : info_.schema.blocks) {

@@ -1,6 +1,6 @@
 // VtuPlan: the XML tree of the VTU file to be written, complete before the first byte is written.
-// If the mesh came from a VTU file, the tree is that of the source, adapted to the current mesh.
-// Otherwise, the tree is a default tree.
+// If the mesh came from a VTU file, the tree is the XML tree of that file, adapted to the current
+// mesh. Otherwise, the tree is created from the mesh.
 #pragma once
 
 #include <cstdint>
@@ -29,11 +29,12 @@ class VtuPlan : public vtk::CellPlan {
   Document& document() { return document_; }
   const ByteForm& form() const { return form_; }
   bool raw_appended() const { return raw_appended_; }
-  // Returns true if the points of each polyhedron must be listed in ascending order. This is the
-  // case if the points ascend in the source, or if the source is not a VTU file: legacy files list
-  // only the points of faces, and VTK then sorts the points of each polyhedron.
+  // Returns true if the connectivity array must list the points of each polyhedron in ascending
+  // order. This is the case if the source lists them in ascending order, or if the source is not a
+  // VTU file. (Legacy files list only the points of each face, and VTK itself then sorts the points
+  // of the polyhedron.)
   bool sorts_points() const { return !own_ || extra("vtu/polyhedron/ascending") != nullptr; }
-  // Returns the ranges of points and cells of an element Piece. Returns null for all other nodes.
+  // Returns the ranges of points and cells of `node` if it is a <Piece> element, otherwise null.
   const PieceRange* piece_of(const Node& node) const {
     const auto found = by_node_.find(&node);
     return found == by_node_.end() ? nullptr : &pieces_[found->second];
@@ -63,7 +64,7 @@ class VtuPlan : public vtk::CellPlan {
   Document document_;
   ByteForm form_;
   bool raw_appended_ = true, own_ = false;
-  std::string format_ = "appended";  // encoding of arrays that are not in the source file
+  std::string format_ = "appended";  // "format" attribute of added arrays
 
   // Ranges of points and cells of each piece. The ranges of consecutive pieces are adjacent.
   std::vector<PieceRange> pieces_;

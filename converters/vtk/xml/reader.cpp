@@ -1,5 +1,5 @@
-// Reads VTU files: first the XML tree, then the numbers of each array in the tree, which are stored
-// in the spool or as an extra.
+// Reads VTU files: first the XML tree, then the numbers of each array in the tree. Stores these
+// numbers in the spool or as extras.
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -51,18 +51,18 @@ class VtuSource : public MeshSource {
   std::vector<std::vector<PagedArray>> arrays_;  // indexed by array, then by step
 };
 
-// An array of one piece. In the file, the array is one XML element for all time steps, or one XML
-// element per time step.
+// A point or cell array of one <Piece> element. The file contains one XML element for all time
+// steps of the array, or one XML element per time step.
 struct Column {
   std::string name;
-  std::uint64_t occurrence = 0;  // number of earlier columns of the piece with the same name
+  std::uint64_t occurrence = 0;  // number of earlier arrays with the same name in the piece
   ArrayType type;
   std::uint64_t components = 1;
   bool per_step = false;
   bool constant = false;  // true: the values are the same at all steps
   std::vector<Node*> nodes;
-  // Returns the key of a column. Columns of different pieces with equal keys form one array. No two
-  // columns of a piece have the same key.
+  // Returns a key that is unique within a piece. Columns of different pieces that have the same key
+  // are joined into one array of the mesh.
   auto key() const {
     return std::tuple(std::string_view(name), occurrence, type.kind, type.stored, components,
                       per_step, constant);
@@ -144,7 +144,7 @@ void Parser::parse() {
 std::uint64_t Parser::product(const Node& node, std::uint64_t a, std::uint64_t b) const {
   std::uint64_t result = 0;
   if (__builtin_mul_overflow(a, b, &result))
-    loader_.fail(ErrorCode::corrupt, node, "states more values than a file can hold");
+    loader_.fail(ErrorCode::corrupt, node, "declares more values than a file can hold");
   return result;
 }
 
@@ -169,11 +169,11 @@ void Parser::find_pieces(Node& grid) {
     next.cells = loader_.count_attribute(each, "NumberOfCells");
     constexpr std::uint64_t kMost = std::uint64_t{1} << 60;
     if (next.points > kMost - next.first_point || next.cells > kMost - next.first_cell)
-      loader_.fail(ErrorCode::corrupt, each, "states more points or cells than a file can hold");
+      loader_.fail(ErrorCode::corrupt, each, "declares more points or cells than a file can hold");
     pieces_.push_back({&each, next});
     next.first_point += next.points;
     next.first_cell += next.cells;
-    // Check the limit for points and cells before any array is unpacked.
+    // Check the limits on the number of points and cells before unpacking any array.
     if (std::max(next.first_point, next.first_cell) > spool_.limits().most)
       loader_.fail(ErrorCode::over_limit, each,
                    "the pieces so far have more points or cells than the limit of " +
@@ -182,8 +182,8 @@ void Parser::find_pieces(Node& grid) {
   info_.vertices = next.first_point;
 }
 
-// Reads the points of all pieces. As in VTK, the points of all pieces must have the same type as
-// the points of the first piece that has points.
+// Reads the points of all pieces. As in VTK, the points of all non-empty pieces must have the same
+// scalar type.
 void Parser::points() {
   source_.points_ = PagedArray(spool_, scalar_bytes(ScalarType::float64));
   std::optional<ArrayType> type;
@@ -221,15 +221,15 @@ void Parser::begin_points(const ArrayType& type) {
   source_.points_ = PagedArray(spool_, scalar_bytes(info_.schema.coordinate_type));
 }
 
-// Reads the points of a later time step. They become a separate array unless they equal the points
-// of the first step.
+// Reads the points of a later time step. They are stored as a separate array unless they are the
+// same as the points of the first step.
 void Parser::points_of_step(Node& array, Node& first, const PieceRange& piece) {
   if (piece.points == 0 || loader_.same_values(first, array, spool_))
     return loader_.mark_like(array, first.values()->text);
   const auto type = loader_.type_of(array);
   if (pieces_.size() > 1 || !type || type->kind != ArrayKind::number)
     loader_.fail(ErrorCode::unsupported, array,
-                 "points of several pieces that change from step to step are not read");
+                 "points that change over time are supported only in files with one piece");
   load_column(
       Location::point,
       {{{.name = "Points", .type = *type, .components = 3, .nodes = {&array}}, pieces_.front()}},
@@ -293,7 +293,7 @@ std::vector<Column> Parser::columns_of(Node& data) {
     if (!times_.empty() && each.attribute("TimeStep") != nullptr) {
       if (!stepped.contains(column.name)) {
         order.push_back(column.name);
-        columns.push_back(column);  // placeholder: the joined column will be at this position
+        columns.push_back(column);  // placeholder for the column that join_steps() creates
       }
       stepped[column.name].push_back(&each);
       continue;
@@ -407,8 +407,8 @@ void Parser::load_column(Location location, const std::vector<std::pair<Column, 
   }
 }
 
-// Reads strings into a list of distinct strings and an array of indices into the list, as for
-// legacy files.
+// Reads an array of strings. Stores the distinct strings in a list, and the array as indices into
+// this list. The reader of legacy VTK files does the same.
 void Parser::load_strings(Location location, const std::vector<std::pair<Column, Piece>>& parts) {
   const Column& column = parts.front().first;
   const std::size_t index = info_.schema.arrays.size();
@@ -431,8 +431,7 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
     const auto end_of_string = [&] {
       const auto place = strings.place_of(one);
       if (!place)
-        loader_.fail(ErrorCode::unsupported, node,
-                     "has distinct strings of more than 1 GiB in total");
+        loader_.fail(ErrorCode::unsupported, node, "has more than 1 GiB of distinct strings");
       if (found++ == wanted)
         loader_.fail(ErrorCode::corrupt, node,
                      "has more than the expected " + std::to_string(wanted) + " strings");
@@ -444,7 +443,7 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
         one += static_cast<char>(byte);
         if (byte == std::byte{}) end_of_string();
         if (one.size() > kMostStringBytes)
-          loader_.fail(ErrorCode::unsupported, node, "has a string of more than 1 GiB");
+          loader_.fail(ErrorCode::unsupported, node, "has a string longer than 1 GiB");
       }
     });
     if (found != wanted || !one.empty())
@@ -458,7 +457,7 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
   info_.extras.push_back(text_extra(vtk::strings_key(index), strings.list()));
 }
 
-// Stores as extras the field data and the arrays in elements that VTK ignores.
+// Stores all remaining arrays as extras: field data, and arrays in XML elements that VTK ignores.
 void Parser::keep_rest(Node& node) {
   for (Node& each : node.children) {
     if (!each.is_array()) {

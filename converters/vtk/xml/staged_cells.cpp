@@ -31,8 +31,9 @@ class Buffer {
   std::vector<std::int64_t> numbers_;
 };
 
-// The points of polyhedra whose point order is stored separately, because it differs from the usual
-// order of the file (see vtu.h). The points of a polyhedron are found by the number of its cell.
+// Finds the point list of a polyhedron by its cell number. Contains only the polyhedra whose points
+// have an unusual order in the source file, and whose point lists are therefore stored as extras
+// (see vtu.h).
 class ReorderedPolyhedra {
  public:
   explicit ReorderedPolyhedra(const VtuPlan& plan)
@@ -166,9 +167,9 @@ void StagedCells::faces_of(const PieceRange& piece,
 void StagedCells::face_numbers(std::string_view name, const PieceRange& piece, const Take& take) {
   Buffer out(take);
   std::int64_t stream_end = 0, faces = 0, points = 0;
-  // Determines the entry of faceoffsets for the current cell, which is written when the cell ends.
-  // -2: there is no cell yet, so no entry is written. -1: the cell is not a polyhedron, and the
-  // entry is -1. 0: the cell is a polyhedron, and the entry is the end of its faces.
+  // State of the current cell, whose entry in faceoffsets is written after all of its faces. -2: no
+  // cell has begun, so there is no entry to write. -1: the cell is not a polyhedron; its entry is
+  // -1. 0: the cell is a polyhedron; its entry is the end of its face stream.
   std::int64_t waiting = -2;
   faces_of(
       piece,

@@ -1,5 +1,5 @@
-// StagedCells: the cells of a mesh, stored in a form from which the arrays of a VTU file can be
-// produced for any piece.
+// StagedCells: stores the cells of a mesh in a spool, and produces from them the arrays of <Cells>
+// (connectivity, offsets, ...) for each <Piece> of a VTU file.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +26,8 @@ class StagedCells {
 
  private:
   // Calls head(cell, faces) for each cell of a piece, where `faces` is the number of faces, or -1
-  // if the cell is not a polyhedron. After each call of head(), calls face(points) for each face of
-  // the cell.
+  // if the cell is not a polyhedron. After each call to head(), calls face(points) for each face of
+  // that cell.
   void faces_of(const PieceRange& piece,
                 const std::function<void(std::uint64_t, std::int64_t)>& head,
                 const std::function<void(std::span<const std::int64_t>)>& face);
@@ -38,8 +38,9 @@ class StagedCells {
   }
 
   PagedArray nodes_, node_ends_, types_;
-  PagedArray streams_, stream_ends_;  // face streams of the polyhedra, and the end of each cell's
-                                      // stream; empty without polyhedra
+  // Face streams of all polyhedra, and the end position of the stream of each cell. Both are empty
+  // if the mesh has no polyhedra.
+  PagedArray streams_, stream_ends_;
   bool polyhedra_;
 };
 

@@ -1,6 +1,6 @@
-// Writes VTU files: traverses the tree of a VtuPlan once and inserts the numbers. Appended data are
-// written last. Their offsets are then written into the space that was reserved for them in the
-// tags.
+// Writes VTU files: traverses the tree of a VtuPlan once and inserts the numbers. Appended data is
+// written last. Its offsets are then written into the space that was reserved for them in the tags
+// of the arrays.
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -108,8 +108,8 @@ void Writer::node(Node& node, int depth) {
   if (piece != nullptr) in_piece_ = false;
 }
 
-// Writes an element. If the element contains text, adds no white space around the text, so that the
-// text is written verbatim.
+// Writes an element. Elements that contain text are written without added white space, so that the
+// text does not change.
 void Writer::element_node(Node& node_to_write, int depth) {
   const auto is_text = [](const Node& each) { return each.kind == NodeKind::text; };
   auto& children = node_to_write.children;
@@ -155,9 +155,9 @@ void Writer::appended(Node& node_to_write, int depth) {
   indent(depth);
   out_.text(" _");
   const std::uint64_t begin = out_.position();
-  // Arrays that are the same at several time steps are written once. Strings are an exception: they
-  // are written once per step, because VTK 9.1 crashes if it does not read the strings of each step
-  // separately.
+  // An array that is the same at several time steps is written once, and all of these steps refer
+  // to the same bytes. Strings are written again for each step, because VTK 9.1 crashes if several
+  // steps refer to the same strings.
   std::map<std::string, std::string> places;
   for (const Waiting& each : waiting_) {
     const Node* values = each.array->values();
@@ -213,7 +213,7 @@ void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, cons
                           bool in_piece) {
   if (!in_piece || word.index >= info_.schema.arrays.size())
     vtk::fail_extra("vtu/skeleton",
-                    "has " + head.array + " outside of pieces or for an unknown array");
+                    "has " + head.array + " outside a piece, or for an array that does not exist");
   const ArrayInfo& info = info_.schema.arrays[word.index];
   const bool strings = info.role == vtk::kStringRole;
   if ((head.type != info.type && !strings) || info.per_step != word.step.has_value() ||
@@ -282,7 +282,7 @@ void Writer::extra_values(const ValuesWord& word, PayloadWriter::Head head) {
   if (found == nullptr) vtk::fail_extra(key, "is missing");
   const std::size_t width = scalar_bytes(head.type);
   if (found->type != head.type || found->data.size() % width != 0)
-    vtk::fail_extra(key, "the type of the values differs from the skeleton");
+    vtk::fail_extra(key, "the type of the values is not the type given in the skeleton");
   head.count = found->data.size() / width;
   payload_.begin(head);
   payload_.numbers(found->data.data(), head.count);

@@ -2,8 +2,8 @@
 // the old file without decoding them. It then writes the new steps, encoded exactly as the Writer
 // of the old file would have encoded them. The old file does not change. If a caller replaces the
 // old file only after finish() has succeeded (a FileSink does so), either the old or the new file
-// is in place at every instant. An Appender needs the memory of a Writer after end_mesh() plus that
-// of a StepReader that has read the final steps of the old file.
+// is in place at every instant. The memory that an Appender needs is that of a Writer after
+// end_mesh(), plus that of a StepReader that has read the final steps of the old file.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
@@ -30,8 +30,8 @@ struct AppendOptions {
 
 /// Adds time steps to a copy of a file. Order of calls: open; optionally drop_extras; then steps,
 /// times and extras in any order; then finish. After the first error every call returns that error.
-/// An Appender is not thread safe. It trusts the index and the chunk headers of the old file, as a
-/// StepReader does. Damage inside a chunk that is only copied remains in the new file; a reader of
+/// An Appender is not thread safe. Like a StepReader, it relies on the index and the chunk headers
+/// of the old file. Damage inside a chunk that is only copied remains in the new file; a reader of
 /// that chunk detects the damage.
 class SHM_API Appender {
  public:
@@ -52,18 +52,19 @@ class SHM_API Appender {
   std::uint64_t steps() const;
   /// Returns the number of elements of a stepped array.
   std::uint64_t elements(std::uint32_t array) const;
-  /// Returns a source that yields the old file without its step values, as a complete .shm file. A
-  /// Reader of this source yields the mesh, static arrays, times and extras. The
-  /// MeshBlock::vertex_numbers and cell_numbers that it yields show the coding order. The source is
-  /// valid as long as the Appender and `file` exist.
+  /// Returns a source from which a complete .shm file can be read: the old file without its step
+  /// values. A Reader of this source returns the mesh, static arrays, times and extras. From
+  /// MeshBlock::vertex_numbers and MeshBlock::cell_numbers, the caller can determine the coding
+  /// order, in which add_step_values() expects values. The source is valid as long as the Appender
+  /// and `file` exist.
   Result<std::unique_ptr<ByteSource>> without_steps();
 
   /// Omits the extras of the old file from the new file. Call this function before the first call
   /// that adds a step, times or an extra.
   Result<void> drop_extras();
-  /// Adds values of a stepped array at a step, as Writer::add_step_values() does. New steps of an
-  /// array must come after the last step that the array has in the old file. Quantized arrays keep
-  /// their error bound, also for values outside the box of an N-bit quantization.
+  /// Adds values of a stepped array at a step, as Writer::add_step_values() does. The number of a
+  /// new step must be higher than all step numbers that the array has in the old file. Quantized
+  /// arrays keep their error bound, even for values outside the box of an N-bit quantization.
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
   /// Sets the time of every step, including the steps of the old file. Call this function at most

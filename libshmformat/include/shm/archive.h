@@ -38,13 +38,14 @@ class SHM_API ArchiveWriter {
   ArchiveWriter& operator=(ArchiveWriter&&) noexcept;
   ~ArchiveWriter();
 
-  /// Ends the previous member and begins a member with the name `name`, which must be a valid
-  /// member name that is not in use yet. The bytes written to the returned sink until the next call
-  /// to the ArchiveWriter must form one .shm file that is not itself an archive. The ArchiveWriter
-  /// checks only the file start (the first 16 bytes). The sink lives as long as the ArchiveWriter.
+  /// Ends the previous member, if any, and begins a new member. `name` must be a valid member name,
+  /// and no other member may have this name. The bytes written to the returned sink until the next
+  /// call to the ArchiveWriter must form one .shm file that is not itself an archive. The
+  /// ArchiveWriter checks only the file start (the first 16 bytes). The sink lives as long as the
+  /// ArchiveWriter.
   Result<ByteSink*> add_member(const std::string& name);
-  /// Ends the last member, writes the list of members and commits the sink. The file is valid only
-  /// if finish() succeeds; the destructor reports no errors. Returns the total number of bytes
+  /// Ends the current member, writes the list of members and commits the sink. The file is valid
+  /// only if finish() succeeds; the destructor reports no errors. Returns the total number of bytes
   /// written.
   Result<std::uint64_t> finish();
 

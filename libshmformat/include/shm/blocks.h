@@ -1,4 +1,4 @@
-// Items that a Reader yields: vertices and cells block by block, values of time steps, and totals.
+// Items that a Reader returns: vertices and cells block by block, values of time steps, and totals.
 // All types are plain values.
 #pragma once
 
@@ -16,7 +16,8 @@
 
 namespace shm {
 
-/// Converts the numbers in `from`, stored as `type` in host byte order, to T, as static_cast does.
+/// Converts the bytes `from`, which are numbers of type `type` in host byte order, to T with
+/// static_cast.
 template <class T>
 std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
   std::vector<T> to;
@@ -43,9 +44,9 @@ std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
   return to;
 }
 
-/// A run of vertices and cells in coding order. Cell i may use two kinds of vertices: those of this
-/// block with an index below `vertices_before_cell[i]`, and all vertices of earlier blocks that are
-/// not finalized.
+/// A run of vertices and cells in coding order. Cell i uses only vertices of this block with an
+/// index below `vertices_before_cell[i]`, and vertices of earlier blocks that have not been
+/// finalized.
 struct MeshBlock {
   std::uint64_t first_vertex = 0;             ///< stream number of the first vertex
   std::vector<std::uint64_t> vertex_numbers;  ///< original numbers (Order::keep) or stream numbers
@@ -54,26 +55,28 @@ struct MeshBlock {
   /// Original cell numbers (Order::keep) or positions of the cells in coding order.
   std::vector<std::uint64_t> cell_numbers;
   std::vector<std::uint32_t> cell_blocks;
-  /// Offsets of the cells in `corners`; cells + 1 entries.
+  /// The corners of cell i are corners[corner_begin[i]] to corners[corner_begin[i + 1] - 1]. The
+  /// vector has one entry more than there are cells.
   std::vector<std::uint64_t> corner_begin;
   std::vector<std::uint64_t> corners;   ///< vertex numbers of the corners
   std::vector<std::uint64_t> last_use;  ///< one bit mask per cell: bit i is set if the cell
                                         ///< finalizes its corner i (no later cell uses that vertex)
   std::vector<std::uint64_t> vertices_before_cell;
-  /// Import flag of each vertex, set if a single segment is read: 1 if an earlier segment owns the
-  /// vertex, otherwise 0. If a whole file or a piece of a mesh is read, each vertex occurs only
-  /// once, and this vector is empty.
+  /// If a single segment is read: for each vertex, 1 if the vertex is imported (an earlier segment
+  /// owns it), otherwise 0. Empty if a whole file or a piece of a mesh is read, because each vertex
+  /// then occurs only once.
   std::vector<std::uint8_t> imported;
-  /// Values of static arrays, by array index. Point arrays have a value for each vertex; cell
-  /// arrays have a value for each cell in a block that they cover. Empty for stepped arrays.
+  /// Values of static arrays, indexed by array. A point array has a value for each vertex of this
+  /// MeshBlock. A cell array has a value for each of its cells that belongs to an element block
+  /// that the array covers. For stepped arrays, the entry is empty.
   std::vector<std::vector<std::byte>> arrays;
 
   std::size_t vertex_count() const { return vertex_numbers.size(); }
   std::size_t cell_count() const { return cell_blocks.size(); }
 };
 
-/// Index entry that describes a segment. Reading the segment fails if its contents differ from this
-/// description.
+/// Description of a segment in the index of a file. Reading a segment fails if its contents do not
+/// match this description.
 struct SegmentInfo {
   std::uint64_t first_cell = 0, cells = 0;  ///< range of cells in coding order
   /// Range of stream numbers of the vertices that the segment owns.
@@ -84,7 +87,8 @@ struct SegmentInfo {
   std::array<double, 6> box{};
 };
 
-/// Values of a stepped array in one chunk group, in coding order of the elements.
+/// Values of a stepped array at one time step, for the elements of one group. The values are in
+/// coding order.
 struct StepPiece {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
@@ -94,7 +98,7 @@ struct StepPiece {
 struct StepTimes {
   std::vector<double> times;
 };
-/// Totals of a whole file: the last item that a Reader yields.
+/// Totals of a whole file. They are the final item that a Reader returns.
 struct Totals {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
@@ -102,8 +106,8 @@ struct Totals {
   std::vector<std::uint64_t> segment_starts;
   /// Connectivity codec of each segment; `automatic` if the segment has no cells.
   std::vector<ConnectivityCodec> segment_connectivity;
-  std::uint64_t imported_vertices = 0;  ///< number of vertices coded again by a segment that does
-                                        ///< not own them, summed over all segments
+  std::uint64_t imported_vertices = 0;  ///< number of imports in all segments; a vertex counts
+                                        ///< once for each segment that imports it
   std::uint64_t total_bytes = 0;
   /// Size in bytes of each kind of stream, as in SizeReport.
   std::map<std::string, std::uint64_t> streams;
@@ -114,8 +118,8 @@ struct Totals {
   std::uint64_t trailing_bytes = 0;
 };
 
-// Events: the contents of a MeshBlock as single vertices and cells, for callers that store only a
-// small part of the mesh.
+// Events: the contents of a MeshBlock as single vertices and cells, for callers that do not keep
+// the whole mesh in memory.
 
 struct VertexEvent {
   std::uint64_t number;

@@ -17,8 +17,8 @@ namespace shm {
 class FileRandomSource;
 class RandomSource;
 
-/// Destination of a sequence of bytes. Implement this interface to write to any destination. The
-/// library never seeks.
+/// Destination of a sequence of bytes. Derive a class from ByteSink to write to a destination of
+/// your own. The library writes all bytes in order and never seeks.
 class SHM_API ByteSink {
  public:
   virtual ~ByteSink() = default;
@@ -26,12 +26,12 @@ class SHM_API ByteSink {
   /// again.
   virtual Result<void> write(std::span<const std::byte> bytes) = 0;
   /// Copies `bytes` bytes of `from`, starting at `offset`, to this sink. A sink may override this
-  /// function to let the operating system copy.
+  /// function so that the operating system copies the bytes directly.
   virtual Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes);
   /// Declares the output complete. Writer::finish() and all other calls that finish a file call
-  /// commit() once, after the last byte. Most sinks do nothing here. A sink that passes its bytes
-  /// on to another sink also passes on this call, unless more bytes will follow in the other sink,
-  /// as after an archive member.
+  /// commit() once, after the last byte. Most sinks do nothing here. A sink that forwards its bytes
+  /// to another sink also calls commit() of that sink, unless more bytes will be written to that
+  /// sink (as after a member of an archive).
   virtual Result<void> commit();
 };
 
@@ -39,7 +39,8 @@ class SHM_API ByteSink {
 class SHM_API ByteSource {
  public:
   virtual ~ByteSource() = default;
-  /// Fills the front of `into` and returns the number of bytes read, which is 0 only at the end.
+  /// Reads between 1 and into.size() bytes into the front of `into`, and returns their number.
+  /// Returns 0 only at the end of the source.
   virtual Result<std::size_t> read(std::span<std::byte> into) = 0;
 };
 
@@ -69,24 +70,25 @@ class SHM_API NullSink final : public ByteSink {
   std::uint64_t bytes = 0;
 };
 
-/// Sink that writes a file, which appears complete or not at all. The bytes are written to an
-/// unnamed file in the same folder. If the process ends before commit(), the operating system
-/// removes this file. commit() flushes this file to the disk and makes it visible under the final
-/// name. An existing file of that name is replaced by renaming. Writer, PartJoiner, Appender and
-/// ArchiveWriter call commit() in finish(). write_mesh() and write_in_order() call commit() at
-/// their end. Callers that write bytes themselves must call commit() too: a FileSink that is
-/// destroyed without commit() leaves no file.
+/// Sink that writes a file. The file appears under its name only when it is complete. Until then,
+/// the bytes are written to an unnamed file in the same folder. If the process ends before
+/// commit(), the operating system removes this file. commit() flushes this file to the disk and
+/// makes it visible under the final name. An existing file of that name is replaced by renaming.
+/// Writer, PartJoiner, Appender and ArchiveWriter call commit() in finish(). write_mesh() and
+/// write_in_order() call commit() at their end. Callers that write bytes themselves must call
+/// commit() too: a FileSink that is destroyed without commit() leaves no file.
 ///
-/// If the system has no unnamed files, or if the caller requests a named temporary file, the name
-/// of the temporary file is ".NAME.tmp" plus numbers that identify the process and the machine. The
-/// temporary file is removed when the FileSink is destroyed without commit(). If a process was
-/// killed, the next create() of a named temporary file for the same path removes the leftovers of
-/// that process (after an hour if they are from another machine).
+/// If the operating system does not support unnamed files, or if the caller requests a named
+/// temporary file, the name of the temporary file is ".NAME.tmp" plus numbers that identify the
+/// process and the machine. The temporary file is removed when the FileSink is destroyed without
+/// commit(). If a process was killed, its temporary file remains. The next time a named temporary
+/// file is created for the same path, create() removes it (a file from another machine only after
+/// an hour).
 ///
-/// The new file inherits the permissions and, if allowed, the group of the file that it replaces
-/// (Windows has neither). If the path is a symbolic link, its target is replaced. On Windows a file
-/// that is open elsewhere can be replaced only if its file system supports that. The path "-" means
-/// standard output; commit() then does nothing.
+/// The new file gets the permissions and, if the user may set it, the group of the file that it
+/// replaces (not on Windows). If the path is a symbolic link, its target is replaced. On Windows a
+/// file that is open elsewhere can be replaced only if its file system supports that. The path "-"
+/// means standard output; commit() then does nothing.
 class SHM_API FileSink final : public ByteSink {
  public:
   enum class Temporary : std::uint8_t { unnamed, named };
@@ -98,8 +100,9 @@ class SHM_API FileSink final : public ByteSink {
                                                   Temporary how = Temporary::unnamed,
                                                   Existing existing = Existing::replace);
   /// Creates a scratch file in `folder`. Only the current user may access this file, and the file
-  /// never appears under a final name. If the file needs a temporary name, that name contains
-  /// `name`, to show the origin of the file. commit() does nothing.
+  /// never appears under a final name. If the operating system does not support unnamed files, or
+  /// if `how` is `named`, the file has a temporary name that contains `name`, so that users can
+  /// recognize the file. commit() does nothing.
   static Result<std::unique_ptr<FileSink>> create_scratch(const std::string& folder,
                                                           const std::string& name,
                                                           Temporary how = Temporary::unnamed);
@@ -109,14 +112,14 @@ class SHM_API FileSink final : public ByteSink {
   Result<void> write(std::span<const std::byte> bytes) override;
   Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
   /// Completes the file. After commit() has succeeded, further calls do nothing, and nothing more
-  /// can be written. All operations that can fail happen before the file appears under its name,
-  /// except flushing the folder. If flushing the folder fails, the error message says that the file
-  /// exists.
+  /// can be written. If commit() fails, the file does not appear under its final name, with one
+  /// exception: flushing the folder to the disk happens afterwards. If this fails, the error
+  /// message says that the file exists.
   Result<void> commit() override;
 
-  /// Returns the name under which this process may open the file until commit(), to write to it
-  /// without this sink. For an unnamed file this is a name in /proc. Returns an empty name if
-  /// commit() does not rename a file.
+  /// Returns a path under which this process can open the file before commit(), e.g. to write to it
+  /// without this sink. For an unnamed file, the path is in /proc. The path is empty if the sink
+  /// has no temporary file.
   const std::string& temporary() const { return temporary_; }
   bool is_named() const { return named_; }
 
@@ -171,10 +174,10 @@ class SHM_API RandomSource {
  public:
   virtual ~RandomSource() = default;
   virtual std::uint64_t size() const = 0;
-  /// Fills `into` with the bytes from `offset` on, or fails.
+  /// Fills the whole of `into` with the bytes that begin at `offset`, or fails.
   virtual Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) = 0;
-  /// Announces the ranges that will be read next, mostly in this order, so that a remote source can
-  /// fetch these ranges together. Most sources do nothing. An announced range may lie outside the
+  /// Announces the ranges that the library will probably read next, mostly in this order, so that a
+  /// remote source can fetch them together. Most sources do nothing. A range may lie outside the
   /// source, and may never be read.
   virtual void prefetch(std::span<const ByteRange> ranges);
 };
@@ -190,7 +193,8 @@ class SHM_API MemoryRandomSource final : public RandomSource {
   std::span<const std::byte> bytes_;
 };
 
-/// Wraps another source so that several threads can use it. Only one thread at a time reads.
+/// Wraps another source so that several threads can use it. A mutex ensures that only one thread
+/// reads at a time.
 class SHM_API SharedSource final : public RandomSource {
  public:
   explicit SharedSource(std::unique_ptr<RandomSource> source);
@@ -216,9 +220,9 @@ class SHM_API FileRandomSource final : public RandomSource {
   std::uint64_t size() const override { return size_; }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
   /// Copies `bytes` bytes, beginning at `offset`, to the current position of the open file
-  /// `descriptor`. The bytes do not pass through this process. File systems that support it share
-  /// the blocks of both files. Returns the number of bytes copied: less than `bytes`, or 0, if the
-  /// operating system cannot copy them.
+  /// `descriptor`. The bytes do not pass through this process. If the file system supports it, both
+  /// files share the same blocks on disk. Returns the number of bytes copied: less than `bytes`, or
+  /// 0, if the operating system cannot copy them.
   std::uint64_t copy_to(int descriptor, std::uint64_t offset, std::uint64_t bytes) const;
 
  private:

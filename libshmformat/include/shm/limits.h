@@ -12,35 +12,36 @@ struct ReadLimits {
   std::uint64_t max_active_vertices = std::uint64_t{1} << 27;
   /// Maximum size in bytes of the payload of one chunk.
   std::uint64_t max_chunk_bytes = std::uint64_t{1} << 30;
-  /// Maximum unpacked size in bytes of one chunk group. For step values this is also the maximum
-  /// size in bytes of the neighbourhoods of a group, i.e. of the lists of neighbours from which
-  /// each element is predicted.
+  /// Maximum unpacked size in bytes of one group. For step values, it is also the maximum size in
+  /// bytes of the neighbourhoods of a group. (A neighbourhood is the list of neighbours from which
+  /// an element is predicted.)
   std::uint64_t max_group_bytes = std::uint64_t{1} << 30;
   /// Maximum unpacked size in bytes of one extra.
   std::uint64_t max_extra_bytes = std::uint64_t{1} << 30;
   /// Memory limit in bytes for the active vertices of a segment: this value plus `kActiveBytesEach`
-  /// per byte of the file read so far. If a file is opened by its index, or by a tool that knows
-  /// its size, all bytes of the file count from the beginning. An active vertex counts as 288
-  /// bytes; with the patterns codec as 72, with the shifts codec as 16.
+  /// times the number of bytes of the file read so far. If the size of the file is known from the
+  /// beginning (because the file is opened through its index, or by the tool), the whole size
+  /// counts instead of the bytes read so far. Each active vertex counts as 288 bytes, with the
+  /// patterns codec as 72 bytes, and with the shifts codec as 16 bytes.
   std::uint64_t max_active_bytes = std::uint64_t{1} << 26;
   static constexpr std::uint64_t kActiveBytesEach = 256;
   /// Memory limit in bytes for values of the active vertices and cells of a segment: this value
-  /// plus 512 bytes per byte of the segment read so far. Arrays in which almost all values are
-  /// equal need no memory. Time steps have a separate limit: this value plus 256 bytes per byte of
-  /// the file read so far.
+  /// plus 512 times the number of bytes of the segment read so far. Arrays in which almost all
+  /// values are equal do not count. Time steps have a separate limit: this value plus 256 times the
+  /// number of bytes of the file read so far.
   std::uint64_t max_column_bytes = std::uint64_t{1} << 25;
   /// Memory limit in bytes for the unpacked schema, step times and extras together: this value plus
-  /// 256 bytes per byte of the file. Files written by a Writer need less.
+  /// 256 times the size of the file. Files written by a Writer need less.
   std::uint64_t max_unpacked_bytes = std::uint64_t{1} << 26;
   std::uint32_t max_arrays = 65536;
-  /// Maximum sum of the components of all static arrays.
+  /// Maximum total number of components of all static arrays.
   std::uint32_t max_static_components = 4096;
   std::uint32_t max_blocks = 1 << 20;
   std::uint64_t max_steps = 1 << 20;
   std::uint32_t max_segments = 1 << 20;
-  // Limits on the size of the result. The default is unlimited, since a small file can legitimately
-  // contain many cells. If a file is opened by its index, the counts of the whole file are checked
-  // at that time.
+  // Limits on the size of the decoded mesh. By default, there is no limit, because a small file can
+  // legitimately contain many cells. If a file is opened by its index, the counts of the whole file
+  // are checked at that time.
   std::uint64_t max_vertices = ~std::uint64_t{0};
   std::uint64_t max_cells = ~std::uint64_t{0};
   /// Maximum total size in bytes of all items that a Decoder or Reader returns. It counts the
@@ -48,14 +49,14 @@ struct ReadLimits {
   std::uint64_t max_decoded_bytes = ~std::uint64_t{0};
 };
 
-/// Options of a Reader, which do not affect the results of reading.
+/// Options of a Reader. They affect its speed and memory, but not the data that it returns.
 struct ReadOptions {
   /// Number of threads that decode segments in advance, before the caller requests their contents.
   /// If 1, no threads are started. If 0, one thread per core is started.
   unsigned threads = 1;
-  /// Memory limit in bytes for groups that wait for a thread and for blocks that wait for the
-  /// caller, together. In addition, each thread may hold one group. Without threads this limit has
-  /// no effect.
+  /// Memory limit in bytes for coded groups that wait for a thread and decoded blocks that wait for
+  /// the caller, together. The group that each thread is decoding does not count. Without threads
+  /// this limit has no effect.
   std::uint64_t max_ahead_bytes = std::uint64_t{256} << 20;
   /// Memory limit in bytes for the neighbourhoods of the mesh, from which step values are
   /// predicted. See WriteOptions::kept_topology_bytes.
