@@ -55,8 +55,8 @@ class CellGraph {
   }
   // Converts `frame`, a local coordinate system of `cell`, to the corresponding one of the
   // neighbour `to` across `face`. The direction that crosses `face` continues straight ahead in the
-  // neighbour. Each of the two other directions becomes the direction of the neighbour's face that
-  // meets the original face at an edge of `face`.
+  // neighbour. Each of the other two directions points at a face of `cell` that shares an edge with
+  // `face`; it becomes the direction that points at the face of `to` with the same edge.
   Frame carried(std::uint32_t cell, const Frame& frame, std::uint32_t face, CellFace to) const;
   int degree(std::uint32_t cell) const;
 

@@ -1,5 +1,5 @@
-// Document: the XML of a VTU file as a tree. The tree does not contain the numbers of arrays: a
-// node of kind `values` is the placeholder for the numbers of each array. Parsing stops at the
+// Document: the XML of a VTU file as a tree. The tree does not contain the values of arrays: for
+// each array, a node of kind `values` is the placeholder for them. Parsing stops at the
 // beginning of appended data, which is not XML.
 #pragma once
 

@@ -68,8 +68,8 @@ void expect_item(const Neighbourhood& item, const Expected& expected, const Plac
 }
 
 /// For each axis along which the nearest neighbour is known, adds the second and third neighbours
-/// along that axis to `expected`. Also sets kThird if the whole lattice neighbourhood of the
-/// nearest neighbour was known.
+/// along that axis to `expected`. For each such axis, also sets the flag kThird of `expected` if
+/// the whole lattice neighbourhood of the nearest neighbour along this axis was known.
 void go_on(Expected& expected, const Met& met, std::uint32_t axes, const Place& self,
            const std::array<int, 3>& direction) {
   for (std::uint32_t a = 0; a < axes; ++a) {

@@ -380,9 +380,9 @@ TEST(Hostile, LyingGroupHeader) {
     refused(name, [](Header& h) { h.streams.back().checksum ^= 1; });
     refused(name, [](Header& h) { h.streams.pop_back(); });
     refused(name, [](Header& h) { h.streams.push_back(h.streams.back()); });
-    // Swaps the kinds and codecs of the first two streams. One codec for values is allowed only in
-    // groups whose connectivity is coded as shifts. In any other group, a reader refuses it as an
-    // unsupported codec.
+    // Swaps the kinds and codecs of the first two streams. In the file "shifts", one of
+    // the two streams then has a codec that its kind does not allow, which a reader refuses as
+    // unsupported.
     refused(
         name,
         [](Header& h) {

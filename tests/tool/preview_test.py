@@ -151,7 +151,7 @@ class PreviewTest(FolderTest):
         self.assertNotEqual(self.drawn("mesh.vtk", "--view=-1,2,1")[0].rows, self.drawn("mesh.vtk")[0].rows)
 
     def test_which_axis_goes_up(self):
-        # The mesh has layers of two blocks; the second block is above the first.
+        # The mesh consists of two blocks; the second block is above the first.
         self.ncgen("two.e", exodus_text([0, 1], 4))
         orange = (230, 159, 0)
         for up, at in (("z", (.5, .2)), ("y", (.2, .5))):

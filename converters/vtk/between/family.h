@@ -62,8 +62,8 @@ struct MadeExtras {
 // FIELD.
 Entry entry_of_array(const MeshInfo& info, std::size_t array);
 
-// Component names are kept only for arrays with at most this number of components. Arrays of field
-// data may have more components, whose names are dropped.
+// Component names are kept only for arrays with at most this number of components. An array of
+// field data may have more components; all its component names are then dropped.
 inline constexpr std::uint64_t kMostNamedComponents = 4096;
 std::string quoted_array(std::string_view name);  // returns "array 'T'"
 

@@ -69,9 +69,9 @@ struct LatticePoints {
 // Returns nothing if the numbers of the entry are invalid.
 std::optional<Lattice> lattice_of(const Entry& entry);
 
-// Returns the points that a skeleton of rectilinear or image data determines. `extra` is a function
-// that returns the extra with a given key, or null if no such extra exists. If dimensions and axes
-// are inconsistent, returns nothing and describes the problem in `problem`.
+// Computes the points of rectilinear or image data from the dimensions and axes in its skeleton.
+// `extra(key)` returns the extra with this key, or null if no such extra exists. If dimensions and
+// axes are inconsistent, returns nothing and describes the problem in `problem`.
 using FindExtra = std::function<const Extra*(const std::string& key)>;
 std::optional<LatticePoints> lattice_points_of(const Skeleton& skeleton, const FindExtra& extra,
                                                std::string& problem);

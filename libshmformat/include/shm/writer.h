@@ -51,7 +51,7 @@ class SHM_API Writer {
   /// been added and not yet finalized; a vertex may occur more than once. Bit i (i < 64) of
   /// `last_use` marks corner i as a vertex that no later cell uses. Vertices that are never marked
   /// stay in memory to the end, in both Writer and Reader. `data` contains the packed values of the
-  /// static cell arrays that cover this block, in schema order.
+  /// static cell arrays that cover `block`, in schema order.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {});
   /// Adds vertices, as add_vertex() does for one vertex. `xyz` and `data` contain the coordinates

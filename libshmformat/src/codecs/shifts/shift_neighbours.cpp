@@ -22,8 +22,8 @@ bool needs_ring(const Schema& schema) {
 
 void ShiftNeighbours::Ring::clear(std::size_t places) {
   number.resize(places);
-  // Mark all places as empty: store the number i ^ 1 in place i. An element with this number never
-  // has place i.
+  // Mark each slot as empty: store the number i ^ 1 in slot i. The element with this number never
+  // belongs in slot i.
   for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;
   full.assign(places, 0);
 }

@@ -147,7 +147,9 @@ class EarlierValues {
   /// the value of the partner.
   struct Missed {
     std::uint8_t recalled, partnered;
-    bool follows;  // true if the value continues the sequence of the most recently recalled value
+    // True if the distance to the best value to recall, or the sum of the positions of both
+    // values, equals that of a recent value
+    bool follows;
   };
   static constexpr std::uint8_t kNothing = 255;  // length that is stored if there is no earlier
                                                  // value

@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-// Encoder: an entry is coded as an entry of `known` only if this skips at most this number of
-// entries of `known`. Otherwise its distance from the previous entry is coded
+// Encoder: the largest number of entries of `known` that may be skipped to reach an equal entry. If
+// the equal entry is farther away, the distance from the previous entry is coded instead
 constexpr std::uint64_t kMostSkipped = 63;
 
 /// Returns the index of the negated value.
