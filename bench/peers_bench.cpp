@@ -6,7 +6,7 @@
 //   zstd, xz, blosc   pack the bytes unchanged, or as byte planes ("shuffle")
 //   fpzip, zfp, SZ    pack one component after the other; the time to transpose the array is
 //                     included. For fpzip, the time steps are a second dimension
-// "SZ-like" is our own code, because there is no package. It codes the difference between a value
+// "SZ-like" is our own code, because no package exists. It codes the difference between a value
 // and the previous restored value, in units of twice the bound; zstd -19 compresses the byte planes
 // of these differences. Values that would exceed the bound are stored exactly.
 #include <fpzip.h>

@@ -1,6 +1,6 @@
 // Replaces every operator new and operator delete of a program. The replacements call two
 // functions, which must be defined before this file is included:
-//   void* taken(std::size_t bytes)   null if there is no memory
+//   void* taken(std::size_t bytes)   null if memory is exhausted
 //   void given_back(void* memory)    not null
 // Include this file in only one source file of a program.
 #pragma once

@@ -21,7 +21,7 @@ inline constexpr std::size_t kParityBlockBytes = 4096;
 
 // Layout of the parity. The file is divided into blocks, and block b belongs to stripe b %
 // stripes(). The loss of consecutive blocks is therefore spread over many stripes. Each stripe can
-// recover at most as many lost blocks as it has parity blocks.
+// recover one lost block for each of its parity blocks.
 struct ParityShape {
   std::uint64_t protected_bytes = 0;
   std::uint32_t data = 0, parity = 0;  // number of data and parity blocks per stripe: data + parity

@@ -27,7 +27,7 @@ class ExternalSorter {
   std::uint64_t size() const { return size_; }
   // Adds a record. Must not be called after next(). Like next(), throws Failure on a disk error.
   void add(std::uint64_t key, const std::byte* record);
-  // Stores the next record and its key in `record` and `key`. Returns false if there are no more
+  // Stores the next record and its key in `record` and `key`. Returns false after the last of the
   // records. Records arrive in ascending order of their keys; records with equal keys arrive in the
   // order in which they were added. `record` is valid until the next call.
   bool next(std::uint64_t& key, const std::byte*& record);

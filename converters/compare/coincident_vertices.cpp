@@ -125,8 +125,7 @@ class SiteFinder {
     const auto runs_a = static_cast<std::uint32_t>(left_a_.points.size());
     const std::size_t runs = runs_a + left_b_.points.size();
     DisjointSets groups(runs);
-    // crowded[i] is true if so many runs lie within the tolerance of run i that they were not all
-    // examined.
+    // crowded[i] is true if more runs lie within the tolerance of run i than were examined.
     std::vector<bool> crowded(runs, false);
     for (std::uint32_t i = 0; i < runs; ++i) {
       std::size_t found = 0;

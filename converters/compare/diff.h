@@ -21,7 +21,7 @@ struct DiffOptions {
   bool with_extras = true;  // true: also compare sets, titles, field data, ...
   std::vector<std::string> only;  // names of the arrays to compare; empty: all arrays
 
-  // Names of items to ignore: arrays, "coordinates", keys of extras, or paths that stand for all
+  // Names of items to ignore: arrays, "coordinates", keys of extras, or paths that mean all
   // extras below them.
   std::vector<std::string> ignored;
   std::uint64_t limit = 3;  // maximum number of places listed per difference

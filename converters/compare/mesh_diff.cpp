@@ -101,8 +101,8 @@ class Diff {
     return match_ ||
            (location == Location::point ? a_.vertices == b_.vertices : a_.cells() == b_.cells());
   }
-  // Convert a vertex or cell of A to its counterpart in B, and back. Return nothing if there is no
-  // counterpart.
+  // Convert a vertex or cell of A to its counterpart in B, and back. Return nothing if no
+  // counterpart exists.
   std::optional<std::uint64_t> to_b(Location location, std::uint64_t number) const {
     return match_ ? through(location == Location::point ? match_->vertex : match_->cell, number)
                   : number;

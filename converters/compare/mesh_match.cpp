@@ -190,8 +190,8 @@ class Matcher {
   }
 
   // Matches two cells that have the same key, and their vertices. To do so, searches for a rotation
-  // of cell `a` after which its node names equal those of cell `b`. Returns false if there is no
-  // such rotation. If several rotations are possible and would match different vertices, uses the
+  // of cell `a` after which its node names equal those of cell `b`. Returns false if no such
+  // rotation exists. If several rotations are possible and would match different vertices, uses the
   // first one if `any` is true, and returns false otherwise.
   bool match_cells(std::uint32_t a, std::uint32_t b, bool any) {
     std::vector<std::uint64_t> names_a, names_b;
@@ -312,7 +312,7 @@ class Matcher {
     drop(b_, b);
   }
 
-  // Matches cells whose key is unique in each mesh, until there are no more such cells.
+  // Matches cells whose key is unique in each mesh, until no such cells are left.
   void settle() {
     while (!due_.empty() || !fresh_.empty()) {
       while (!fresh_.empty()) {

@@ -26,8 +26,8 @@
 namespace shm::converters {
 namespace {
 
-// Size limit, in bytes, of the cache for vertex records or for the values of one step. There is no
-// limit if the whole mesh is in memory anyway.
+// Size limit, in bytes, of the cache for vertex records or for the values of one step. The cache is
+// unlimited if the whole mesh is in memory anyway.
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 
 // Creates a Writer. The Writer returns the error `misuse` if the codec cannot encode the mesh. If

@@ -70,7 +70,7 @@
 // items then have the same lines, which compress well with the dictionary. A number is a maximal
 // run of digits of the %-encoded name; a '#' in the name itself is encoded as %23. A '#' means:
 //   in a name of a D or V line   the corresponding number in the previous name that differs only in
-//                                numbers, plus 1; or 1 if there is no such name
+//                                numbers, plus 1; or 1 if no such name exists
 //   in a dimension of a V line   the last number of the variable's name
 // The writer uses '#' whenever possible, except for a last number of more than 20 digits. Example:
 //   D  num_side_ss#  9        means num_side_ss1

@@ -62,7 +62,7 @@ typename std::list<Item>::iterator place_for(std::string_view name,
 
 // For each name of a part, returns a position in the list of all names. If the list contains the
 // name, this is the position of the name. Otherwise it is the position of the next name of the part
-// that the list contains, or `end` if there is none.
+// that the list contains, or `end` if none exists.
 template <class Items, class Iterator, class Name>
 std::vector<Iterator> next_known(const Items& items, const std::map<std::string, Iterator>& known,
                                  Iterator end, Name&& name_of) {

@@ -150,7 +150,7 @@ inline constexpr std::array<SetKind, 5> kSetKinds{{{"mesh/node_set/", "ns", true
 inline constexpr std::string_view kMembersField = "members", kFactorsField = "factors";
 std::string set_key(const SetKind& kind, std::size_t index, std::string_view field);
 // Identifies a set. set_factors_of() returns the node, side or element set whose distribution
-// factors are in the variable `name`. If there is no such set, returns nothing.
+// factors are in the variable `name`. Returns nothing if no such set exists.
 struct SetFactors {
   const SetKind* kind;
   std::size_t index;

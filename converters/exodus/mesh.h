@@ -14,8 +14,8 @@
 
 namespace shm::converters::exodus {
 
-// Owner of an open netCDF file. The destructor closes the file. If `id` is negative, there is no
-// file.
+// Owner of an open netCDF file. The destructor closes the file. If `id` is negative, no file is
+// open.
 struct NetcdfFile {
   NetcdfFile() = default;
   NetcdfFile(const NetcdfFile&) = delete;

@@ -72,7 +72,7 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
       if (!set_factors_of(name) && !name.ends_with("_status")) continue;
       const std::string key = extra_key(name);
       const Extra* extra = extras.find(key);
-      // Derive each variable at most once, and only if it has as many values as the extra.
+      // Derive each variable at most once, and only if its number of values is that of the extra.
       // Otherwise a damaged file could cause too much work.
       if (extra == nullptr || !asked.insert(key).second ||
           skeleton.size(skeleton.variables[v]) != extra->data.size() / scalar_bytes(extra->type))

@@ -18,7 +18,7 @@ namespace shm::converters::exodus {
 // Context for error messages: the name of the file, and a default error code.
 struct Place {
   std::string file;
-  ErrorCode code;  // error code to use if there is no more specific one
+  ErrorCode code;  // error code to use if no other code is more specific
 
   // Throws Failure if `status`, the result of a netCDF call, is an error.
   void check(int status, const std::string& section) const;
@@ -77,8 +77,8 @@ struct Skeleton {
   std::vector<Variable> variables;
   bool operator==(const Skeleton&) const = default;
 
-  // find_variable() and find_dimension() return an index, or -1 if there is no variable or
-  // dimension with this name.
+  // find_variable() and find_dimension() return an index, or -1 if no variable or dimension has
+  // this name.
   int find_variable(std::string_view name) const;
   int find_dimension(std::string_view name) const;
   // Returns the length of a dimension, or 0 if the dimension does not exist.

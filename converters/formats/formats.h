@@ -22,7 +22,7 @@ namespace shm::converters {
 std::span<const Format> formats();
 
 // format_named() returns the format called `name`. format_of_name() returns the format to which the
-// extension of the file name `path` belongs. Both functions return null if there is no such format.
+// extension of the file name `path` belongs. Both functions return null if no such format exists.
 // Names such as "out.e.4.0" and "out.e-s002" are treated like "out.e".
 const Format* format_named(std::string_view name);
 const Format* format_of_name(std::string_view path);
@@ -36,9 +36,9 @@ const Format* format_of_file(const std::string& path);
 // Returns true if a file that begins with `head` is a .shm file.
 bool looks_like_shm(std::span<const std::byte> head);
 
-// Returns the part files of a decomposed mesh. If the only input is NAME.COUNT and there is no file
-// with that name, the part files are NAME.COUNT.0, NAME.COUNT.1 and so on. In all other cases,
-// returns `inputs` unchanged.
+// Returns the part files of a decomposed mesh. If the only input is NAME.COUNT and no file has that
+// name, the part files are NAME.COUNT.0, NAME.COUNT.1 and so on. In all other cases, returns
+// `inputs` unchanged.
 std::vector<std::string> files_of_parts(const std::vector<std::string>& inputs);
 // Opens the parts of a decomposed mesh as one mesh. Joins the parts by means of the global vertex
 // and cell numbers (the numbers in the whole mesh) that each part file contains. Only Exodus files

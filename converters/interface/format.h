@@ -80,9 +80,10 @@ struct Capabilities {
   // Returns true if the format can store the name unchanged. A null pointer means that it can store
   // every name unchanged.
   bool (*name)(const std::string& name) = nullptr;
-  // Name of the sibling format, or empty if there is no sibling. The writer of this format can
-  // write meshes of the sibling directly, because it understands their extras. losses_of_sibling()
-  // describes the data that is lost when a mesh of the sibling is written in this format.
+  // Name of the sibling format, or empty if the format has no sibling. The writer of this format
+  // can write meshes of the sibling directly, because it understands their extras.
+  // losses_of_sibling() describes the data that is lost when a mesh of the sibling is written in
+  // this format.
   std::string_view sibling = {};
   LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
 };

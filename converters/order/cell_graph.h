@@ -49,7 +49,7 @@ class CellGraph {
   void cut_between_blocks();
 
   // Returns the neighbouring cell across a face, and the index of the shared face within this
-  // neighbour. Returns an empty CellFace if there is no neighbour.
+  // neighbour. Returns an empty CellFace if `face` has no neighbour.
   CellFace across(std::uint32_t cell, std::uint32_t face) const {
     return neighbours_[6 * std::uint64_t{cell} + face];
   }

@@ -36,8 +36,8 @@ std::vector<CellOrdering> cell_orderings(const Cells& cells);
 
 // Memory limits of the search.
 struct SearchRoom {
-  // Spool for the resulting orders. If it is null, all tables are kept in memory, and there is no
-  // memory limit.
+  // Spool for the resulting orders. If it is null, all tables are kept in memory, without a memory
+  // limit.
   Spool* spool = nullptr;
   std::size_t memory = 0;  // limit for temporary tables in bytes, in addition to `spool`
 };

@@ -13,7 +13,7 @@ namespace shm::converters {
 
 struct Legend {
   std::string name;                 // name of the array, usually UTF-8; may contain any bytes
-  std::optional<ShownRange> range;  // range of the values; empty if there are no finite values
+  std::optional<ShownRange> range;  // range of the values; empty if no value is finite
 };
 
 // Formats a number with six digits, like printf's %g.

@@ -128,7 +128,7 @@ Result<std::vector<std::byte>> png_of(const Image& image) {
   const std::vector<std::uint32_t> palette = palette_of(image);
   std::vector<std::uint8_t> row(palette.empty() ? 0 : image.width);
   // A picture of faces with uniform colours compresses best without filters. A picture with colour
-  // gradients compresses best with filters. Therefore both are tried if there is no palette.
+  // gradients compresses best with filters. Therefore both are tried if the picture has no palette.
   std::vector<std::byte> file = file_of(image, {palette, PNG_FILTER_NONE, row.data()});
   if (palette.empty() && !file.empty()) {
     std::vector<std::byte> filtered = file_of(image, {palette, PNG_ALL_FILTERS, row.data()});

@@ -10,7 +10,7 @@ struct ShownRange {
   double least = 0, greatest = 0;  // limits of the range; both are finite
 };
 
-// Returns the range of the finite values, or nothing if there are no finite values.
+// Returns the range of the finite values, or nothing if no value is finite.
 std::optional<ShownRange> range_of(std::span<const double> values);
 
 // Returns the relative position of a value in the range: 0 for the least value, 1 for the greatest

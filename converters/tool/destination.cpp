@@ -24,7 +24,7 @@ constexpr std::string_view kStandardStream = "-";
   throw Failure(ErrorCode::output, std::move(detail), path);
 }
 
-// Returns the status of the file at `path`, or nothing if there is no such file. If `path` is "-",
+// Returns the status of the file at `path`, or nothing if no such file exists. If `path` is "-",
 // returns the status of the file descriptor `standard`.
 std::optional<struct stat> status_of(const std::string& path, int standard) {
   struct stat status {};

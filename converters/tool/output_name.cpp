@@ -9,7 +9,7 @@ namespace {
 bool holds_every_step(const Format& format) { return format.capabilities.every_step; }
 
 // Describes data of the mesh that would be lost in format `target`, but not in format `named`.
-// Returns an empty string if there is no such data.
+// Returns an empty string if no such data exists.
 std::string what_is_lost(const Format& target, const Format& named, const MeshInfo& mesh,
                          std::optional<StepRange> steps, const LossList& losses) {
   const std::size_t all = mesh.step_times.size();

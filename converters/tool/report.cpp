@@ -166,7 +166,7 @@ double bits_a_cell(const SizeReport& sizes) {
 
 std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes) {
   const std::uint64_t bytes = run.sizes.total_bytes;
-  // If there was no trial, return the hint only if there are many active vertices and connectivity
+  // Without a trial, return the hint only if there are many active vertices and connectivity
   // is at least a third of the file.
   if (!free_bytes && (run.sizes.max_active_vertices < run.sizes.vertices / 4 ||
                       connectivity_bytes(run.sizes.streams) < bytes / 3))

@@ -16,7 +16,8 @@
 //   ucd/comments               text: the lines before the counts; each line begins with '#'
 //   ucd/point_units, ucd/cell_units
 //                              text: one line for each array; the line contains the text after the
-//                              array's label, from the comma on, and is empty if there is no text
+//                              array's label, from the comma on, and is empty if the label has no
+//                              text
 //   ucd/model_values           int64 [1]: number of values of the model data
 //   ucd/model                  text: everything after the data of nodes and cells
 #pragma once

@@ -23,7 +23,7 @@ class CellTable {
   // cell, followed by its nodes.
   void set_rows(std::uint64_t cells, Values rows);
   // Sets the cells of a file of version 5.x. The number of `offsets` is the number of cells plus 1,
-  // or 0 if there are no cells.
+  // or 0 if the mesh has no cells.
   void set_offsets(Values offsets, Values connectivity);
   void set_types(Values types);
   // Declares that the cells come from a list of polygonal data. The kind of list and the number of

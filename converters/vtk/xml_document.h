@@ -34,8 +34,8 @@ struct Node {
   void set_attribute(std::string_view key, std::string value);
   void remove_attribute(std::string_view key);
   Node* child(std::string_view element);
-  // Returns the child of kind `values`, the placeholder for the numbers of an array, or null if
-  // there is no such child.
+  // Returns the child of kind `values`, the placeholder for the numbers of an array, or null if no
+  // such child exists.
   Node* values();
 };
 

@@ -397,7 +397,7 @@ def different_arrays(seen, theirs, ours, roles):
 
 def parts_of(key, values, ours):
     """Returns the arrays in `ours` that a reader has merged into its array `key`, one array per component.
-    Returns an empty list if there are none."""
+    Returns an empty list if none exist."""
     count = values.shape[1] if values.ndim > 1 else 1
     names = [other for other in ours if other[0] == key[0]]
     for first in range(len(names) - count + 1):

@@ -98,7 +98,7 @@ class Vtk(Case):
             reader.UpdateTimeStep(time)
             grid = reader.GetOutput()
             array = grid.GetCellData().GetArray("t")
-            self.assertEqual(array is None, expected is None, time)  # there are no values at step 1
+            self.assertEqual(array is None, expected is None, time)  # the array has no values at step 1
             if array is not None:
                 self.assertEqual(array.GetValue(0), expected)
             self.assertEqual(grid.GetInformation().Get(grid.DATA_TIME_STEP()), max(t for t in times if t <= max(time, 0)))

@@ -178,8 +178,8 @@ TestMesh changing_arrays() {
   return mesh;
 }
 
-/// Returns files that are larger than the feature files. They have several groups, so many vertices
-/// that slots of finalized vertices are reused, and enough data for adaptive models to adapt.
+/// Returns files that are larger than the feature files. They have several groups, enough vertices
+/// for slots of finalized vertices to be reused, and enough data for adaptive models to adapt.
 std::vector<FeatureFile> larger_files() {
   using enum Order;
   std::vector<FeatureFile> files;

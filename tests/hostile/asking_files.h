@@ -256,8 +256,8 @@ inline std::vector<AskingFile> asking_files() {
   return files;
 }
 
-/// Returns pairs of a name and a function that creates a larger file. Most of these files have
-/// nearly as many active vertices as the limit allows, or more. One file has steps with many
+/// Returns pairs of a name and a function that creates a larger file. In most of these files, the
+/// number of active vertices is close to the limit or above it. One file has steps with many
 /// components. Each function takes several seconds.
 inline std::vector<std::pair<std::string, std::function<Bytes()>>> asking_sheets() {
   using enum ConnectivityCodec;

@@ -69,7 +69,7 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
 }
 
 /// Reads the asking file with this name (see asking_files.h). Returns the error message, or an
-/// empty string if there is no error.
+/// empty string if no error occurs.
 std::string complaint(const std::string& name, const ReadLimits& limits = {}) {
   for (const AskingFile& file : asking())
     if (file.name == name) {

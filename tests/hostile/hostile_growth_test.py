@@ -4,7 +4,7 @@
   hostile_growth_test.py PROGRAM     (exit code 77, skipped: no valgrind)
 
 PROGRAM is hostile_files_tests. Its tests Growth do the same work on a small input and on one that is four times larger.
-Proportional work takes four times as many instructions, quadratic work sixteen times as many.
+Proportional work multiplies the number of instructions by 4, quadratic work by 16.
 """
 import sys
 from pathlib import Path

@@ -340,7 +340,7 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
     EXPECT_TRUE(refuses(
         Bytes(chunks.index.begin(), chunks.index.begin() + static_cast<std::ptrdiff_t>(cut)),
         chunks.bytes.size()));
-  // The chunks of this part belong to another mesh: it has as many blocks as the mesh of the
+  // The chunks of this part belong to another mesh: its number of blocks is that of the mesh of the
   // joiner, but one array fewer.
   Schema other = mesh.schema;
   other.arrays.push_back(ArrayInfo{});

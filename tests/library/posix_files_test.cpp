@@ -178,7 +178,7 @@ TEST_F(FileIo, AFolderThatCannotBeFlushedIsSaidToBeThat) {
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().code, ErrorCode::output);
     EXPECT_TRUE(done.error().detail.starts_with("is written, but the folder cannot be flushed"));
-    EXPECT_TRUE((*sink)->commit());  // there is nothing more to do
+    EXPECT_TRUE((*sink)->commit());  // commit() does nothing a second time
     sink->reset();
     EXPECT_EQ(file_content(path("a")), "after");
     EXPECT_EQ(files(), 1u);

@@ -481,7 +481,7 @@ class WhereTask final : public OrderedTasks<int, std::thread::id>::Task {
 
 using WhereTasks = OrderedTasks<int, std::thread::id>;
 
-/// Returns the next output of the tasks. If there is no output, returns a default thread id.
+/// Returns the next output of the tasks. If no output is left, returns a default thread id.
 std::thread::id next_of(WhereTasks& tasks, WhereTasks::Wait wait = WhereTasks::Wait::for_output) {
   const auto out = tasks.next(wait);
   return out && *out ? **out : std::thread::id();

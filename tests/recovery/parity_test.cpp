@@ -135,8 +135,8 @@ TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
     EXPECT_TRUE(outcome.lost.empty());
     ASSERT_EQ(outcome.healed, file);
 
-    // Both stripes have already lost as many blocks as they can restore. If one of them loses
-    // another block, it cannot be restored; the other stripe still can.
+    // Each stripe has already lost the largest number of blocks that it can restore. If one of them
+    // loses another block, it cannot be restored; the other stripe still can.
     std::uint64_t more = 0;
     while (std::binary_search(lost.begin(), lost.end(), more)) more += 2;
     lose(damaged, more);

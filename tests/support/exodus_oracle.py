@@ -13,7 +13,7 @@ import re
 import subprocess
 import sys
 
-# Argument of ncdump -p: numbers of significant digits for floats and for doubles. With so many digits,
+# Argument of ncdump -p: numbers of significant digits for floats and for doubles. With these numbers of digits,
 # different values have different texts.
 DIGITS = "9,17"
 # Names of attributes that record the versions of netCDF and HDF5 that wrote the file. They are not compared.

@@ -36,7 +36,7 @@ def snapshot(folder):
 
 
 # For each command: a title, the words of the command, and the input that each attempt also uses as the
-# output. In the words, {} stands for the output; the other names are files that setUp() creates.
+# output. In the words, {} is replaced with the output; the other names are files that setUp() creates.
 COMMANDS = [
     ("compress", ["compress", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
     ("convert", ["convert", "mesh.vtk", "{}", "--format", "vtu"], "mesh.vtk"),

@@ -108,7 +108,7 @@ typedef enum shmf_status {
   SHMF_NO_MEMORY = 8,
   SHMF_CANCELLED = 9 /* The callback progress() did not return 0. */
 } shmf_status;
-/* Returns the name of a status, e.g. "corrupt", or "unknown" if there is no such status. */
+/* Returns the name of a status, e.g. "corrupt", or "unknown" if no status has this number. */
 SHMF_API const char* shmf_status_name(int32_t status);
 
 #define SHMF_NO_OFFSET UINT64_MAX
@@ -675,7 +675,7 @@ SHMF_API shmf_status shmf_writer_mesh(shmf_writer* writer, const shmf_target* ar
    number of each vertex, which identifies the vertex in later calls. With SHMF_ORDER_KEEP, readers
    see the same numbers; in this case, the numbers of a mesh with n vertices must be 0 to n - 1.
    `values` contains, for each vertex, one element of each static point array, packed, in the order
-   of the arrays. It is NULL if there are no static point arrays. */
+   of the arrays. It is NULL if the file has no static point arrays. */
 SHMF_API shmf_status shmf_writer_vertices(shmf_writer* writer, uint64_t count,
                                           const uint64_t* numbers, const void* xyz,
                                           const void* values, shmf_error* error);

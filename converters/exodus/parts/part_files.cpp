@@ -257,7 +257,7 @@ void PartFiles::find_cells() {
                     .file = names_[std::max(item.part, place.part)]};
     place = item;
   });
-  // Each number in the range occurs, because the range has as many numbers as there are elements,
+  // Each number in the range occurs, because the size of the range is the number of elements,
   // and no number occurs twice.
   ranks_->agree(error);
   mine = {};

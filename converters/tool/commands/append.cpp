@@ -206,7 +206,7 @@ ExitCode AppendCommand::run() {
   } else if (!outcome.losses.empty())
     return kIncomplete;
   else if (output != input)
-    copy_to(file, input);  // There are no new steps, so the output is a copy of the file.
+    copy_to(file, input);  // SOURCE has no new steps: the output is a copy of the file.
   if (json)
     std::fputs(json_of(outcome).c_str(), stdout);
   else

@@ -16,7 +16,7 @@ namespace shm::converters {
 struct CompressCommand final : FileCommand {
   std::string order = "keep", level = "default", codec = "auto", cell_order;
   // Number of cells in the delay buffer. If it is empty, the default depends on `order`: with
-  // stream, a trial chooses the number; otherwise there is no delay buffer.
+  // stream, a trial chooses the number; otherwise the encoder has no delay buffer.
   std::optional<std::uint32_t> delay;
   std::uint32_t bits = 0;
   std::optional<std::string> abs, rel;

@@ -107,7 +107,7 @@ std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
 }
 
 // Returns the indices of the arrays that the user named. point/NAME selects a point array,
-// cell/NAME a cell array, and NAME both. If there is no array v, the name v selects v_x, v_y and
+// cell/NAME a cell array, and NAME both. If no array is named v, the name v selects v_x, v_y and
 // v_z.
 std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
                                      const std::vector<ArrayInfo>& arrays) {

@@ -124,7 +124,7 @@ CLI::App* PreviewCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "preview",
       "Draw a mesh as seen from outside: faces that belong to only one cell, flat cells, lines\n"
-      "and points. If there are none of these, its vertices are drawn. Colours show the element\n"
+      "and points. A mesh without these is drawn as its vertices. Colours show the element\n"
       "blocks, or the values of an array",
       "  shm preview rotor.e.shm                  writes rotor.e.shm.png\n"
       "  shm preview rotor.e -o rotor.png --array temperature@last\n"

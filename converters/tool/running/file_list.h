@@ -25,7 +25,7 @@ struct FileList {
   std::uint64_t others = 0;
 };
 
-// Describes which files a command processes, and where it writes their outputs.
+// The rules by which a command chooses its input files and the paths of its outputs.
 struct FilePurpose {
   bool recursive = false;
   std::string folder;  // folder for all outputs; if empty, each output is written next to its input

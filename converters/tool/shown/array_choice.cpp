@@ -22,7 +22,7 @@ bool is_anywhere(Location location, const std::vector<std::uint32_t>& arrays,
                      [&](std::uint32_t a) { return schema.arrays[a].location == location; });
 }
 
-// Stores the arrays with the name `name` in `choice`. Returns false if there is no such array.
+// Stores the arrays with the name `name` in `choice`. Returns false if no such array exists.
 bool choose_called(const std::string& name, const Schema& schema, ArrayChoice& choice) {
   std::vector<std::vector<std::uint32_t>> parts = {arrays_called(name, schema)};
   if (parts[0].empty()) {

@@ -112,7 +112,7 @@ class LegacyBuilder {
   }
 
   // Sets step_ to the time step of the XML file whose time equals the final time of the mesh. If
-  // there is no such time step, sets step_ to the final time step of the XML file.
+  // no such time step exists, sets step_ to the final time step of the XML file.
   void find_step() {
     times_ = contents_.times();
     step_ = times_.empty() ? 0 : times_.size() - 1;

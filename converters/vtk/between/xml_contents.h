@@ -30,8 +30,8 @@ class Contents {
   Node* first_data(Location location);
   // Returns the XML elements that contain the point coordinates of all pieces and time steps.
   std::vector<Node*> all_points();
-  // Returns the first XML element that contains point coordinates, or null if there is no such
-  // element.
+  // Returns the first XML element that contains point coordinates, or null if no such element
+  // exists.
   Node* points();
   // Returns the times in the TimeValues attribute. Returns an empty list if the attribute is
   // missing or does not consist of numbers.

@@ -168,7 +168,7 @@ void StagedCells::face_numbers(std::string_view name, const PieceRange& piece, c
   Buffer out(take);
   std::int64_t stream_end = 0, faces = 0, points = 0;
   // State of the current cell, whose entry in faceoffsets is written after all of its faces. -2: no
-  // cell has begun, so there is no entry to write. -1: the cell is not a polyhedron; its entry is
+  // cell has begun, so no entry is pending. -1: the cell is not a polyhedron; its entry is
   // -1. 0: the cell is a polyhedron; its entry is the end of its face stream.
   std::int64_t waiting = -2;
   faces_of(

@@ -59,7 +59,7 @@ namespace shm::converters {
 bool looks_like_vtu(std::span<const std::byte> head);
 
 // Opens a file. Reads the whole file and stores all numbers in `spool`, which must outlive the
-// result. Refuses a file that contains a DOCTYPE, so there are no entities to resolve. Throws
+// result. Refuses a file that contains a DOCTYPE, so no entities need to be resolved. Throws
 // Failure.
 std::unique_ptr<MeshSource> open_vtu(const std::string& path, Spool& spool);
 

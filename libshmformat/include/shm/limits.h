@@ -39,9 +39,9 @@ struct ReadLimits {
   std::uint32_t max_blocks = 1 << 20;
   std::uint64_t max_steps = 1 << 20;
   std::uint32_t max_segments = 1 << 20;
-  // Limits on the size of the decoded mesh. By default, there is no limit, because a small file can
-  // legitimately contain many cells. If a file is opened by its index, the counts of the whole file
-  // are checked at that time.
+  // Limits on the size of the decoded mesh. By default, the size is unlimited, because a small file
+  // can legitimately contain many cells. If a file is opened by its index, the counts of the whole
+  // file are checked at that time.
   std::uint64_t max_vertices = ~std::uint64_t{0};
   std::uint64_t max_cells = ~std::uint64_t{0};
   /// Maximum total size in bytes of all items that a Decoder or Reader returns. It counts the

@@ -218,7 +218,7 @@ struct Schema {
   Order order = Order::keep;
   /// If false, a cell may be restored with rotated corners. Order::keep requires true.
   bool corner_order = true;
-  /// Capacity of the delay buffer in cells; 0 if there is no delay buffer.
+  /// Capacity of the delay buffer in cells; 0 without a delay buffer.
   std::uint32_t delay = 0;
   ScalarType coordinate_type = ScalarType::float64;  ///< float32 or float64
   Quantization coordinate_quantization;

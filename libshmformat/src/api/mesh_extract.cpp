@@ -261,7 +261,7 @@ Result<std::optional<DecodingQueue::Output>> MeshExtractor::Impl::next_output() 
   }
 }
 
-/// Reads the next group and passes it to the queue. Returns false if there are no more groups to
+/// Reads the next group and passes it to the queue. Returns false after the last of the groups to
 /// read.
 Result<bool> MeshExtractor::Impl::add_next_group() {
   if (reading_ && (groups_.next == groups_.end || needs_no_more())) reading_.reset();
@@ -275,8 +275,8 @@ Result<bool> MeshExtractor::Impl::add_next_group() {
   return true;
 }
 
-/// Moves to the next segment that may contain requested elements. Returns false if there is no such
-/// segment.
+/// Moves to the next segment that may contain requested elements. Returns false if no such segment
+/// exists.
 Result<bool> MeshExtractor::Impl::begin_visit() {
   while (next_visit_ < visits_.size()) {
     const PieceRequest::Visit visit = visits_[next_visit_++];
@@ -479,8 +479,8 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   return more ? Result<void>() : more.error();
 }
 
-/// Moves to the next segment that contains step values for the piece. Returns false if there is no
-/// such segment.
+/// Moves to the next segment that contains step values for the piece. Returns false if no such
+/// segment exists.
 Result<bool> MeshExtractor::Impl::next_segment_values() {
   in_values_ = values_left_ > 0 && next_value_segment_ < value_segments_.size();
   if (!in_values_) return false;

@@ -97,7 +97,7 @@ class OrderedTasks {
     }
     wake_workers_.notify_all();
   }
-  /// Returns an input object whose memory can be reused, or a new object if there is none.
+  /// Returns an input object whose memory can be reused, or a new object if none is left.
   In spare() {
     const std::lock_guard lock(mutex_);
     if (spares_.empty()) return In();

@@ -40,7 +40,7 @@ class Scanner {
   /// Records the chunk at `position`. Returns the position at which the search continues.
   Result<std::uint64_t> take(std::uint64_t position, const ChunkHeader& header);
   /// Returns the position of the first valid chunk header at or after `position`, or the end of the
-  /// file if there is none.
+  /// file if none exists.
   Result<std::uint64_t> next_mark(std::uint64_t position);
   Result<std::span<const std::byte>> window_at(std::uint64_t position);
 

@@ -259,7 +259,7 @@ struct ArrayRange {
 };
 struct Index {
   std::uint8_t version = version_of_chunk(ChunkKind::index, {});
-  std::uint64_t previous_index = 0;  ///< offset of the previous index chunk, or 0 if there is none
+  std::uint64_t previous_index = 0;  ///< offset of the previous index chunk, or 0 if none exists
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
   std::uint64_t segments = 0, imported_vertices = 0;
   std::vector<std::uint64_t> block_cells;

@@ -98,11 +98,11 @@ class ActiveSurface {
   void join(FaceEdge a, FaceEdge b, std::uint32_t fan);
 
   /// Returns an active face whose vertices around the face are a, b, c, d, in either direction. If
-  /// there are several, returns the newest. Returns kNone if there is none.
+  /// there are several, returns the newest. Returns kNone if none exists.
   std::uint32_t find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
   /// Finds an active face in which `a` and `c` are the neighbours of `b`, and returns the corner of
-  /// this face at `b`. If there are several such faces, uses the newest. Returns kNone if there is
-  /// none.
+  /// this face at `b`. If there are several such faces, uses the newest. Returns kNone if none
+  /// exists.
   FaceCorner find_path(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }
@@ -114,8 +114,8 @@ class ActiveSurface {
   }
   FaceEdge mate(FaceEdge edge) const { return faces_[edge / 4].mate[edge % 4]; }
   std::uint32_t fan(FaceEdge edge) const { return faces_[edge / 4].fan[edge % 4]; }
-  /// Returns the slot of the live vertex with stream number `id`, or kNone if there is no such
-  /// vertex.
+  /// Returns the slot of the live vertex with stream number `id`, or kNone if no such vertex
+  /// exists.
   std::uint32_t slot_of(std::uint64_t id) const;
 
   std::uint64_t next_id() const { return next_id_; }

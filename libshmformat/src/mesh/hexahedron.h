@@ -179,7 +179,7 @@ inline constexpr auto kRotatedFace = [] {
 }();
 
 /// Returns the rotation after which the corners `at0`, `at1` and `at3` are at positions 0, 1 and 3.
-/// Returns kRotationCount if there is none.
+/// Returns kRotationCount if none exists.
 constexpr std::uint32_t rotation_of(std::uint32_t at0, std::uint32_t at1, std::uint32_t at3) {
   for (std::uint32_t r = 0; r < kRotationCount; ++r)
     if (kRotations[r][0] == at0 && kRotations[r][1] == at1 && kRotations[r][3] == at3) return r;

@@ -73,14 +73,14 @@ class OpenFaces {
   void skip_cell() { ++next_number_; }
   std::uint64_t next_number() const { return next_number_; }
   /// Returns one entry for each side of the most recently added cell: the number of the earlier
-  /// cell that has the same face, or kNever if there is none. Only the first kMost sides have an
+  /// cell that has the same face, or kNever if none exists. Only the first kMost sides have an
   /// entry.
   const std::array<std::uint64_t, kMost>& behind() const { return behind_; }
   /// Removes all faces at a vertex. Call it when the vertex is finalized.
   void forget(std::uint32_t vertex);
 
   /// Returns an open face with this cycle of vertices in either direction. If there are several,
-  /// returns the newest. Returns kNone if there is none.
+  /// returns the newest. Returns kNone if none exists.
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   const Face& face(std::uint32_t i) const { return faces_[i]; }
   /// Calls visit(face, place) for each face at a vertex, beginning with the newest face. `place` is

@@ -36,7 +36,7 @@ class PolyhedronSurface {
   void add_face(std::span<const std::uint32_t> cycle, std::uint64_t cell);
   void remove_face(std::uint32_t face);
   /// Returns an open face with this cycle of vertices in either direction. If there are several,
-  /// returns the newest. Returns kNone if there is none.
+  /// returns the newest. Returns kNone if none exists.
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   std::span<const std::uint32_t> cycle(std::uint32_t face) const { return faces_[face].cycle; }
   std::uint64_t cell_of(std::uint32_t face) const { return faces_[face].cell; }

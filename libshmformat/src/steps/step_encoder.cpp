@@ -15,7 +15,7 @@ namespace {
 constexpr int kWideArrayZstdLevel = 9;
 
 /// The values of a group at one step, coded with `terms`. `refers` is true if the values refer to
-/// the reference values. It is false if there are no reference values.
+/// the reference values. It is false without reference values.
 struct StepTerms {
   bool refers = false;
   EncodedColumn column;

@@ -22,7 +22,7 @@ class StepColumnEncoder : public StepColumn<ColumnPlanner> {
   using StepColumn::StepColumn;
 
   /// Encodes the values of the group's elements. `reference` contains the reference values, or is
-  /// empty if there are none.
+  /// empty if none exist.
   EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
                        Level level, std::span<const std::byte> reference);
 };

@@ -46,7 +46,7 @@ class TermColumn {
     std::uint32_t slots = 0;  ///< a number greater than every slot; 0 for elements without terms
 
     /// Reference values for elements without terms, packed in the same way as the values; empty if
-    /// there are no reference values.
+    /// the group has no reference values.
     std::span<const std::byte> reference{};
   };
 

@@ -16,7 +16,7 @@ inline constexpr std::uint8_t kNoPlace = 255;
 
 /// The neighbours of one corner of a cell. `near` and `diagonal` are positions of other corners;
 /// `across` and `around` are indices of sides, numbered as in cell_shapes.h. An entry is kNoPlace
-/// if there is no such neighbour.
+/// if no such neighbour exists.
 struct CornerFrame {
   std::array<std::uint8_t, 3> near{kNoPlace, kNoPlace, kNoPlace};
   std::array<std::uint8_t, 3> diagonal{kNoPlace, kNoPlace, kNoPlace};

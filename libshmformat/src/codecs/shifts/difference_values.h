@@ -1,6 +1,6 @@
 // Difference values: converts the values of a component to 64-bit words that hold their bits, and
 // converts these bits to indices in a value domain. Differences are computed from the indices. The
-// domain must contain all values, since there are no escapes.
+// domain must contain all values, since escapes are not possible.
 // spec: "Values as differences"
 #pragma once
 

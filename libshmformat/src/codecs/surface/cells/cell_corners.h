@@ -130,9 +130,9 @@ class CellCorners {
     std::uint64_t expected =
         0;  ///< predicted id of the vertex, if ids increase as in the previous cell of the block
     std::uint32_t lead = kNone;  ///< slot of the lead, the most likely vertex before faces are
-                                 ///< examined; kNone if there is none
+                                 ///< examined; kNone if none exists
     AdaptiveBit* lead_model = nullptr;
-    /// Encoding: an earlier position in this cell that has the same vertex; kNone if there is none
+    /// Encoding: an earlier position in this cell that has the same vertex; kNone if none exists
     std::uint32_t repeats = kNone;
   };
 

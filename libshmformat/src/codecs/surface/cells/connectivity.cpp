@@ -219,7 +219,7 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, const StoredCell& stored, C
 }
 
 /// Encoding: searches the kMaxLastUse positions before `i` for the vertex at position `i`. Returns
-/// the first position with this vertex, or kNone if there is none.
+/// the first position with this vertex, or kNone if none exists.
 template <class Coder>
 std::uint32_t Connectivity<Coder>::earlier_position(const StoredCell& stored,
                                                     const CellTopology& cell, std::uint32_t i) {

@@ -1,8 +1,8 @@
 // Mid nodes: codes the nodes of second-order cells that are not corners. All cells that contain an
 // edge or face share the node in its middle; a node in the middle of a cell belongs only to that
 // cell. So the expected vertex of a node is the vertex that an earlier cell has in the middle of
-// the same edge or face; if there is none, a new vertex is expected. One decision codes whether the
-// expectation is right.
+// the same edge or face; if no such vertex exists, a new vertex is expected. One decision codes
+// whether the expectation is right.
 //
 // The corners of a cell must be known before its mid nodes are coded. The decisions are symbols of
 // the bitstream "connectivity". Encoder and decoder keep the same state: the vertices in the middle

@@ -197,7 +197,7 @@ class ReplayHexahedra {
   std::uint32_t find_anywhere(std::uint64_t number) const;
   void finish(CellTopology& cell, const Numbers& number, std::uint8_t marks);
   /// Returns the set of corners that are probably mispredicted: the strays of the model cell.
-  /// Returns an empty set if there is no model cell.
+  /// Returns an empty set if the cell has no model cell.
   std::uint8_t likely_strays() const {
     return reaches(distances_[0]) ? past(distances_[0]).strays : std::uint8_t{0};
   }

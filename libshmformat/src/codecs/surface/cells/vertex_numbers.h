@@ -40,7 +40,7 @@ class VertexNumbers {
     std::uint32_t kind = 0;
     std::uint32_t direction = kNone;
     // Slot of the neighbour from whose number this number is predicted along a direction; kNone if
-    // there is none
+    // none exists
     std::uint32_t from = kNone;
   };
 

@@ -62,8 +62,8 @@ class Elements {
   std::size_t before_;
 };
 
-/// Returns, for each element, the next element with the same kind and corner. If there is none, the
-/// entry is the element itself.
+/// Returns, for each element, the next element with the same kind and corner. If no such element
+/// exists, the entry is the element itself.
 std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
   constexpr std::size_t kPlaces = 64;
   std::vector<std::uint32_t> next(stands.size());
@@ -249,7 +249,7 @@ std::optional<std::vector<std::byte>> ColumnPlanner::encode_predicted(const Tile
 }
 
 /// Returns, for each element that the array covers, the distance to an earlier element with the
-/// same value, or 0 if there is none. Returns an empty list if too few elements can be copies.
+/// same value, or 0 if none exists. Returns an empty list if too few elements can be copies.
 std::vector<std::uint32_t> ColumnPlanner::copies_among(const TiledItems& elements,
                                                        const Bits& bits) const {
   if (!column_.has_copies()) return {};

@@ -47,7 +47,7 @@ class ColumnPlanner {
   // from an element to the next.
 
   /// Encodes a group. `reference`: the reference values of the covered elements, in the same layout
-  /// as the values; null if there are no reference values.
+  /// as the values; null if the group has no reference values.
   EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
                        Level level, const std::byte* reference = nullptr);
   /// Returns the estimated size in bytes of the result of encode(), without changing the column.
@@ -108,7 +108,7 @@ class ColumnPlanner {
   std::vector<DomainAndTable> domains_;  // domains of the previous group, by component
   std::uint32_t groups_ = 0;             // number of groups encoded so far
   std::vector<std::uint32_t>
-      back_;  // copies in the current group, see ColumnTile::back; empty if there are no copies
+      back_;  // copies in the current group, see ColumnTile::back; empty if the group has no copies
 };
 
 }  // namespace shm

@@ -123,7 +123,7 @@ SampleCost estimate_cost(const ArrayInfo& info, std::size_t component,
 class EarlierValues {
  public:
   /// `bits`: the values of one component of all elements of a group, in coding order. `reference`:
-  /// their reference values; empty if there are none. Both are used only during the call.
+  /// their reference values; empty if none exist. Both are used only during the call.
   EarlierValues(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits, std::span<const std::uint64_t> reference);
 
@@ -151,8 +151,8 @@ class EarlierValues {
     // values, equals that of a recent value
     bool follows;
   };
-  static constexpr std::uint8_t kNothing = 255;  // length that is stored if there is no earlier
-                                                 // value
+  static constexpr std::uint8_t kNothing =
+      255;  // length that is stored for a value without an earlier value
 
   std::vector<Missed> missed_;             // residual lengths, by value
   std::vector<std::uint64_t> magnitudes_;  // magnitudes, by value
@@ -177,7 +177,7 @@ class DomainChooser {
       : column_(column), group_(group) {}
 
   /// Returns the best of the candidates, with the flags that state whether values are recalled and
-  /// elements have partners. `reference`: reference values; empty if there are none.
+  /// elements have partners. `reference`: reference values; empty if none exist.
   RatedDomain choose(std::size_t component, const Bits& bits, const Bits& reference,
                      std::vector<DomainAndTable> candidates);
   /// Updates the estimated size of a domain for the neighbourhoods of this group.

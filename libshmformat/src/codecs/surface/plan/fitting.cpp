@@ -37,7 +37,7 @@ double dot(const double* row, const Vector& x, std::uint32_t count) {
 }
 
 /// Solves the equation a * x = b for a symmetric positive definite matrix `a` by Cholesky
-/// decomposition. If there is no data for an unknown, the unknown remains 0.
+/// decomposition. An unknown without data remains 0.
 Vector solve(Matrix a, const Vector& b, std::uint32_t count) {
   std::array<bool, kWeights> used{};
   for (std::uint32_t i = 0; i < count; ++i) {

@@ -294,7 +294,7 @@ bool ComponentCoder<Coder>::code_recalled(Coder& coder, const Space& space,
   return true;
 }
 
-/// Codes the bits of the value that has this index. Returns false if there is no value with this
+/// Codes the bits of the value that has this index. Returns false if no value has this
 /// index.
 template <class Coder>
 template <class Space>

@@ -130,7 +130,7 @@ struct ElementInputs {
 struct InputsOfElements {
   std::vector<ElementInputs> elements;
   /// For each element: its features (inputs of the prediction) minus the features of its reference
-  /// value. Empty if there are no reference values
+  /// value. Empty without reference values
   std::vector<std::array<double, kFeatures>> differences;
 };
 
@@ -392,7 +392,7 @@ class ColumnDecoder {
   }
   /// Decodes the next tile and appends the values of its covered elements to `out` without gaps.
   /// `reference`: the reference values of these elements, in the same layout as the values; null if
-  /// there are none.
+  /// none exist.
   bool decode_tile(const TiledItems::Tile& tile, std::vector<std::byte>& out,
                    const std::byte* reference = nullptr);
 

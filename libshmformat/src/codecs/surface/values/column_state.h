@@ -89,12 +89,11 @@ struct TileElement {
 struct ResidualContext {
   std::uint32_t mean = 0;  ///< mean size of the residuals of the near elements
 
-  /// Residual of the previous component at this element. 0: there is no previous component. 1: the
+  /// Residual of the previous component at this element. 0: this is the first component. 1: the
   /// size is 0. 2: the size is larger than 0
   std::uint32_t before = 0;
 };
-/// Sizes of earlier residuals. Each size is stored plus one; 0 means that there is no such
-/// residual.
+/// Sizes of earlier residuals. Each size is stored plus one; 0 means that no such residual exists.
 struct SizesAround {
   std::array<std::uint32_t, 3> near{};  ///< sizes at the near elements
   std::uint32_t last = 0;  ///< size for the previously coded element (stored without adding one)
