@@ -224,6 +224,33 @@ TEST(MidNodes, CostNothingOnAGrid) {
     }
 }
 
+// Any node may be the same vertex as any earlier node of its cell, in cells with and without
+// corners.
+TEST(Nodes, MayRepeatAnyEarlierNodeOfTheCell) {
+  for (const Order order : {Order::keep, Order::stream})
+    for (const CellShape shape : {CellShape::other, CellShape::hexahedron})
+      for (const ConnectivityCodec codec : kCodecs) {
+        constexpr std::uint32_t kNodes = 12;
+        TestMesh mesh;
+        mesh.schema.order = order;
+        mesh.schema.blocks = {{10, "", shape, kNodes}};
+        std::vector<std::array<double, 3>> points;
+        for (std::size_t i = 1; i < kNodes; ++i)
+          for (std::size_t earlier = 0; earlier < i; ++earlier) {
+            auto& corners = mesh.cells.emplace_back().corners;
+            for (std::size_t n = 0; n < kNodes; ++n) {
+              corners.push_back(n == i ? corners[earlier] : points.size());
+              if (n != i) points.push_back({static_cast<double>(points.size()), 0, 0});
+            }
+          }
+        mesh.set_points(points);
+        WriteOptions options;
+        options.connectivity = codec;
+        SCOPED_TRACE(static_cast<int>(codec));
+        expect_round_trip(mesh, options);
+      }
+}
+
 TEST(MidNodeNumbers, RulesThatFitAreFound) {
   // The vertex numbers on the second edge of the quad are 100 more than those on the first edge.
   CellTopology cell;
