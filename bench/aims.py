@@ -3,11 +3,11 @@
 All figures are bits per vertex for coordinates, and bits per value for fields. The aims are the results of a throw-away
 prototype of the same design. Each aim is a pair of figures. The first is the result of the prototype's faster mode,
 which the default level should reach. The second is the best result of all experiments with the prototype, which level
-best should reach. The prototype was measured on the corpus, and on generated meshes of the same kinds as here (not
-always of the same size).
+best should reach. The prototype was measured on the corpus, and on generated meshes of the same kinds as those of
+bench/values (not always of the same size).
 """
 
-# It is not known exactly with which annulus the prototype was measured. All layers of that annulus must have been
+# The exact annulus mesh on which the prototype was measured is not known. All layers of that mesh must have been
 # identical, because zstd found repetitions.
 PROTOTYPE_MADE = {
     ("coordinates", "grid 15^3", "float32"): (.25, .15),
@@ -15,7 +15,7 @@ PROTOTYPE_MADE = {
     ("coordinates", "straight annulus", "float64"): (.28, .16),
     ("coordinates", "sphere shell", "float32"): (2.5, 2.1),
     ("coordinates", "sphere shell", "float64"): (9.1, 7.7),
-    ("coordinates", "warped block", "float32"): (5, 4.5),  # the prototype reached 4.8 bits; the target is rounded up
+    ("coordinates", "warped block", "float32"): (5, 4.5),  # rounded up from the 4.8 bits of the prototype
     ("coordinates", "warped block", "float64"): (8.1, 7.3),
     ("coordinates", "warped block", "8 digits"): (5.3, 5.1),
     ("coordinates", "tets split in 4", "float32"): (10, 6.7),
@@ -26,8 +26,8 @@ PROTOTYPE_MADE = {
     ("lossy", "cell velocity", "float32, 0.0001"): (1.28, 1),
     ("lossy", "cell turbulence", "float32, 0.0001"): (7.67, 7.67),
 }
-# Bits per value, averaged over all time steps. The figures are from the prototype's table, which has a column for each
-# compressor: they are from the column with the smallest sizes (for integers, the column for zstd).
+# Bits per value, averaged over all time steps. The table of the prototype's results has a column for each compressor;
+# these figures are from the column with the smallest sizes (for integers, from the column for zstd).
 PROTOTYPE_REAL = {"coordinates float64": 22, "coordinates float32": 21.4, "cell floats": 8.7,
                   "point floats": 17.4, "cell ints": .04, "point ints": .13}
 ROUNDED_KIND, ROUNDED_AIM = "coordinates, 16 bits", 8.5

@@ -65,7 +65,7 @@ class Feeder {
  private:
   struct Column {
     const MeshArray* array;
-    std::size_t next;  // index of the next element; used only for cell arrays
+    std::size_t next;  // index of the next element to be written; used only for cell arrays
   };
 
   static std::span<const std::byte> element(const MeshArray& array, std::size_t index) {
@@ -99,8 +99,7 @@ class Feeder {
   std::vector<std::byte> data_;
 };
 
-/// Records the order in which vertices are coded. The coding order of cells is the order of the
-/// mesh.
+/// Records the order in which vertices are coded. Cells are coded in the order of the mesh.
 class VertexOrder final : public CodingOrder {
  public:
   void vertex(std::uint64_t number) override { vertices.push_back(number); }

@@ -1,6 +1,6 @@
-// A complete mesh in memory, with cells of all shapes and all its arrays, loaded from a file of any
-// format. The functions write it with a Writer and read it with a Reader. They use Order::keep and
-// no delay buffer.
+// A complete mesh in memory, loaded from a file of any format: cells of all shapes, and all arrays.
+// Also functions that write the mesh with a Writer and read it with a Reader. They use Order::keep
+// and no delay buffer.
 #pragma once
 
 #include <cstddef>
@@ -32,10 +32,10 @@ struct ArrayMesh {
   std::vector<std::uint64_t> corner_begin = {0};
   std::vector<std::uint64_t> corners;
   std::vector<std::uint64_t>
-      last_use;  // last-use marks of each cell, as passed to Writer::add_cell()
+      last_use;  // for each cell: bit i is set if no later cell uses the vertex at corner i
   // all vertices that cells use, in the order of their first use
   std::vector<std::uint64_t> births;
-  // for each cell: number of vertices in `births` that this cell or an earlier cell uses
+  // for each cell: number of different vertices that this cell and all earlier cells use
   std::vector<std::uint64_t> births_end;
   std::vector<MeshArray> arrays;
 

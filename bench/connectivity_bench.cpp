@@ -4,8 +4,8 @@
 // Checks that all vertex numbers and the order of cells are restored. "codec" results measure only
 // the coders of connectivity and vertex numbers. "level" results measure the whole Writer and
 // Reader with all coordinates zero; this is the cost that a user of the library sees. --codecs-only
-// leaves out the "level" results. --corners: also writes the corners to FILE as raw int32, for
-// other compressors.
+// omits the "level" results. --corners: also writes the corners to FILE as raw int32, for other
+// compressors.
 #include <cstdio>
 #include <map>
 #include <string>

@@ -106,9 +106,9 @@ EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5),
 def cut_into_eight(n, levels, with_cut=False):
     """Returns points and corners of a grid of n * n * n hexahedra, in which cells near two planes are divided into
     eight, `levels` times. As in LaGriT, new cells come after all other cells. Each divided cell has 19 new vertices:
-    the midpoints of the cell, of its sides and of its edges. If neighbours have new vertices at the same place, these
-    are not merged. If `with_cut` is true, the result also contains the cells that were divided, as LaGriT's does until
-    a user removes them."""
+    the midpoints of the cell, of its sides and of its edges. Coincident new vertices of neighbouring cells are not
+    merged. If `with_cut` is true, the result also contains the divided cells, which LaGriT keeps until a user removes
+    them."""
     size = 1 << levels
     points = np.rint(grid(n)[0] * n * size).astype(np.int64)
     corners = lattice(n, n, n)

@@ -6,9 +6,9 @@
 //   zstd, xz, blosc   pack the bytes unchanged, or as byte planes ("shuffle")
 //   fpzip, zfp, SZ    pack one component after the other; the time to transpose the array is
 //                     included. For fpzip, the time steps are a second dimension
-// "SZ-like" is our own code, because no package exists. It codes the difference between a value
-// and the previous restored value, in units of twice the bound; zstd -19 compresses the byte planes
-// of these differences. Values that would exceed the bound are stored exactly.
+// "SZ-like" is our own code, because no package exists. It codes the difference between a value and
+// the previous restored value, in units of twice the bound; zstd -19 compresses the byte planes of
+// these differences. Values whose errors would exceed the bound are stored exactly.
 #include <fpzip.h>
 #include <lzma.h>
 #include <zfp.h>
@@ -48,8 +48,8 @@ struct Peer {
   std::function<std::size_t(Bytes, Room)> encode, decode;
 };
 
-/// to_components() transposes an array: it stores one component after the other, each with all its
-/// steps. from_components() restores the array.
+/// to_components() transposes an array: it stores the first component of all elements at all steps,
+/// then the second component, and so on. from_components() restores the array.
 template <class T>
 void to_components(Bytes in, std::size_t components, T* out) {
   const std::size_t count = in.size() / sizeof(T) / components;
@@ -224,7 +224,7 @@ std::size_t sz_encode(Bytes in, std::size_t components, double bound, Room out) 
     const T restored = moved(last, steps, step);
     if (near &&
         std::fabs(static_cast<double>(restored) - static_cast<double>(values[i])) <= bound) {
-      // if all codes are small, the high byte planes are 0
+      // maps small negative numbers to small codes, too, so that the high byte planes are 0
       codes[i] = steps < 0 ? -2 * steps - 1 : 2 * steps;
       last = restored;
     } else {

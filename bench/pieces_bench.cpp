@@ -6,8 +6,8 @@
 //
 // pieces_bench FILE --way WAY: reads the whole file in one thread, and prints the number of cells
 // or faces. WAY is reader (everything, by a Reader), cells (a MeshExtractor without arrays),
-// boundary (the boundary surface), values (the boundary surface with the first array that has no
-// steps), or stream (like values, but by a Reader).
+// boundary (the boundary surface), values (the boundary surface with the first static array), or
+// stream (like values, but by a Reader).
 #include <cstdint>
 #include <cstdio>
 #include <string>

@@ -41,7 +41,7 @@ double seconds_of_clock(const std::function<void()>& run) {
 
 // --- fields
 
-/// A field that is a sum of moving waves. The mesh is about one unit wide.
+/// A field that is a sum of moving waves. The unit of length is about the width of the mesh.
 struct Waves {
   struct Wave {
     Point k{};

@@ -7,16 +7,16 @@
 //   zstd -3        packs each of the two arrays unchanged
 //   column delta   replaces each number with its difference from the previous number of its column
 //                  (there are eight columns of corners, and three of coordinates), then packs the
-//                  zigzag-coded differences as byte planes with zstd -3. Coordinates are subtracted
-//                  as integers with the same bits. If the coordinates become smaller without
-//                  differences, they are packed unchanged. This choice is made before time is
-//                  measured
+//                  zigzag-coded differences as byte planes with zstd -3. Before subtraction, the
+//                  bits of coordinates are interpreted as integers. If differences do not make the
+//                  packed coordinates smaller, they are not used for coordinates. This choice is
+//                  made before time is measured
 //   blosc          packs blocks of byte planes of each array with zstd; only if libblosc was found
-// All methods take turns on the mesh, so that a disturbance affects all of them. There are N turns
-// (default 8). A method that has used S seconds (default 1) gets no more turns, but each method
-// gets at least one turn. Runs of less than a millisecond are repeated within a turn. After the
-// first turn, the decoded data is compared with the original. Our methods write a Mesh to a
-// MemorySink, and read it into a new Mesh, whose memory the process has already obtained from the
+// All methods take turns on the mesh, so that other load on the machine affects all of them. There
+// are N turns (default 8). A method that has used S seconds (default 1) gets no more turns, but
+// each method gets at least one turn. Runs of less than a millisecond are repeated within a turn.
+// After the first turn, the decoded data is compared with the original. Our methods write a Mesh to
+// a MemorySink, and read it into a new Mesh, whose memory the process has already obtained from the
 // system. The other methods fill existing memory.
 #include <algorithm>
 #include <array>
@@ -47,7 +47,7 @@ namespace {
 
 using nlohmann::json;
 
-// minimum length of a turn in seconds, for packing and for unpacking
+// In each turn, packing is repeated for at least this number of seconds, and so is unpacking.
 constexpr double kTurn = 1e-3;
 
 /// A method that packs a mesh.
@@ -143,9 +143,10 @@ struct RawArray {
 
 struct Packer {
   std::string name;
-  std::function<std::size_t(std::size_t)> room;  ///< returns the maximum packed size of N bytes
+  std::function<std::size_t(std::size_t)>
+      room;  ///< returns the maximum packed size of the given number of bytes
   std::function<std::size_t(const RawArray&, Room)> pack;
-  /// the RawArray gives only the width and the columns; its member `bytes` is not used
+  /// uses only the members `width` and `columns` of the RawArray, which describe the original array
   std::function<void(const RawArray&, Bytes, Room)> unpack;
 };
 
@@ -269,7 +270,7 @@ std::vector<Packer> packers(const std::array<RawArray, 2>& mesh) {
   return all;
 }
 
-// --- conversion of the mesh to the form that a method needs
+// --- conversion of the mesh to the input of our library and of the other compressors
 
 Mesh whole_mesh(const BenchMesh& from) {
   Mesh mesh;
@@ -321,9 +322,9 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
 #if defined(__GLIBC__)
-  // Freed memory (here the buffers of zstd) is not returned to the system, as in a program that
-  // handles many meshes. If the process had to request new pages, reading would take a third
-  // longer.
+  // Keeps freed memory (here the buffers of zstd) in the process instead of returning it to the
+  // system, as in a program that handles many meshes. If the process had to request new pages from
+  // the system, reading would take a third longer.
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 #endif

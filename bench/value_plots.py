@@ -28,7 +28,7 @@ def colour(coder):
 
 def reached(rows, key):
     """Returns a dict that maps each coder to a pair: its MB/s across all rows, and the geometric mean of its ratios.
-    Coders that do not have a row for every subject are left out."""
+    Coders that do not have a row for every subject are omitted."""
     subjects = {row["subject"] for row in rows}
     found = {}
     for coder in dict.fromkeys(row["coder"] for row in rows):

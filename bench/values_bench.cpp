@@ -5,18 +5,18 @@
 // lines of JSON to standard output. The Writer and the Reader run in memory, in one thread and with
 // order keep. Times are CPU times. All results are decoded and compared with the original values.
 //
-// For each level, reports the stream size of the coordinates and of each array, and how many
-// seconds each of them adds to the time for the mesh. The additional time of an array is the time
-// for the mesh with the array minus the time for the mesh without arrays. The additional time of
-// coordinates is the time for the mesh with its coordinates repeated as a point array, minus the
-// time for the mesh. If the size of this point array shows that it is coded in another way than the
-// coordinates, the time for the mesh minus the time for the same mesh with all coordinates zero is
-// reported instead ("timed": "zeros"). All these differences are medians of several pairs of runs.
-// In each pair, the run with less data comes directly before the other run. A difference of less
-// than a hundredth of the time for the mesh is reported as a hundredth. The reported memory is that
-// of the whole Writer or Reader, without the raw arrays, but with the packed bytes.
+// For each level, reports the stream size and the additional time, in seconds, of the coordinates
+// and of each array. Let T be the time for the mesh without arrays. The additional time of an array
+// is the time for the mesh with this array, minus T. The additional time of the coordinates is the
+// time for the mesh with a point array that is a copy of the coordinates, minus T. If the size of
+// this point array shows that it is coded differently from the coordinates, the additional time is
+// instead T minus the time for the mesh with all coordinates zero ("timed": "zeros"). All these
+// differences are medians of several pairs of runs. In each pair, the run with less data comes
+// directly before the other run. A difference of less than T / 100 is reported as T / 100. The
+// reported memory is that of the whole Writer or Reader, including the packed bytes, but not the
+// raw arrays.
 //   --stepped NAME  treats the arrays NAME.0, NAME.1, ... as time steps of one array NAME
-//   --like FILE     quantizes coordinates and arrays as in FILE, by their names
+//   --like FILE     quantizes coordinates and arrays like those with the same names in FILE
 //   --sizes         writes all arrays in one file, and measures no times
 //   --no-arrays     writes only the mesh
 //   --dump FOLDER   only writes the raw arrays, for other compressors; prints one line for each
@@ -79,8 +79,8 @@ struct Variant {
   SizeReport sizes{};
   double coordinates_error = 0;
   std::vector<double> errors{};  // largest error of each array
-  std::vector<double> more_write{},
-      more_read{};  // for each run: its time in seconds, minus the time of the first variant
+  // for each run: its time minus that of the preceding run of the first variant, in seconds
+  std::vector<double> more_write{}, more_read{};
 
   /// Writes and reads the file. If `first` is true, measures memory and compares the result;
   /// otherwise measures time.

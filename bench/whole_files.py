@@ -239,8 +239,8 @@ def periodic(cells, periods=4):
 
 
 def repeated_step(mesh, names, waves, time, step):
-    """Returns the values of all variables at one time step. Values are first computed for all nodes and cells. Then
-    each value is replaced with that of the node or cell whose values are repeated there."""
+    """Returns the values of all variables at one time step. Values are first computed for all nodes and cells. Then the
+    value at each repeated node or cell is replaced with that of the node or cell that it repeats."""
     random = np.random.default_rng([9, step])
     places = mesh.points, mesh.points[mesh.corners].mean(axis=1)
     found = []
@@ -518,7 +518,7 @@ def polyhedra():
 
 
 def sources():
-    """Returns a Source for each file. Writes no files."""
+    """Returns a Source for each file. The files themselves are written by write()."""
     return [source for some in (discontinuous, repeating, tiny, polyhedra) for source in some()]
 
 

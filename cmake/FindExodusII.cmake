@@ -2,9 +2,9 @@
 # library that it is linked to. Defines the target ExodusII::ExodusII.
 #
 # Debian builds Exodus with the MPI variant of netCDF. A program must not also load the serial
-# variant of netCDF, because it defines the same symbols but uses a different HDF5. The development
-# package of the MPI variant is not needed, because both variants have the same header, and the
-# run-time library can be linked by its file name.
+# variant of netCDF, because the two variants define the same symbols but use different HDF5
+# libraries. The development package of the MPI variant is not needed, because both variants have
+# the same header, and the run-time library can be linked by its file name.
 find_path(ExodusII_INCLUDE_DIR exodusII.h)
 find_path(ExodusII_NETCDF_INCLUDE_DIR netcdf.h)
 find_library(ExodusII_LIBRARY NAMES exoIIv2c exodus)

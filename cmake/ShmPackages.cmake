@@ -1,9 +1,10 @@
 # Debian packages and a binary archive (decision 0072). If SHM_PACKAGES is ON, cpack divides the
 # installed files into four Debian packages. It also creates an archive that can be unpacked and
-# used in any folder. If SHM_PACKAGES is OFF, there are only two components: `library` contains the whole
-# library, and `tool` contains the tool.
+# used in any folder. If SHM_PACKAGES is OFF, there are only two install components: `library`
+# contains the whole library, and `tool` contains the tool.
 
-# component with the files that programs need at run time if they are linked to the C interface
+# Install component of the files that programs need at run time if they are linked to the C
+# interface.
 set(SHM_RUNTIME_COMPONENT library)
 set(SHM_ZSH_FOLDER zsh/site-functions)
 if(SHM_PACKAGES)
@@ -49,7 +50,8 @@ function(shm_loaded_packages result)
   get_property(libraries GLOBAL PROPERTY SHM_LOADED_LIBRARIES)
   set(packages "")
   foreach(library IN LISTS libraries)
-    # dpkg may list a file under the path that it had before Debian moved /lib into /usr.
+    # Search for both paths, because dpkg may list a file under the path that it had before Debian
+    # moved /lib into /usr.
     string(REGEX REPLACE "^/usr/" "/" older "${library}")
     execute_process(COMMAND dpkg-query -S "/usr${older}" "${older}" OUTPUT_VARIABLE found ERROR_QUIET)
     if(NOT found MATCHES "^([^:]+):")
@@ -66,8 +68,8 @@ endfunction()
 macro(shm_packages)
   set(CPACK_PACKAGE_CONTACT "libshmformat authors <authors@shmformat.invalid>"
       CACHE STRING "Contact address of the packages")
-  # lower than -1, the first revision of a package in Debian, so that an official package would
-  # replace ours
+  # Revision of our packages. It is lower than -1, the first revision of an official Debian package,
+  # so that an official package would replace ours.
   set(CPACK_DEBIAN_PACKAGE_RELEASE 0.1)
   set(SHM_DEBIAN_VERSION "${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}")
   string(TIMESTAMP SHM_DEBIAN_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC)
@@ -128,8 +130,9 @@ NumPy arrays and writes them, and plugins for meshio and VTK.")
   set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
       "libshmformat-c1 ${same}, libzstd-dev, libxxhash-dev, pkg-config")
   set(CPACK_DEBIAN_TOOL_PACKAGE_SHLIBDEPS ON)
-  # CPack does not detect the libraries that the tool opens at run time. The package requires the
-  # libraries for file formats, and suggests the library for pictures.
+  # CPack does not detect the libraries that the tool opens at run time. The tool's package
+  # therefore lists them: it depends on the libraries for file formats, and suggests the library for
+  # pictures.
   shm_loaded_packages(CPACK_DEBIAN_TOOL_PACKAGE_DEPENDS)
   set(CPACK_DEBIAN_TOOL_PACKAGE_SUGGESTS librsvg2-2)
   set(CPACK_DEBIAN_TOOL_PACKAGE_CONTROL_EXTRA "${debian}/tools/postinst;${debian}/tools/postrm;${debian}/tools/triggers")

@@ -80,7 +80,7 @@ inline bool mutate_frame(Bytes& bytes) {
   if (at == bytes.end()) return false;
   const std::span<const std::byte> frame(at, bytes.end());
   const auto size = ZSTD_getFrameContentSize(frame.data(), frame.size());
-  if (size > 1 << 16) return false;  // the size is too large or unknown
+  if (size > 1 << 16) return false;  // the content size is too large or unknown
   auto plain = shm::zstd_decompress(frame, size);
   if (!plain) return false;
   mutate_in_place(*plain);
@@ -95,8 +95,8 @@ inline void mutate_stream(Bytes& stream, Random& random, std::size_t room) {
   mutate(stream, room);
 }
 
-/// Replaces a number or text in a field of chunk `c`. If `c` is the number of chunks, replaces it
-/// in the file start or in the trailer. Returns false if no field can be parsed there.
+/// Replaces a number or text in a field of chunk `c`, or, if `c` equals the number of chunks, in a
+/// field of the file start or the trailer. Returns false if no field can be parsed.
 inline bool mutate_field(shm::FileParts& parts, std::size_t c, Random& random) {
   const auto sections = shm::sections_of(parts, c);
   std::size_t count = 0;

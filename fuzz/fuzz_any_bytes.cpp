@@ -24,7 +24,7 @@ bool take_all(shm::Decoder& decoder) {
       if (const auto* cell = std::get_if<shm::CellEvent>(&event))
         for (const std::uint64_t corner : cell->corners) sum += corner;
     });
-    // Use the sum, so that the compiler does not remove the loop.
+    // Use the sum of the corners, so that the compiler does not remove the loop that reads them.
     volatile std::uint64_t used = sum;
     (void)used;
   }

@@ -1,5 +1,5 @@
-// Reads archives with valid checksums whose member list is wrong: names that lead out of the
-// folder, sizes that exceed the file, damaged members. Checks that the names and offsets that
+// Reads archives with valid checksums whose member list is wrong: names that lead out of the output
+// folder, sizes larger than the file, damaged members. Checks that the names and offsets that
 // ArchiveReader returns are valid. Each member must be readable or refused with an error.
 // ArchiveWriter must not accept a member name that a reader refuses.
 #include <algorithm>
@@ -23,8 +23,8 @@ void expect(bool good) {
   if (!good) std::abort();
 }
 
-/// Returns true if a member name does not lead out of the folder. This check is independent of the
-/// library.
+/// Returns true if a member name does not lead out of the output folder. Does not use the function
+/// of the library that checks this.
 bool leads_nowhere_else(const std::string& name) {
   return !name.empty() && name.size() <= 255 && name != "." && name != ".." &&
          name.find_first_of(std::string("/\\\0\n\r", 5)) == name.npos;

@@ -1,8 +1,8 @@
-// Calls functions of the C interface for damaged files, in any order. A file comes from memory, or
-// from a source that fails, reports a wrong size, or later returns different bytes. The memory for
-// read data (a shmf_target) may be too small. A call must return a status and, if it succeeds,
-// valid results. It must never crash, and never write beyond the memory of a target. The first byte
-// of the input chooses the calls.
+// Opens damaged files through the C interface, and calls its functions in any order. A file is in
+// memory, or comes from a source that fails, reports a wrong size, or returns different bytes when
+// it is read again. The memory that the caller provides for read data (a shmf_target) may be too
+// small. A call must return a status and, if it succeeds, valid results. It must never crash, and
+// never write beyond the memory of a target. The first byte of the input chooses the calls.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -64,7 +64,7 @@ class Wanted {
     target_ = sized<shmf_target>();
     target_.what = static_cast<std::int32_t>(random() % 10);
     target_.type = static_cast<std::int32_t>(random() % 12);
-    if (random() % 4 != 0) {  // in most cases, a valid combination of `what` and `type`
+    if (random() % 4 != 0) {  // in most cases, choose the `type` that is valid for `what`
       constexpr std::int32_t kTypes[] = {
           0,          SHMF_FLOAT64, SHMF_INT32,  SHMF_INT64,   SHMF_UINT32,
           SHMF_UINT8, SHMF_INT64,   SHMF_UINT64, SHMF_FLOAT64, 0};
@@ -86,8 +86,9 @@ class Wanted {
   std::unique_ptr<std::uint8_t[]> room_;
 };
 
-/// Checks that a successful call has returned valid corners (SHMF_CORNERS) or valid offsets
-/// (SHMF_CORNER_BEGIN).
+/// Called after a successful call. If the target received corners (SHMF_CORNERS), checks that each
+/// is a valid vertex index. If it received the first corner of each cell (SHMF_CORNER_BEGIN),
+/// checks that these offsets are in range and ascend.
 void judge(const shmf_target& target, const shmf_counts& counts) {
   const auto end = target.what == SHMF_CORNERS ? counts.vertices : counts.corners + 1;
   const auto* numbers = static_cast<const std::int64_t*>(target.data);

@@ -361,7 +361,7 @@ class Caller {
         joiner_.reset();
         break;
       case 3: (void)shm::place(chunks_, joiner_->chunks()); break;
-      case 4: {  // invalid parts: truncated chunks, or data that does not consist of chunks
+      case 4: {  // pass invalid parts: truncated chunks, or data that does not consist of chunks
         shm::PartChunks wrong = chunks_;
         if (!wrong.bytes.empty()) wrong.bytes.pop_back();
         if (in_.flag()) wrong.bytes.assign(file_.begin(), file_.end());

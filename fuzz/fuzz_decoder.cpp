@@ -129,7 +129,7 @@ Outcome decode(std::span<const std::byte> bytes, std::uint32_t seed) {
       if (auto status = decoder.feed(piece); !status) return failed(status.error());
       bytes = bytes.subspan(piece.size());
     } else {
-      if (std::exchange(ended, true)) std::abort();  // the Decoder requests more data after the end
+      if (std::exchange(ended, true)) std::abort();  // no data may be requested after the end
       decoder.end_of_input();
     }
   }

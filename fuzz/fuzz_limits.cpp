@@ -1,7 +1,7 @@
 // Tests that memory stays within ReadLimits. Reads damaged files with small limits; the first byte
 // of the input chooses some of them. Measures the peak of the memory that is allocated during
-// reading. This peak must not exceed the memory that the limits allow together. With sanitizers, it
-// includes the memory that zstd allocates; without sanitizers, it includes only memory from
+// reading. This peak must not exceed the total memory that the limits allow. With sanitizers, the
+// peak includes the memory that zstd allocates; without sanitizers, it includes only memory from
 // operator new.
 #include <malloc.h>
 
@@ -48,7 +48,8 @@ void on_malloc(const volatile void*, std::size_t bytes) {
   held += bytes;
   most_held = std::max(most_held, held);
 }
-// If memory is freed that was allocated before counting began, it is not subtracted.
+// Subtracts freed memory. The count cannot become negative if memory is freed that was allocated
+// before counting began.
 void on_free(std::size_t bytes) {
   if (counting) held -= std::min(held, bytes);
 }
@@ -85,7 +86,7 @@ shm::ReadLimits limits_of(std::uint8_t choice) {
 }
 
 /// Returns the number of bytes that a reader may allocate under `limits`. This includes a fixed
-/// amount for tables of columns and of zstd.
+/// amount for the tables that columns (the coders of arrays) and zstd allocate.
 std::uint64_t allowed(const shm::ReadLimits& limits, std::size_t file) {
   constexpr std::uint64_t kTables = std::uint64_t{64} << 20, kPerComponent = 12 << 10;
   constexpr std::uint64_t kPerVertex = 1 << 10, kPerIndexByte = 64;

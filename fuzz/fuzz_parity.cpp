@@ -78,7 +78,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
     std::fill_n(data + at, count, static_cast<std::uint8_t>(random()));
     return size;
   }
-  // Change the header or the payload of one packet, or change all packets in the same way.
+  // Change a field of the header, or the payload, in one packet or in all packets.
   const bool all = random() % 2 == 0, payload = random() % 3 == 0;
   const std::size_t chosen = places[random() % places.size()], field = random(), way = random();
   for (const std::size_t at : places) {

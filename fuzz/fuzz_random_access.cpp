@@ -71,7 +71,7 @@ shm::ExtractRequest request_of(std::uint8_t which, const shm::MeshExtractor& rea
   return request;
 }
 
-/// Checks that next() returns each vertex and each cell only once, as it guarantees.
+/// Checks the guarantee that next() returns each vertex and each cell only once.
 void read_piece(shm::MeshExtractor& reader, const shm::ExtractRequest& request) {
   if (!reader.begin(request)) return;
   std::size_t vertices = 0, cells = 0;

@@ -97,8 +97,8 @@ shm::WriteOptions make_options(Choices& in) {
   return options;
 }
 
-/// Writes the mesh with time steps and with rounding. The file must be readable, and must contain
-/// exactly the values that were passed for its steps, in any order.
+/// Writes the mesh with time steps and with rounding. The file must be readable. The values of each
+/// array at each step must be exactly those that were passed, although their order may differ.
 void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in) {
   if (in.flag())
     mesh.schema.coordinate_quantization =
@@ -121,7 +121,7 @@ void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in
       }
     return {};
   };
-  shm::TestMesh written = mesh;  // without the static values of arrays that have time steps
+  shm::TestMesh written = mesh;  // arrays with time steps have no static values
   for (std::size_t a = 0; a < mesh.arrays.size(); ++a)
     if (mesh.schema.arrays[a].per_step) written.arrays[a].clear();
   const auto begun = in;
@@ -194,7 +194,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   shm::NullSink none;
   if (!shm::Writer::create(none, mesh.schema, options))
-    return 0;  // the options are invalid, e.g. the shifts codec with a delay buffer
+    return 0;  // `options` are invalid, e.g. because the shifts codec allows no delay buffer
   if (in.below(4) == 0) {
     with_more(mesh, options, in);
     return 0;

@@ -1,14 +1,15 @@
 // make_seeds DIR SOURCE_DIR: writes the seeds of the fuzz targets into folders below DIR.
 // SOURCE_DIR is the folder of this project. The folders are:
 //   shm        the golden files of all versions, and one small file for each feature of the current
-//              format. A byte precedes each file; targets use it as a random seed or a choice
+//              format. Each file is preceded by a byte, which targets use as a random seed or to
+//              choose a variant of the test
 //   calls      small feature files, each followed by a script of calls (for fuzz_calls)
-//   archive    archives, each preceded by such a byte
+//   archive    archives, each also preceded by a byte
 //   writer     random bytes, from which fuzz_writer makes choices
 // If the converters are built, there are also:
 //   parity     files with parity
 //   exodus, gmsh, ucd, vtk, vtu   some of the feature files, converted to these formats
-//   converted  .shm files, each preceded by such a byte; they are made by compressing the seeds and
+//   converted  .shm files, each also preceded by a byte. They are made by compressing the seeds and
 //              the corpus of fuzz_exodus, fuzz_gmsh, fuzz_ucd, fuzz_vtk and fuzz_vtu
 #include <algorithm>
 #include <array>
@@ -110,8 +111,8 @@ void add_damaged(const shm::FeatureFile& file, std::vector<shm::FeatureFile>& ou
   }
 }
 
-/// Returns files with additional features. The feature files (support/feature_files.h) do not
-/// contain these features, because the files would become too large.
+/// Returns files with additional features. These features are not among the feature files
+/// (support/feature_files.h), because they need larger files.
 std::vector<shm::FeatureFile> more_files() {
   std::vector<shm::FeatureFile> files;
   {  // a file with data whose compression ratio is far above 30
@@ -252,7 +253,8 @@ void write_converted(const path& folder, const path& seeds) {
       compress_mesh(*mesh, sink, options, spool);
       write(folder / (seeds.filename().string() + "-" + file.filename().string()),
             choice++ + text_of(sink.bytes));
-    } catch (const Failure&) {  // most files of a fuzzing corpus are not complete meshes
+    } catch (const Failure&) {  // skip the file: most files of a fuzzing corpus do not contain a
+                                // complete mesh
     }
   }
 }

@@ -1,7 +1,7 @@
 // Replaces every operator new and operator delete of a program. The replacements call two
 // functions, which must be defined before this file is included:
-//   void* taken(std::size_t bytes)   null if memory is exhausted
-//   void given_back(void* memory)    not null
+//   void* taken(std::size_t bytes)   returns null if memory is exhausted
+//   void given_back(void* memory)    is never called with null
 // Include this file in only one source file of a program.
 #pragma once
 

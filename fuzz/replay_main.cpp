@@ -11,8 +11,8 @@
 #include <vector>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
-/// Replaces a function of libFuzzer that the mutators call, so that they can be linked without
-/// libFuzzer. It changes nothing.
+/// The mutators call this function of libFuzzer. This replacement, which does not change the data,
+/// lets them be linked without libFuzzer.
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t*, std::size_t size, std::size_t) {
   return size;
 }

@@ -1,5 +1,5 @@
-// Appending: adds time steps to a .shm file. The steps are read from any file with the same mesh.
-// The new file is written to a sink; the old file is only read.
+// Appending: adds time steps to a .shm file. The steps are read from another file with the same
+// mesh, in any format. The new file is written to a sink; the old file is only read.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct AppendHow {
   std::vector<std::uint64_t> steps;
   // Time of the appended step. Needed only if the source has no time steps and states no time.
   std::optional<double> time;
-  // If true, nothing is written if the new file would not contain all data of the source.
+  // If true, nothing is written unless the new file would contain all data of the source.
   bool strict = false;
   AppendOptions options;
   unsigned threads = 1;  // number of threads that decode the mesh; 0: one per core

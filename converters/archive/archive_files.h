@@ -25,9 +25,9 @@ struct MemberReport {
 };
 
 // Writes the files `inputs` as an archive to `sink`. Inputs that are not .shm files are compressed
-// with the options `how`. Each spool uses at most `spool_memory` bytes of memory; its temporary
-// file is in `spool_directory`. Throws Failure; its code is misuse if two inputs have the same
-// name.
+// with the options `how`. Meshes are kept in spools (temporary storage). Each spool uses at most
+// `spool_memory` bytes of memory, and has a temporary file in `spool_directory`. Throws Failure;
+// its code is misuse if two inputs have the same name.
 std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, ByteSink& sink,
                                      const CompressOptions& how, const std::string& spool_directory,
                                      std::size_t spool_memory, const MeshLimits& limits = {});

@@ -48,7 +48,8 @@ struct DamageRun {
   }
   void take_bytes(const DamageRun& next) {
     chunks += next.chunks;
-    // If the byte ranges are equal, the damage is in another part of the same chunk.
+    // If both entries have the same byte range, they report damage in different parts of one chunk.
+    // There is then no gap between them.
     const bool same_place = next.begin == begin && next.end == end;
     has_gaps |= next.has_gaps || (!same_place && next.begin != end);
     begin = std::min(begin, next.begin);
@@ -98,7 +99,8 @@ class StepRuns {
 
   static std::vector<DamageRun> join_segments(std::vector<DamageRun> runs) {
     std::vector<DamageRun> joined;
-    // for each combination of damage, arrays and steps: index in `joined` of the most recent run
+    // for each combination of kind of damage, arrays and steps: index in `joined` of the most
+    // recent run with this combination
     std::map<std::tuple<DamageKind, std::vector<std::uint32_t>, std::set<std::uint64_t>>,
              std::size_t>
         places;

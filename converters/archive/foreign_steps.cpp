@@ -146,9 +146,9 @@ std::vector<std::string> ForeignSteps::differences(const Progress& progress) {
   DiffOptions options;
   options.with_extras = false;
   // Arrays with a role (a purpose in the source format, such as Exodus node numbers) are compared
-  // only if both meshes have the same source format. In that case, arrays that change with time
-  // stay in the meshes and are listed in `ignored`, because some roles refer to other arrays by
-  // index.
+  // only if both meshes have the same source format. In that case, no array may be removed from the
+  // meshes, because some roles refer to other arrays by index. Arrays that change with time are
+  // excluded by `ignored` instead.
   options.with_roles = info_.schema.source_format == theirs.source_format;
   if (options.with_roles) {
     constexpr std::size_t kPrefix = std::string_view("array:").size();

@@ -32,8 +32,8 @@ class ForeignSteps final : public ForwardingMesh {
 
  private:
   void pair_arrays();
-  // Identifies the component of a field of the source from which the values of one component of an
-  // array are read.
+  // The values of one component of an array are read from the source: from component `component` of
+  // the pair of fields `pair`.
   struct Part {
     std::size_t pair = 0;
     std::uint32_t component = 0;  // component of the field pair
@@ -43,8 +43,9 @@ class ForeignSteps final : public ForwardingMesh {
   MeshSource& other_;
   Spool& spool_;
   FieldPairs fields_;
-  std::vector<std::vector<Part>> parts_;  // for each stepped array, the field component from which
-                                          // each of its components is read
+  // For each array that changes with time: the field component from which each component of the
+  // array is read.
+  std::vector<std::vector<Part>> parts_;
   std::vector<std::string> missing_;
   std::vector<std::unique_ptr<FieldReader>> mesh_readers_,
       other_readers_;  // one reader for each pair of fields

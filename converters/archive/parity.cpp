@@ -55,8 +55,8 @@ std::uint64_t get(const std::byte* in, std::size_t bytes) {
 }
 #endif
 
-// Fills `into` with the bytes of the file from `offset` on. Bytes at and after the offset `end` are
-// set to zero.
+// Fills `into` with the bytes of the file that begin at `offset`. Stores zeros in place of all
+// bytes at and after the offset `end`.
 void read_padded(RandomSource& file, std::uint64_t end, std::uint64_t offset,
                  std::span<std::byte> into) {
   const auto there =
@@ -214,8 +214,8 @@ std::uint64_t write_parity(RandomSource& file, const ParityShape& shape, ByteSin
   std::vector<std::byte> data, coded;
   for (std::uint64_t first = 0; first < stripes; first += kStripesAtOnce) {
     if (progress) progress("writing parity", first, stripes);
-    // Consecutive blocks of the file belong to consecutive stripes, so one read returns a block for
-    // each of `count` stripes.
+    // Consecutive blocks of the file belong to consecutive stripes. One read therefore returns one
+    // block for each of `count` stripes.
     const std::uint64_t count = std::min(kStripesAtOnce, stripes - first);
     const auto bytes = static_cast<std::size_t>(count * kParityBlockBytes);
     data.resize(shape.data * bytes);
@@ -335,9 +335,9 @@ double ProtectedFile::share() const {
              : static_cast<double>(shape_.parity) / shape_.data;
 }
 
-// Returns true if the trailer at the end of the file points beyond the protected bytes. This
-// trailer should be a copy of the protected trailer, which points to an offset within the protected
-// bytes. If it is not, the parity does not belong to this file.
+// Returns true if the trailer at the end of the file points beyond the protected bytes. This is the
+// case if the file has grown since the parity was written. Otherwise, this trailer is a copy of the
+// protected trailer, which points to an offset within the protected bytes.
 bool ProtectedFile::is_of_something_else() {
   if (file_->size() < kTrailerBytes) return false;
   std::array<std::byte, kTrailerBytes> trailer;
@@ -347,8 +347,9 @@ bool ProtectedFile::is_of_something_else() {
          get(trailer.data(), 8) >= shape_.protected_bytes;
 }
 
-// Finds the parity in the file. Reads the layout from a packet, because every packet contains it.
-// Uses the final packet whose offset in the file equals the offset that its header implies.
+// Finds the parity in the file, and reads its layout. Every packet contains the layout. Uses the
+// packet that is nearest to the end of the file, and whose offset equals the offset that its header
+// implies.
 bool ProtectedFile::find() {
   const std::uint64_t size = file_->size();
   std::vector<std::byte> window;
@@ -480,16 +481,16 @@ std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
       rows.push_back(row);
       parity.push_back(payload);
     }
-  // If there are fewer parity rows than damaged blocks, blocks whose checksum is unknown are not
-  // repaired, because they may be undamaged.
+  // If there are fewer usable parity blocks than damaged blocks, do not try to repair blocks whose
+  // checksum is unknown, because they may be undamaged.
   if (rows.size() < wanted.size())
     std::erase_if(wanted, [&](std::uint64_t block) { return known_[block] == 0; });
   if (rows.size() < wanted.size()) return {damaged.begin(), damaged.end()};
   rows.resize(wanted.size());
 
-  // First subtract the contribution of the undamaged blocks from the parity rows; the contribution
-  // of the damaged blocks remains. Then multiply this remainder by the inverse of the submatrix
-  // with the columns of the damaged blocks.
+  // First subtract the contribution of the undamaged blocks from the parity blocks; the
+  // contribution of the damaged blocks remains. Then multiply this remainder by the inverse of the
+  // submatrix with the columns of the damaged blocks.
   const std::uint64_t stripes = shape_.stripes();
   std::vector<std::vector<std::byte>> blocks;
   Bytes of_all, of_damaged;

@@ -63,8 +63,8 @@ struct ParityState {
 class LenientSource;
 struct ParityPacket;
 
-// Returns true if the file begins like a .shm file and ends with a trailer directly after the index
-// chunk. Such a file has no data after the trailer.
+// Returns true if the file begins like a .shm file, and ends with a trailer that directly follows
+// the index chunk. Such a file has no parity and no other data after the trailer.
 bool is_whole_file(RandomSource& file);
 
 // A .shm file with parity after its trailer.
@@ -114,7 +114,7 @@ class ProtectedFile {
   ParityShape shape_;
   std::uint32_t set_ = 0;
   std::vector<std::uint32_t> checksums_;
-  std::vector<std::uint8_t> known_;  // 1 for each block whose checksum is known
+  std::vector<std::uint8_t> known_;  // for each block: 1 if its checksum is known, otherwise 0
   std::vector<std::uint64_t> damaged_;
   std::uint64_t damaged_packets_ = 0;
   std::unique_ptr<Healed> healed_;

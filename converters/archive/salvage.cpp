@@ -21,8 +21,8 @@
 namespace shm::converters {
 namespace {
 
-// Limits the number of steps, because a damaged index may state far too many. At most this many
-// steps are allowed for each step with values, summed over the arrays.
+// A damaged index may state far too many steps. If the arrays together have values at N steps, at
+// most kMostStepsForEach * (N + 1) steps are allowed.
 constexpr std::uint64_t kMostStepsForEach = 1000;
 
 class Salvage {
@@ -163,7 +163,8 @@ void Salvage::tell_steps(const PieceMesh& piece) {
     std::set<std::uint64_t> steps;
     std::uint64_t least = ~std::uint64_t{0}, most = 0;
   };
-  // for each array with lost values: the steps that lost values, and how many they lost
+  // for each array with lost values: the steps at which values were lost, and the smallest and
+  // largest number of values lost at such a step
   std::map<std::uint32_t, Lost> lost;
   for (const auto& [key, count] : piece.lost_values()) {
     if (count == 0) continue;
@@ -195,8 +196,8 @@ void Salvage::tell_others() {
           {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
 }
 
-// Reports the loss of data that only the source format can interpret. This data describes the whole
-// mesh, so the new file does not contain it.
+// Reports the loss of data that only the source format can interpret. The new file does not contain
+// this data, because the data describes the whole mesh.
 void Salvage::tell_words(const Translation& translation) {
   for (const std::string& loss : translation.losses())
     report_missing(loss, {{"what", "other"}, {"name", loss}});

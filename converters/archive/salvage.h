@@ -17,8 +17,9 @@ namespace shm::converters {
 struct SalvageReport {
   std::uint64_t vertices = 0, cells = 0;  // counts of the remaining vertices and cells
   std::vector<std::string> missing;       // descriptions of the missing parts, one sentence each
-  std::string laid_out;  // source format whose file layout could not be kept; empty if no layout
-                         // was lost
+  // Format of the source file whose layout (e.g. the order of its sections) could not be kept;
+  // empty if no layout was lost.
+  std::string laid_out;
   nlohmann::json missing_json = nlohmann::json::array();
 };
 

@@ -42,8 +42,8 @@ class BigArray {
       held_.push_back(value);
     ++size_;
   }
-  // Removes the last element and returns it. The array must not be empty. The pages of a spool are
-  // not freed.
+  // Removes the last element and returns it. The array must not be empty. If the array is in a
+  // spool, its pages are not freed.
   T pop_back() {
     const T value = get(--size_);
     if (!paged_) held_.pop_back();

@@ -18,7 +18,8 @@ ExternalSorter::ExternalSorter(std::string directory, std::size_t record_bytes, 
     : directory_(std::move(directory)), record_bytes_(record_bytes), memory_(memory) {}
 
 void ExternalSorter::add(std::uint64_t key, const std::byte* record) {
-  // Address space to reserve, in bytes. The pages need memory only when they are written.
+  // Size of the address space to reserve, in bytes. Memory is needed only for pages that have been
+  // written.
   constexpr std::size_t kReserved = std::size_t{1} << 28;
   const std::size_t held = entries_.size(), bytes = sizeof(Entry) + record_bytes_;
   const std::size_t most = std::clamp<std::size_t>(memory_ / bytes, 1, kMostHeld);
@@ -71,7 +72,8 @@ std::size_t ExternalSorter::most_runs() const {
 // are merged, in order, so records with equal keys keep their order.
 void ExternalSorter::begin_merge() {
   if (!entries_.empty()) write_run();
-  entries_ = decltype(entries_)();  // a new vector frees the memory; assigning {} would keep it
+  // Assigning a new vector frees the memory; assigning {} would keep it.
+  entries_ = decltype(entries_)();
   records_ = decltype(records_)();
   std::vector<std::byte> piece;
   while (extent_.size() > most_runs()) {

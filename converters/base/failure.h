@@ -1,6 +1,6 @@
 // Failure: the exception that reports every error in the converters. The tool catches it in one
-// place. The library instead returns its errors. The converters throw because they parse deeply
-// nested input, and an exception can leave a parser from any depth.
+// place. The library (libshmformat) returns its errors instead. The converters throw, because they
+// parse deeply nested input, and an exception can leave a parser from any depth.
 #pragma once
 
 #include <exception>

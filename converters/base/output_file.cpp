@@ -85,8 +85,8 @@ void OutputFile::commit() {
 }
 
 std::string OutputFile::folder_of(const std::string& path) {
-  // `path` may be a link in /proc to an open file without a name. The target of this link is a path
-  // in the folder of the file.
+  // `path` may be a link in /proc to an open file without a name. The target of such a link is a
+  // path whose folder is the folder of the file.
   std::error_code none;
   const std::filesystem::path link = std::filesystem::read_symlink(path, none);
   return (path.starts_with("/proc/") && !none ? link : std::filesystem::path(path))

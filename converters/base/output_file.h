@@ -19,8 +19,9 @@
 
 namespace shm::converters {
 
-// Registers a file. The signal handlers of remove_outputs_on_signals() remove the file while this
-// object exists. A process can register four files; further files are not registered.
+// Registers a file as long as this object exists. If a signal arrives during this time, the
+// handlers of remove_outputs_on_signals() remove the file. At most four files can be registered at
+// a time; further files are not registered.
 class RemovedOnSignals {
  public:
   // `name` is borrowed and must stay at the same address.
@@ -29,7 +30,8 @@ class RemovedOnSignals {
   RemovedOnSignals(const RemovedOnSignals&) = delete;
   RemovedOnSignals& operator=(const RemovedOnSignals&) = delete;
 
-  // Blocks the signals between the creation of a file and its registration.
+  // Blocks the signals as long as it exists. Used from the creation of a file to its registration:
+  // a signal in between could not remove the file.
   class Pause;
 
  private:
@@ -62,9 +64,9 @@ class OutputFile {
   const std::string& temporary() const { return sink_->temporary(); }  // path for writing by name
   void write(std::span<const std::byte> bytes);                        // writes front to back
 
-  // Returns a sink for writing front to back. The commit() of this sink, which the writer of a .shm
-  // file calls, has no effect, because parity or an error may still follow. Only commit() below
-  // makes the file appear.
+  // Returns a sink for writing front to back. The writer of a .shm file calls commit() of this
+  // sink. That call has no effect, because parity or an error may still follow. Only
+  // OutputFile::commit() makes the file appear.
   ByteSink& sink() { return uncommitted_; }
   // Flushes the file to disk and renames it to its final name. Throws Failure (output).
   void commit();
@@ -90,7 +92,8 @@ class OutputFile {
   bool is_stream_ = false;  // true: the output is a device, a pipe or standard output
   std::unique_ptr<FileSink> sink_;
   Uncommitted uncommitted_{sink_};
-  std::optional<RemovedOnSignals> on_signals_;  // set if the temporary file has a name
+  // Removes the temporary file on a signal. Set only if the file has a name.
+  std::optional<RemovedOnSignals> on_signals_;
 };
 
 // Installs signal handlers. From this call on, a signal that ends the process first removes the

@@ -57,8 +57,8 @@ Spool::Frame* Spool::load(std::uint64_t number) {
   Frame& frame = frames_.bring(number, [this](const Frame& leaving) {
     if (leaving.dirty) write_out(leaving);
   });
-  // A page is all zeros if it was never in memory, or if it is in a hole or past the end of the
-  // temporary file.
+  // A page contains only zeros if it was never in memory, or if it is in a hole or past the end of
+  // the temporary file.
   std::size_t done = 0;
   while (written && done < kPageBytes) {
     const ssize_t n = ::pread(descriptor_, frame.bytes.get() + done, kPageBytes - done,
@@ -167,7 +167,8 @@ NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spoo
     if (position.get(number) != 0) fail("number " + std::to_string(number) + " occurs twice");
     position.set(number, index + 1);
   });
-  // Entries are now position + 1, because 0 meant that the number had not occurred yet. Subtract 1.
+  // So far, each entry is a position plus 1, because 0 marks a number that has not occurred.
+  // Subtract 1.
   for (std::uint64_t n = 0; n < size; ++n) position.set(n, position.get(n) - 1);
   return position;
 }

@@ -57,7 +57,7 @@ class PageFrames {
     frames_[place].used = true;
     return &frames_[place];
   }
-  // Returns true if the page was in memory earlier. The page must not be in memory now.
+  // Returns true if the page was in memory earlier. Precondition: the page is not in memory now.
   bool was_here(std::uint64_t page) const { return entries_[page].left_at != 0; }
   // Assigns a frame to a page that is not in memory, and returns the frame. The caller must then
   // fill the frame with the bytes of the page. If another page must be evicted, calls leave(frame)
@@ -65,7 +65,7 @@ class PageFrames {
   template <class Leave>
   Frame& bring(std::uint64_t page, Leave&& leave) {
     Entry& entry = entries_[page];
-    // The page was evicted recently. A few more frames would have kept it in memory, so allow one
+    // If the page was evicted only recently, more frames would have kept it in memory. Allow one
     // more frame.
     if (was_here(page) && evictions_ - entry.left_at < 2 * most_ && most_ < most_ever_) ++most_;
     if (frames_.size() < most_) {
@@ -162,7 +162,7 @@ class Spool {
   PageFrames frames_;
   int descriptor_ = -1;
   std::size_t small_room_;          // remaining budget of small arrays, in bytes
-  std::vector<bool> ever_written_;  // true for each page that has been written, by page number
+  std::vector<bool> ever_written_;  // for each page: true if it has been written
   std::uint64_t pages_written_ = 0;
 };
 
@@ -309,8 +309,8 @@ class PageCache {
 };
 
 // A long list of numbers, which is written front to back and read in runs. If the list begins with
-// 0, 1, 2, ..., these numbers need no storage. Each later number uses 4 bytes until the first
-// number that needs more; from then on, each number uses 8 bytes.
+// 0, 1, 2, ..., these numbers need no storage. The numbers after them use 4 bytes each. From the
+// first number that does not fit into 4 bytes, all numbers use 8 bytes each.
 class NumberList {
  public:
   explicit NumberList(Spool& spool)

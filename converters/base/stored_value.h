@@ -29,7 +29,7 @@ std::string number_text(T value) {
 // Returns the same text as number_text(), but adds the bits of a NaN, e.g. "nan (0x7fc00000)".
 std::string value_text(const std::byte* value, ScalarType type);
 
-// Calls `body(T{})`, where T is the C++ type that corresponds to `type`.
+// Calls body(T{}), where T is the C++ type that corresponds to `type`, and returns its result.
 template <class Body>
 decltype(auto) with_scalar(ScalarType type, Body&& body) {
   switch (type) {

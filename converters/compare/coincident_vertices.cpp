@@ -69,8 +69,8 @@ class Places {
   std::vector<std::uint32_t> order_;
 };
 
-// Runs of vertices of one mesh. The vertices of a run have equal coordinates, and the other mesh
-// has a different number of vertices (or none) at these coordinates.
+// Runs (vertices of one mesh with equal coordinates) that have no exact counterpart: at these
+// coordinates, the other mesh has no vertices, or a different number of them.
 struct Runs {
   std::vector<PlainPoint> points;
   std::vector<std::uint32_t> begin, end, site;
@@ -125,7 +125,8 @@ class SiteFinder {
     const auto runs_a = static_cast<std::uint32_t>(left_a_.points.size());
     const std::size_t runs = runs_a + left_b_.points.size();
     DisjointSets groups(runs);
-    // crowded[i] is true if more runs lie within the tolerance of run i than were examined.
+    // crowded[i] is true if the search for runs within the tolerance of run i stopped early,
+    // because it had found kCrowd runs.
     std::vector<bool> crowded(runs, false);
     for (std::uint32_t i = 0; i < runs; ++i) {
       std::size_t found = 0;

@@ -45,8 +45,8 @@ class Comparison {
         with_steps_(with_steps),
         numbers_(source, restored, spool, progress, given_order, spooled) {}
 
-  // Compares the meshes. If their vertices and cells may be numbered differently, uses the
-  // candidate renumbering with index `guess`.
+  // Compares the meshes. If they may number vertices and cells differently, assumes the candidate
+  // renumbering with index `guess`.
   CompareReport run(std::size_t guess) {
     compare_structure();
     if (!same_counts_) return std::move(report_);
@@ -61,8 +61,8 @@ class Comparison {
     if (with_steps_) compare_extras();
     return std::move(report_);
   }
-  // Returns the object that searches for the renumbering. It contains the candidate that run()
-  // used. Precondition: run() has been called.
+  // Returns the object that searches for the renumbering. Its current candidate is the one that
+  // run() used. Precondition: run() has been called.
   const NumberingSearch& numbers() const { return numbers_; }
 
  private:

@@ -38,8 +38,8 @@ struct CompareReport {
 inline constexpr std::size_t kDifferencesInWords = 10;
 
 // Compares all data of two meshes. If the cells of `source` were encoded in Order::free,
-// `cell_order` may contain their order. It is needed only for orders that the comparison does not
-// try itself; otherwise it may be null.
+// `cell_order` may state the order in which they were encoded. It may be null if this order is one
+// of those that the comparison tries itself.
 CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
                              const Progress& progress = {},
                              const CellSequence* cell_order = nullptr);

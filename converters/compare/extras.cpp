@@ -159,8 +159,8 @@ class ExtrasDiff {
     if (range.overall() > 0) finding.relative = finding.largest / range.overall();
   }
 
-  // Sorts the members of each set in ascending order. Reorders the other lists of the set in the
-  // same way if they have one row per member.
+  // Sorts the members of each set in ascending order. If another list of the set (e.g. the sides)
+  // has one row per member, its rows are reordered in the same way.
   static void sort_members(std::vector<Extra>& extras) {
     std::map<std::string, std::vector<Extra*>> by_parent;
     for (Extra& extra : extras)

@@ -25,8 +25,8 @@ struct FieldSide {
     std::size_t array;  // index of the array, or kZeros
     std::uint32_t component;
   };
-  std::vector<Part> parts;  // one part per component of the field; empty if the values are the
-                            // block ids of the cells
+  std::vector<Part> parts;  // for each component of the field, the array and the component that
+                            // contain it; empty if the values are the block ids of the cells
   ScalarType type = ScalarType::float64;
   bool per_step = false;
   std::vector<std::uint32_t> blocks;  // indices of the blocks that the field covers, as in
@@ -54,9 +54,9 @@ struct FieldPairs {
 
 // Pairs the fields of two meshes. If `one_format` is true, both meshes have the same format: arrays
 // with a role are also paired (unless `with_roles` is false), and differences in any property of
-// paired arrays are reported. If `one_format` is false, only fields are paired (and arrays of
-// strings, if both formats have them), and properties that one of the formats cannot represent are
-// ignored.
+// paired arrays are reported. If `one_format` is false, only arrays without a role are paired (and
+// arrays of strings, if both formats have them), and properties that one of the formats cannot
+// represent are ignored.
 FieldPairs pair_fields(const MeshInfo& a, const MeshInfo& b, bool one_format, bool with_roles);
 
 // Reads the values of a field in one of the two meshes, and finds the vertices or cells to which

@@ -96,7 +96,7 @@ class Diff {
   }
 
   // Returns true if the correspondence between the vertices (or cells) of A and B is known: either
-  // they have been matched, or A and B have the same number of them.
+  // they have been matched, or A and B have the same number of them, and equal numbers correspond.
   bool is_paired(Location location) const {
     return match_ ||
            (location == Location::point ? a_.vertices == b_.vertices : a_.cells() == b_.cells());
@@ -211,8 +211,8 @@ void Diff::add_unmatched(const char* element, const std::vector<std::uint32_t>& 
   if (finding.different > 0) differ(std::move(finding));
 }
 
-// Adds the counts of `finding` to the result. If any values differ, reports `finding` as a
-// difference. `range` returns the range of A's values.
+// Adds the numbers of compared and different values in `finding` to the result. If any values
+// differ, reports `finding` as a difference. `range` returns the range of A's values.
 void Diff::add_values(Finding finding, const std::function<double()>& range) {
   result_.values_compared += finding.compared;
   result_.values_different += finding.different;
@@ -395,7 +395,8 @@ void Diff::compare_field(const FieldPair& field) {
   add_values(std::move(finding), [&] { return range_of(a, field).overall(); });
 }
 
-// Compares the values of A with the values of the corresponding vertices or cells of B.
+// Compares the values of a field on the vertices or cells of A with those on the corresponding
+// vertices or cells of B.
 void Diff::compare_step(const StepPair& step, const FieldPair& field, FieldReader& a,
                         FieldReader& b, ValueScan& scan) {
   const bool as_they_are = !match_ && a.covers_all() && b.covers_all();
@@ -444,8 +445,9 @@ void Diff::compare_step(const StepPair& step, const FieldPair& field, FieldReade
   if (!one_format_ && !a.covers_all()) compare_uncovered(step, field, a, b, scan);
 }
 
-// Checks the vertices or cells that the field covers in B but not in A: their values in B should be
-// NaN or zero. Called if the formats differ.
+// Checks the vertices or cells that have values of the field in B but not in A. If the formats
+// differ, these values should be NaN or zero, because one format may not support fields that cover
+// only some blocks.
 void Diff::compare_uncovered(const StepPair& step, const FieldPair& field, FieldReader& a,
                              FieldReader& b, ValueScan& scan) {
   std::vector<std::byte> values;

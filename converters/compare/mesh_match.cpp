@@ -126,8 +126,8 @@ class Matcher {
     ++result_.matched_vertices;
   }
   void match_lone_vertices() {
-    // lone[s] is the unmatched vertex of A at site s if each mesh has exactly one unmatched vertex
-    // there, otherwise kNone.
+    // If each mesh has exactly one unmatched vertex at site s, lone[s] is that vertex of A.
+    // Otherwise lone[s] is kNone.
     std::vector<std::uint32_t> lone(a_.left_at.size(), kNone);
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)
       if (a_.left_at[a_.site[v]] == 1 && b_.left_at[a_.site[v]] == 1) lone[a_.site[v]] = v;
@@ -190,9 +190,9 @@ class Matcher {
   }
 
   // Matches two cells that have the same key, and their vertices. To do so, searches for a rotation
-  // of cell `a` after which its node names equal those of cell `b`. Returns false if no such
-  // rotation exists. If several rotations are possible and would match different vertices, uses the
-  // first one if `any` is true, and returns false otherwise.
+  // of cell `a` after which the names of its vertices equal those of cell `b`. Returns false if no
+  // such rotation exists. If several rotations are possible and would match different vertices,
+  // uses the first one if `any` is true, and returns false otherwise.
   bool match_cells(std::uint32_t a, std::uint32_t b, bool any) {
     std::vector<std::uint64_t> names_a, names_b;
     name_nodes(a_, a, names_a);
@@ -243,12 +243,12 @@ class Matcher {
     ++result_.matched_cells;
   }
 
-  // Matches the remaining cells one by one, together with their vertices. If a key belongs to
-  // exactly one cell of each mesh, these two cells are matched. Their newly matched vertices change
-  // the keys of neighbouring cells, so that more cells can be matched. If no such key is left,
-  // matches the first cell of A and the first cell of B that have the same key. Several cells of
-  // one mesh share a key only if they are copies of each other at the same place, or if the meshes
-  // differ.
+  // Matches the remaining cells one by one, together with their vertices. If a key (a hash computed
+  // from the names of the vertices of a cell) belongs to exactly one cell of each mesh, these two
+  // cells are matched. Their newly matched vertices change the keys of neighbouring cells, so that
+  // more cells can be matched. If no such key is left, matches the first cell of A and the first
+  // cell of B that have the same key. Several cells of one mesh share a key only if they are copies
+  // of each other at the same place, or if the meshes differ.
   void match_rest_by_cells() {
     for (std::uint32_t site = 0; site < one_sided_.size(); ++site)
       one_sided_[site] = is_one_sided(site);
@@ -320,9 +320,9 @@ class Matcher {
         fresh_.pop_back();
         rename(a_, a);
         rename(b_, b);
-        // If no more than one mesh still has unmatched vertices at a site, the site has become
-        // one-sided, and the name of these vertices is now kNowhere. Recompute the keys of the
-        // cells that use these vertices, once per site.
+        // When at most one mesh still has unmatched vertices at a site, the site becomes one-sided:
+        // the name of these vertices is now kNowhere. Recompute the keys of the cells that use
+        // them, once per site.
         for (const std::uint32_t site : {a_.site[a], b_.site[b]}) {
           if (one_sided_[site] || !is_one_sided(site)) continue;
           one_sided_[site] = true;
@@ -397,11 +397,11 @@ class Matcher {
   const Progress& progress_;
   MeshMatch result_;
   Side a_, b_;
-  // For each site, true if at most one mesh has unmatched vertices at the site. Keys of cells
-  // depend on this.
+  // True for each site at which at most one mesh has unmatched vertices. The keys of cells depend
+  // on these flags.
   std::vector<bool> one_sided_;
   std::unordered_map<std::uint64_t, Bucket> buckets_;
-  // keys to examine, because each may now belong to exactly one cell of each mesh
+  // keys that may now belong to exactly one cell of each mesh, and must still be examined
   std::vector<std::uint64_t> due_;
 
   // Pairs of vertices that were matched recently.

@@ -6,8 +6,8 @@
 // it allow only one candidate.
 //
 // Needs, for each mesh, 33 to 60 bytes of memory per vertex (more if many vertices have the same
-// coordinates), and 52 bytes per hexahedron (20 per cell and 4 per node). If a mesh has several
-// blocks, each cell needs 4 more bytes.
+// coordinates), and 52 bytes per hexahedron (20 per cell and 4 for each of its corners). If a mesh
+// has several blocks, each cell needs 4 more bytes.
 #pragma once
 
 #include <cstdint>

@@ -26,11 +26,12 @@ NumberingSearch::NumberingSearch(MeshSource& source, MeshSource& restored, Spool
       wanted_(restored.info().schema.order != Order::keep &&
               source.info().schema.order == Order::keep) {}
 
-// Adopts the candidate renumbering with index `guess`. In the first candidate, all vertex and cell
-// numbers are unchanged. Each further candidate results from encoding the source again, in one of
-// the known cell orders that match the restored cells. A candidate may match the cells but still be
-// wrong for vertices and values, because several cells may coincide, or a cell may match in several
-// rotations. The caller then tries the next candidate.
+// Adopts the candidate renumbering with index `guess`. If both meshes have the same cells in the
+// same order, in the whole mesh or in each block, the first candidate uses this order. Each further
+// candidate results from encoding the source again, in one of the known cell orders that match the
+// restored cells. A candidate for which all cells match may still be wrong for vertices and values,
+// because several cells may coincide, or a cell may match in several rotations. The caller then
+// tries the next candidate.
 void NumberingSearch::take(std::size_t guess) {
   const bool as_they_are = same_as_they_are() || same_within_blocks();
   if (as_they_are) has_more_ = true;

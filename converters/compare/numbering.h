@@ -1,7 +1,8 @@
 // NumberingSearch: finds the renumbering between the vertices and cells of a source and those of
-// the restored mesh. It proposes candidates, which the caller checks. In the first candidate, all
-// numbers are unchanged. Each further candidate results from encoding the source again, in one of
-// the known cell orders that match the restored mesh.
+// the restored mesh. It proposes candidates, which the caller checks. If both meshes have the same
+// cells in the same order, in the whole mesh or in each block, the first candidate uses this order.
+// Each further candidate results from encoding the source again, in one of the known cell orders
+// that match the restored mesh.
 #pragma once
 
 #include <cstddef>
@@ -28,8 +29,8 @@ struct Numbering {
 };
 
 // A renumbered copy of the source in a spool (temporary storage, on disk if large), and a second
-// spool for tables. Used if the source does not fit in memory. Created once, and shared by all
-// candidates.
+// spool for tables. Used if the source does not fit in memory. All candidates use the same object,
+// which is created once.
 struct SpooledSource {
   SpooledSource(MeshSource& source, const Spool& spool, const Progress& progress)
       : memory(spool.memory_budget()),
@@ -108,7 +109,7 @@ class NumberingSearch {
   Numbering numbering_;
   std::optional<NumberTable> source_vertex_;  // source's number of each restored vertex
 
-  // Restored number of each vertex of the source. If the table exists, the renumbering has been
+  // Restored number of each vertex of the source. The table exists only if the renumbering has been
   // checked to be a bijection.
   std::optional<NumberTable> position_of_vertex_;
   std::optional<NumberTable> position_of_cell_;

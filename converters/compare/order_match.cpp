@@ -51,8 +51,8 @@ BigArray<std::uint64_t> fingerprints_of(MeshSource& mesh, Spool* spool) {
   return list;
 }
 
-// Position of a cell: for each axis, the sum of the coordinates of its corners, and the sum of
-// their absolute values.
+// Position of a cell: for each axis, the sum of the coordinates of its corners. The sum of their
+// absolute values determines the tolerance for rounding errors.
 struct Centre {
   std::array<double, 3> sum{}, magnitude{};
 };
@@ -91,8 +91,8 @@ class Landmarks {
         if (number % every == 0) centres_.emplace_back(number, centre_of(mesh, batch.cell(i)));
   }
 
-  // Returns true if the cells of `source`, in the order `order`, have the stored positions. Sums
-  // over corners may differ by rounding errors. Sums that are not finite are not compared.
+  // Returns true if the cells of `source`, in the order `order`, have the stored positions. The
+  // sums of coordinates may differ by rounding errors. Sums that are not finite are not compared.
   bool found_in(MeshSource& source, const Cells& cells, const CellList& order) const {
     constexpr double kRounding = 1e-12;
     return std::all_of(centres_.begin(), centres_.end(), [&](const auto& landmark) {

@@ -1,7 +1,7 @@
-// Finds the cell order of a file in Order::free. Computes each known order of the source again, and
-// compares the reordered cells with the cells of the file: the first cell that uses each vertex,
-// and the positions of a sample of the cells. Needs the memory for computing orders (free_order.h),
-// and 8 bytes per cell.
+// Finds the order in which the cells of a source were encoded in Order::free. Tries each known
+// order: sorts the cells of the source in this order, and compares them with the cells of the file.
+// Compares the first cell that uses each vertex, and the positions of a sample of the cells. Needs
+// the memory for computing an order (free_order.h), and 8 more bytes per cell.
 #pragma once
 
 #include <cstddef>

@@ -44,8 +44,9 @@ class BlockPairing {
   }
 
  private:
-  // Pairs blocks of A and B that have the same key and are not paired yet. If several blocks of a
-  // mesh have the same key, these blocks are paired in ascending order.
+  // Pairs blocks of A and B that are not paired yet, and for which key() returns the same value.
+  // Blocks of B for which may() returns false are skipped. If several blocks of a mesh have the
+  // same key, they are paired in ascending order.
   template <class Key, class May>
   void pair_by(Key&& key, May&& may) {
     std::map<decltype(key(blocks_b_.front())), std::deque<std::size_t>> left;

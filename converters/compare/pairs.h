@@ -42,7 +42,7 @@ std::vector<StepPair> pair_steps(const MeshInfo& a, const MeshInfo& b, bool one_
 
 // Returns the pairs of steps at which a field of A is compared with the same field of B. A field
 // that does not change with time is compared with all steps of the other field. However, if its
-// mesh has no steps at all, it is compared only with the final step of the other field.
+// mesh has no steps at all, the field is compared only with the final step of the other field.
 std::vector<StepPair> steps_of(const FieldPair& field, const std::vector<StepPair>& common,
                                std::uint64_t steps_a, std::uint64_t steps_b);
 

@@ -18,8 +18,8 @@ DiffPlace place_of(const StepPair& step, const FieldPair& field, std::uint64_t a
 
 ValueRange range_of_points(MeshSource& mesh);
 
-// Stores the coordinates of all listed places: the coordinates in A, or those in B if A has no such
-// vertex or cell.
+// Sets the coordinates of all places (DiffPlace) in a MeshDiff: the coordinates in A, or those in B
+// if A has no such vertex or cell.
 class PlaceFinder {
  public:
   PlaceFinder(MeshSource& a, MeshSource& b) : a_(a), b_(b) {}

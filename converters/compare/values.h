@@ -21,7 +21,8 @@ using FetchValues = std::function<void(std::uint64_t first, std::uint64_t count,
 // Compares the values of one item and collects the differences in a Finding.
 class ValueScan {
  public:
-  // Each element has `components` values: of type `type_a` in mesh A, and `type_b` in mesh B.
+  // Each element has `components` values. The type of the values is `type_a` in mesh A, and
+  // `type_b` in mesh B.
   ValueScan(Finding& finding, std::uint32_t components, ScalarType type_a, ScalarType type_b,
             const Likeness& likeness, std::uint64_t limit)
       : finding_(&finding),

@@ -39,7 +39,7 @@ Writer writer_to(ByteSink& sink, Schema schema, const WriteOptions& options) {
              : unwrap(Writer::create(sink, std::move(schema), options));
 }
 
-// Forwards the coding order to two receivers. Each receiver may be null.
+// Forwards the coding order to two receivers, each of which may be null.
 class BothOrders final : public CodingOrder {
  public:
   BothOrders(CodingOrder* first, CodingOrder* second) : first_(first), second_(second) {}
@@ -71,8 +71,8 @@ void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList
 }
 
 // Returns true if the coding order is still needed after the cells have been written. It is needed
-// for step values whose order changes, and for extras that refer to vertices or cells whose numbers
-// change.
+// if the values at time steps are written in an order other than that of the source, or if extras
+// refer to vertices or cells that are renumbered.
 bool needs_coding_order(const MeshInfo& info, const Schema& schema) {
   const bool cells_move = schema.delay > 0;
   const auto has_ordered_steps = [&](const ArrayInfo& array) {
@@ -187,8 +187,8 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   return [&, codec](MeshSource& part) {
     NullSink nowhere;
     WriteOptions options;
-    // The rows codec suffices to compare cell orders and delays. The mixed codec would lead to the
-    // same decisions.
+    // To compare cell orders and delays, use the rows codec instead of the mixed codec. Both lead
+    // to the same decisions.
     const bool as_rows = codec == ConnectivityCodec::automatic || codec == ConnectivityCodec::mixed;
     options.connectivity = as_rows ? ConnectivityCodec::rows : codec;
     options.restart_budget = 0;
@@ -196,9 +196,9 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   };
 }
 
-// Returns true if the order of the cells is so regular that the connectivity needs almost no bits,
-// so that a delay buffer could hardly save anything. Encodes the first cells to test this, with the
-// level and codec of `options`.
+// Returns true if the order of the cells is so regular that the connectivity needs almost no bits.
+// A delay buffer could then hardly reduce the size of the file. To find out, encodes the first
+// cells with the level and codec of `options`.
 bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   constexpr std::uint64_t kCells = 32768;
@@ -215,8 +215,9 @@ bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const Compress
   return 8 * bytes <= kBitsPerCell * static_cast<double>(sizes.cells);
 }
 
-// Returns the best delay for a mesh: the result of find_delay(), or 0 if the connectivity needs
-// almost no bits. At Level::best, find_delay() is called in any case.
+// Returns the best delay (number of cells in the delay buffer) for a mesh: 0 if the connectivity
+// needs almost no bits, otherwise the result of find_delay(). At Level::best, always returns the
+// result of find_delay().
 std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   if (options.progress) options.progress("trying delays", 0, 1);
@@ -229,8 +230,8 @@ std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const Compress
   });
 }
 
-// Returns the largest distance between key steps. The default is 1 for a mesh with one step. This
-// step is then a key step, so neither the encoder nor the decoder needs to keep its values as a
+// Returns the largest distance between key steps. For a mesh with one step, the default is 1. This
+// makes the step a key step, so that neither the encoder nor the decoder keeps its values as a
 // reference for other steps.
 std::uint32_t key_steps_of(const MeshSource& mesh, const CompressOptions& options) {
   return options.key_steps.value_or(mesh.info().step_times.size() == 1 ? 1
@@ -363,8 +364,8 @@ std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const Compres
   const double share =
       share_in_free_order(mesh, *cells, trial_coder(free_schema, options.connectivity, spool),
                           trial_coder(schema, options.connectivity, spool));
-  const auto extras = sizes.streams.find("extras");  // the size of extras does not depend on the
-                                                     // order
+  // The size of the extras does not depend on the order of the cells.
+  const auto extras = sizes.streams.find("extras");
   const std::uint64_t fixed = extras == sizes.streams.end() ? 0 : extras->second;
   return fixed + static_cast<std::uint64_t>(share * static_cast<double>(sizes.total_bytes - fixed));
 }

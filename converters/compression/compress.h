@@ -1,7 +1,7 @@
 // Compresses a MeshSource to a .shm file with a shm::Writer, after vertex compaction.
 //
-// Needs two passes over the cells. A third pass is needed if there is a delay buffer and an array
-// that covers only some blocks. Another pass is needed to try delay buffers on a sample. Memory
+// Reads the cells twice. If there is a delay buffer and an array that covers only some blocks,
+// reads them once more. Trying delay buffers on a sample of the mesh needs another pass. Memory
 // grows with the active surface (the vertices that later cells still need), not with the size of
 // the mesh. Order::free needs the whole mesh at once: the mesh and its data are in memory if the
 // memory budget allows that, and otherwise on disk, in the spool. The resulting file is the same in
@@ -81,9 +81,9 @@ SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions
 std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const CompressOptions& options,
                                                  const SizeReport& sizes, Spool& spool);
 
-// Determines the coding order of a .shm file by encoding the vertices and cells of its source
-// again, without other data. `of` is the MeshInfo of the .shm file, which contains the order, the
-// delay and the segments.
+// Determines the coding order of a .shm file by encoding its source `mesh` again, but only the
+// vertices and cells. `of` is the MeshInfo of the .shm file, which states the order, the delay and
+// the segments.
 void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out, Spool& spool);
 
 // Returns the value in a library result. If the result contains an error instead, throws it as
@@ -189,7 +189,8 @@ class MeshFeeder : public CompactedMesh {
   }
 
  private:
-  // A view of a record, valid until the next call to record_of().
+  // A view of the record of a vertex (its coordinates and its values in static arrays), valid until
+  // the next call to record_of().
   struct Record {
     std::span<const std::byte> xyz, data;
   };

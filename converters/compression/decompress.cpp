@@ -199,8 +199,8 @@ void StagedMesh::gather(PagedArray& values, std::uint64_t base, std::size_t stri
                         NumberTable* positions, std::uint64_t first, std::uint64_t count,
                         std::byte* out) {
   if (positions == nullptr) return values.read(base + first, count, out);
-  // Elements with consecutive numbers are often also consecutive in coding order. Read each such
-  // run in one call.
+  // Elements with consecutive numbers are often consecutive in coding order, too. Read elements
+  // that are consecutive in both orders in one call.
   for (std::uint64_t i = 0; i < count;) {
     const std::uint64_t begin = positions->get(first + i);
     std::uint64_t run = 1;
@@ -278,8 +278,9 @@ FileSummary summarize_stream(ByteSource& source, const std::string& name,
   WatchedSource watched(source, 0, progress);
   ReadOptions options;
   options.threads = 0;
-  // Memory limit for the neighbourhoods of cells. If the neighbourhoods of all cells fit into 4
-  // MiB, they are derived only once. Otherwise they are derived again for each array and step.
+  // Step values are predicted from neighbouring vertices and cells. If the lists of neighbours fit
+  // into 4 MiB, they are derived only once. Otherwise they are derived again for each array and
+  // step.
   options.kept_topology_bytes = std::size_t{4} << 20;
   Reader reader = unwrap(Reader::open(watched, {}, options), name);
   Summary summary;

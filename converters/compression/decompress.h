@@ -1,8 +1,8 @@
 // Decompresses a .shm file to a MeshSource whose data is kept in a spool (temporary storage).
 //
-// All data is staged in coding order, the order in which it arrives. Tables convert the numbers of
-// vertices and cells to positions in coding order. Memory is never allocated according to a count
-// that a file merely states.
+// All data is staged (copied to the spool) in coding order, the order in which it arrives. Tables
+// convert the numbers of vertices and cells to positions in coding order. A count that the file
+// merely states never determines how much memory is allocated.
 #pragma once
 
 #include <cstddef>
@@ -46,8 +46,8 @@ class StagedMesh final : public MeshSource {
 
  private:
   struct Array {
-    PagedArray values;                             // values of all elements at the first staged
-                                                   // step, then at the next step, and so on
+    PagedArray values;  // values of all elements at the first staged step, followed by those at the
+                        // second staged step, and so on
     std::map<std::uint64_t, std::uint64_t> steps;  // maps a step to its index among the steps in
                                                    // `values`
     std::uint64_t staged = 0;                      // number of elements staged
@@ -103,8 +103,8 @@ struct FileSummary {
 // Reads the summary from the index and the headers of the chunks. `name` is used in messages.
 FileSummary summarize_shm(RandomSource& source, const std::string& name);
 FileSummary summarize_shm(const std::string& path);
-// Computes the summary from a source that does not support seeking. Reads and checks the whole
-// source.
+// Computes the summary of a file that cannot be read at arbitrary offsets, e.g. standard input.
+// Reads and checks the whole file.
 FileSummary summarize_stream(ByteSource& source, const std::string& name, const Progress& progress);
 
 }  // namespace shm::converters

@@ -137,8 +137,8 @@ void PieceMesh::add_part(const MeshBlock& part) {
   }
 }
 
-// Sorts the data of vertices and cells by their numbers, unless the data already arrived in
-// ascending order.
+// Brings the data of vertices and cells into ascending order of their numbers, unless it arrived in
+// this order.
 void PieceMesh::settle() {
   const Schema& schema = file_->schema();
   if (cells_moved_) {
@@ -297,8 +297,8 @@ void PieceMesh::cut_sets(const std::vector<MeshSet>& sets, bool flat) {
     cut.id = set.id;
     cut.name = set.name;
     std::optional<std::size_t> each;
-    // Drop the distribution factors of all sets if a mesh is decomposed. The parts must all have
-    // the same structure, but a part in which all factors of a set are 1 would not store them.
+    // In the parts of a decomposed mesh, sets have no distribution factors. All parts must have the
+    // same structure, but a part in which all factors of a set are 1 would not store these factors.
     if (!set.factors.empty()) {
       if (!decomposed_) each = factors_of_each(set, flat);
       if (!each) without_factors_.push_back(label_of(set));

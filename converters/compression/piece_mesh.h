@@ -31,8 +31,8 @@ inline constexpr const char* kCellNumbers = "shm_cell_number";
 // messages.
 MeshInfo info_of(MeshExtractor& file, const std::string& name);
 
-// Returns true if an array is a number map: it contains the numbers of vertices or cells in the
-// source mesh. Every piece contains the number maps.
+// Returns true if an array is a number map: it contains the number of each vertex or cell in the
+// source mesh. Number maps are extracted into every piece.
 bool is_number_map(const ArrayInfo& array);
 
 struct PieceOptions {
@@ -55,11 +55,12 @@ struct PieceOptions {
   // True if the piece is one of the parts into which the whole mesh is decomposed. All blocks,
   // arrays and sets are then kept, even if they become empty. The number maps always contain global
   // numbers (the numbers in the whole mesh), and have the same type in all parts. If the source
-  // already has number maps, they get the role of original numbers. Precondition: `maps` is not
-  // null.
+  // already has number maps, they keep their values in the parts, with the role
+  // NumberMaps::original_role (or no role if their type is unsigned or floating-point).
+  // Precondition: `maps` is not null.
   bool decomposed = false;
-  // True if the source is a damaged file. Lost floating-point step values then become NaN, and lost
-  // integer step values 0.
+  // True if the source is a damaged file. Lost step values then become NaN (floating-point types)
+  // or 0 (integer types).
   bool damaged = false;
   // True if number maps are added to the piece. If false, the piece must contain all vertices and
   // cells.
@@ -128,7 +129,8 @@ class PieceMesh final : public MeshSource {
   std::string name_;
   Spool* spool_;
   bool decomposed_, damaged_;
-  std::optional<std::uint64_t> step_;  // set if the piece has only this step
+  // The only step of the piece. Not set if the piece has all steps.
+  std::optional<std::uint64_t> step_;
   std::optional<std::uint32_t> points_array_;
   std::optional<std::vector<std::uint32_t>> wanted_;
   MeshInfo info_;

@@ -13,8 +13,8 @@ namespace {
 
 constexpr const char* kSideNumbers = "shm_side";
 
-// Stores the elements with the indices `wanted` in `out`. Each element has `stride` bytes. Calls
-// read(first, count, out) for each run of consecutive indices.
+// Gathers the elements with the indices `wanted`: stores them one after another in `out`. Each
+// element has `stride` bytes. Calls read(first, count, out) for each run of consecutive indices.
 template <class Read>
 void gather(std::span<const std::uint64_t> wanted, std::size_t stride, std::byte* out,
             Read&& read) {

@@ -25,8 +25,8 @@ class SetSides final : public ForwardingMesh {
   void rewind_cells() override { next_side_ = 0; }
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
-  // Returns the number of sides that this mesh omits. A side is omitted if the sides of its cell
-  // are not known.
+  // Returns the number of sides that this mesh omits. A side is omitted if the shape of its cell
+  // has no known sides, or no side with this number.
   std::uint64_t left_out() const { return left_out_; }
 
  private:

@@ -42,8 +42,8 @@ std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleto
   return rows;
 }
 
-// Updates the extras of an Exodus mesh when its time steps change: appends the values of another
-// Exodus file at new steps, or selects the values at some of the steps.
+// Updates the extras of an Exodus mesh when its time steps change. Either appends the values of
+// another Exodus file at new steps, or keeps the values at only some of the steps.
 class StepJoiner {
  public:
   explicit StepJoiner(const MeshInfo& old) : old_(old), old_keys_(by_key(old.extras)) {
@@ -104,7 +104,8 @@ class StepJoiner {
     grown_.dimensions[static_cast<std::size_t>(dimension)].length = steps;
   }
 
-  // Returns the old extras, except that new extras replace those whose steps have changed.
+  // Returns the old extras, but with the new skeleton, and with new extras for each variable whose
+  // steps have changed.
   AppendedExtras result() {
     AppendedExtras out;
     out.changed = true;
@@ -179,8 +180,8 @@ class StepJoiner {
       parts.push_back(std::move(part));
     }
     for (std::size_t p = 1; old_keys_.contains(part_key(key, p)); ++p)
-      // Replace the old extra with an empty list, which removes it. Its values are already in the
-      // new extras, all of which replace the extra of the first part.
+      // All new extras replace the extra of the first part, and contain the values of all parts. An
+      // empty list removes the extra of each further part.
       grown_parts_[part_key(key, p)];
     for (std::size_t p = 0; new_keys_.contains(part_key(key, p)); ++p)
       joined_.insert(part_key(key, p));

@@ -95,8 +95,8 @@ class Deriver {
     }
     return true;
   }
-  // Derives the names of nodal or element variables (fields). This is possible only if the fields
-  // of the mesh are in the same order as in the file.
+  // Derives the names of nodal or element variables from the fields of the mesh. This is possible
+  // only if the fields have the same order as the variables in the file.
   bool field_names(Location location) {
     std::vector<std::string> fields;
     for (std::size_t a = 0; a < layout_.arrays.size() && a < info_.schema.arrays.size(); ++a) {
@@ -135,8 +135,8 @@ class Deriver {
     }
     return false;
   }
-  // Derives distribution factors that are all 1. Returns false if the number of factors does not
-  // match the number of members of the set.
+  // Stores distribution factors that are all 1. Returns false if a set with this number of members
+  // cannot have this number of factors.
   bool ones(const SetFactors& factors) {
     // Maximum number of nodes of a side. A side of a hexahedron with 27 nodes has 9 nodes.
     constexpr std::uint64_t kMostNodesOfSide = 9;

@@ -159,8 +159,8 @@ void Description::describe_times() {
     info_.step_times[step] = as_double(values.data() + step * scalar_bytes(type), type);
 }
 
-// Reads the ids and names of sets. Does not store an id that is the default id (shm/sets.h), i.e.
-// the index of the set plus one.
+// Reads the ids and names of sets. An id is stored only if it differs from the default id
+// (shm/sets.h), i.e. the index of the set plus one.
 void Description::read_set_labels(std::vector<Extra>& extras, const ExtraIndex& members) const {
   for (const SetKind& kind : kSetKinds) {
     const int table = skeleton_.find_variable(std::string(kind.prefix) + "_prop1");
@@ -237,8 +237,8 @@ std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& k
       return {};
     parts.push_back(std::move(part));
     if (referring && !refer_from_zero(parts.back(), refers, count)) {
-      // One part contains invalid references, so no part of the variable may be stored as
-      // references. Read all parts again without conversion.
+      // This part contains invalid references. No part of the variable may then be stored as
+      // references, so read all parts again without conversion.
       referring = false;
       parts.clear();
       i = std::size_t(-1);

@@ -53,8 +53,9 @@
 // vertices or cells, they are stored as exodus/variable/<name>. README.md lists the features that
 // are kept.
 //
-// The skeleton (exodus/skeleton) has a line for each item. Fields are separated by tabs; names and
-// text are %-encoded:
+// The skeleton (exodus/skeleton) is text with one line for each dimension, variable, attribute etc.
+// The first field of a line is the kind of the line. Fields are separated by tabs; names and text
+// are %-encoded:
 //   K  kind                      classic, 64-bit-offset, cdf5, netcdf4 or netcdf4-classic
 //   D  name  length  [unlimited]
 //   A  name  type  value...      attribute of the variable in the preceding V line. An A line
@@ -101,9 +102,9 @@ bool looks_like_exodus(std::span<const std::byte> head);
 // change. `spool` must outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool& spool);
 
-// The number maps of Exodus, whose numbers start at 1. Arrays with the role `original_role` are
-// written as maps called original_global_id_map, the name that nem_spread uses in parts of a
-// decomposed mesh. Each map has one integer per vertex or cell.
+// The number maps of Exodus, whose numbers start at 1. Arrays with the role `original_role` (number
+// maps that a mesh had before it was decomposed) are written to its parts as maps called
+// original_global_id_map, as nem_spread does. Each map has one integer per vertex or cell.
 inline constexpr NumberMaps kExodusMaps = {.vertices = "node_num_map",
                                            .cells = "elem_num_map",
                                            .vertices_role = "exodus:node_num_map",

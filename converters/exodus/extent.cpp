@@ -64,8 +64,8 @@ class Header {
     version_ = magic[3];
     if (version_ != 1 && version_ != 2 && version_ != 5) return false;
     const std::uint64_t records = count();
-    // A record count whose bits are all 1 means that the count is unknown, because the file was
-    // written as a stream.
+    // A record count in which all bits are 1 means that the number of records is unknown, because
+    // the file was written as a stream.
     if (records != (version_ == 5 ? kHuge : 0xffffffffU)) records_ = records;
 
     const std::uint64_t dimensions = list(10, "dimensions");
@@ -80,7 +80,8 @@ class Header {
   }
 
   // Checks that the values of each variable are inside the file. Record variables are not checked
-  // if the file has no records; their stated position may then be past the end of the file.
+  // if the file has no records, because the header may then state positions past the end of the
+  // file for them.
   void check_variables() {
     for (const Extent& extent : extents_) {
       if (extent.record && records_ == 0) continue;

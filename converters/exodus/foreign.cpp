@@ -22,8 +22,8 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Returns the largest block id and the largest set id that are written unchanged. The upper half of
-// the block ids is reserved for new ids. `is_wide` is true if the file has 64-bit integers.
+// Returns the largest block id and the largest set id that are written unchanged. Larger block ids
+// are reserved for blocks that need new ids. `is_wide` is true if the file has 64-bit integers.
 Capabilities::MostNumbers most_numbers_of(bool is_wide) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;
   constexpr std::int64_t kNarrow = std::numeric_limits<std::int32_t>::max();
@@ -109,7 +109,8 @@ class FreeNumbers {
   }
 
  private:
-  // Maps each used number to the number at which the search for an unused number continues.
+  // Maps each used number n to a larger number m. All numbers from n to m - 1 are used, so the
+  // search for an unused number continues at m.
   std::map<std::int64_t, std::int64_t> next_;
 };
 
@@ -472,8 +473,8 @@ class ForeignWriter {
           info.name);
   }
 
-  // Defines the maps with the original global numbers of nodes and elements. Only a part of a
-  // decomposed mesh has such maps. Their name is the one that nem_spread uses.
+  // Defines the number maps that the whole mesh already had before it was decomposed. Only a part
+  // of a decomposed mesh has such maps. Their name is the one that nem_spread uses.
   void define_original_maps() {
     int counts[2] = {0, 0};
     for (const std::size_t map : maps_) {
@@ -502,7 +503,8 @@ class ForeignWriter {
       }
       return;
     }
-    // Number of the first element of each group, followed by the total number of elements.
+    // For each group, the number of elements in all earlier groups; then the total number of
+    // elements.
     std::vector<std::uint64_t> begin(1);
     for (const CellGroup& group : grouping_.groups()) begin.push_back(begin.back() + group.cells);
     grouping_.deal_values(

@@ -21,7 +21,7 @@ struct CellGroup {
   std::uint32_t block;           // index of the mesh's block
   std::uint32_t nodes_per_cell;  // 0: varies
   std::uint64_t cells = 0, nodes = 0;
-  // Number of the group's first cell when all cells are numbered group by group.
+  // Number of the group's first cell, if all cells are numbered group by group, from 0.
   std::uint64_t first_cell = 0;
 };
 
@@ -29,7 +29,7 @@ class CellGrouping {
  public:
   // Each block becomes one group, with one exception: if the cells of a block have different node
   // counts, there is one group per node count, unless `keep_whole` is true or the cells are
-  // polygons. Groups of whole blocks come first, in the order of the blocks.
+  // polygons. Groups that contain a whole block come first, in the order of the blocks.
   CellGrouping(MeshSource& mesh, Spool& spool, bool keep_whole);
 
   const std::vector<CellGroup>& groups() const { return groups_; }
@@ -99,8 +99,9 @@ void CellGrouping::deal_cells(MeshSource& mesh, Put&& put) {
       hand.done += hand.sizes.size();
       hand.nodes.clear();
       hand.sizes.clear();
-      // Each group may need the memory of a full batch. If there are many groups, free this memory
-      // after each batch, because thousands of groups would need too much.
+      // The buffer of each group may grow to the size of a full batch. If there are many groups,
+      // free the buffers after each batch, because thousands of such buffers would need too much
+      // memory.
       if (groups_.size() > 16) hand.nodes.shrink_to_fit();
     }
     touched.clear();

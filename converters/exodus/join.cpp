@@ -48,9 +48,10 @@ std::uint64_t number_at_end(std::string_view name) {
   return number;
 }
 
-// Returns the position in the list of all names at which `name`, a new name of a part, must be
-// inserted. The position is in the range from `next` to `end`, so that the list keeps the order of
-// names in the part. Within this range, names are sorted by the numbers at their ends.
+// Returns the position at which `name`, a name of a part, must be inserted into the list of all
+// names. At any position from `next` to `end`, the list would keep the order of names in the part.
+// Among these positions, the number at the end of the name decides: names are sorted by these
+// numbers.
 template <class Item, class Name>
 typename std::list<Item>::iterator place_for(std::string_view name,
                                              typename std::list<Item>::iterator next,
@@ -60,9 +61,9 @@ typename std::list<Item>::iterator place_for(std::string_view name,
   return next;
 }
 
-// For each name of a part, returns a position in the list of all names. If the list contains the
-// name, this is the position of the name. Otherwise it is the position of the next name of the part
-// that the list contains, or `end` if none exists.
+// For each name of a part: among this name and the names after it in the part, finds the first one
+// that the list of all names contains. Returns the positions of the names that were found in the
+// list. The position is `end` if there is no such name.
 template <class Items, class Iterator, class Name>
 std::vector<Iterator> next_known(const Items& items, const std::map<std::string, Iterator>& known,
                                  Iterator end, Name&& name_of) {
@@ -113,7 +114,8 @@ bool is_of_set(std::string_view dimension) {
   return set_dimension(dimension, number) != nullptr || is_factors(dimension);
 }
 
-// Returns true for dimensions whose length is taken from the first part that has them.
+// Returns true for dimensions of the whole mesh whose length is taken from the first part that has
+// the dimension.
 bool is_of_first(std::string_view dimension) {
   return dimension == "num_info" || dimension == "num_qa_rec";
 }
@@ -228,8 +230,9 @@ void SkeletonJoin::add(const Skeleton& part, const std::string& file) {
   }
 }
 
-// Adds a dimension of a part. If the dimension is new, inserts it before `next`. If the list
-// already contains the dimension, updates its length, and sets `next` to the position after it.
+// Adds a dimension of a part to the list of dimensions of the whole mesh. If the list does not
+// contain the dimension yet, inserts it before `next`. Otherwise, updates the length of the
+// dimension in the list, and sets `next` to the position after it.
 void SkeletonJoin::add_dimension(const Dimension& dimension, bool is_sum, const std::string& file,
                                  std::list<Dimension>::iterator& next) {
   if (is_nemesis(dimension.name)) return;

@@ -22,7 +22,7 @@ enum class Joining : std::uint8_t {
   dropped,   // the variable is omitted from the whole mesh
   elements,  // values of nodes or elements: sorted by global node or element number
   members,   // data of members of a set: the rows of all parts are combined
-  any,       // status of blocks and sets, truth tables: 1 if the value is 1 in any part
+  any,       // status of blocks and sets, truth tables: a value is 1 if it is 1 in any part
   first,     // QA and info records: the values in the first part that has the variable
   same,      // all other variables: the values must be equal in all parts that have the variable
 };

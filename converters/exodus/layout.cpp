@@ -255,7 +255,8 @@ class Surveyor {
         }
     }
     // The file stores the faces of all polyhedra of a block as one list, in the order of the
-    // polyhedra. An array therefore records this order.
+    // polyhedra. An array contains the index of each polyhedron in this order, so that the order is
+    // known even if the cells are reordered.
     for (std::uint32_t b = 0; b < out_.blocks.size(); ++b) {
       if (out_.blocks[b].faces < 0) continue;
       ArrayLayout array;
@@ -412,8 +413,8 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
     CellShape shape;
     std::array<std::uint32_t, 3> nodes;
   };
-  // The first entry that matches both the type and the number of nodes is used. An element of type
-  // SHELL is a triangle or a quad, depending on its number of nodes.
+  // The first entry of the table that matches both the element type and the number of nodes is
+  // used. An element of type SHELL is a triangle or a quad, depending on its number of nodes.
   static constexpr std::array<Family, 16> kFamilies{{
       {"HEX", CellShape::hexahedron, {8, 20, 27}},
       {"TET", CellShape::tetrahedron, {4, 10, 10}},
@@ -535,7 +536,7 @@ std::string extra_key(std::string_view name) {
 Reference reference_of(std::string_view name) {
   std::uint32_t number = 0;
   if (const Member* member = member_of(name, number)) return member->refers;
-  // Edge blocks, face blocks and Nemesis lists also contain node or element numbers of the file.
+  // Edge blocks, face blocks and some Nemesis lists contain node or element numbers.
   if (number_after(name, "ebconn") > 0 || number_after(name, "fbconn") > 0 || name == "node_mapi" ||
       name == "node_mapb" || name == "node_mape" || name == "n_comm_nids")
     return Reference::vertex;

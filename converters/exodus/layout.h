@@ -19,7 +19,7 @@
 namespace shm::converters::exodus {
 
 enum class Use : std::uint8_t {
-  extra,  // the values become an extra, or are derived from the rest of the mesh
+  extra,  // the values become an extra, unless they can be derived from the rest of the mesh
   coordinates,
   connectivity,
   node_counts,  // the number of nodes of each polygon of a block
@@ -39,7 +39,7 @@ struct BlockLayout {
   int faces = -1;  // index of the variable with the faces of all polyhedra
 };
 
-// The values of an array on all vertices, on all cells, or on the cells of one block.
+// A part of an array: its values on all vertices, on all cells, or on the cells of one block.
 struct ArrayPart {
   static constexpr std::uint32_t kEverything = ~std::uint32_t{0};
   std::uint32_t block = kEverything;
@@ -48,17 +48,18 @@ struct ArrayPart {
   int variable = -1;
 };
 struct ArrayLayout {
-  // Description of the array. The name is empty if the file stores it in a table of names.
+  // Description of the array. Its name is empty if the file stores the name of the array in a table
+  // of names.
   ArrayInfo info;
   std::vector<ArrayPart> parts;  // parts of the array, in block order
   int field = 0;                 // number of the nodal or element variable, from 1; 0 for other
                                  // arrays
 
   // A variable may have dimensions between the time dimension and the dimension of nodes or
-  // elements. `leading` is the number of these dimensions. Each combination of their indices
-  // belongs to a separate array; `plane` is the number of this combination, from 0. Old files store
-  // all nodal variables in one netCDF variable with such a dimension, and users may add other
-  // variables of this kind.
+  // elements. `leading` is the number of these dimensions. Each combination of indices into them
+  // belongs to a separate array. `plane` is the number, from 0, of the combination to which this
+  // array belongs. Old files store all nodal variables in one netCDF variable with such a
+  // dimension, and users may add other variables of this kind.
   std::size_t leading = 0;
   std::uint64_t plane = 0;
   std::uint32_t column = 0;  // index of the first component of the array in its variable
@@ -79,9 +80,9 @@ struct Layout {
 // Derives the layout from a skeleton. Throws Failure (corrupt) if variables contradict each other.
 Layout lay_out(const Skeleton& skeleton, const Place& place);
 
-// Declares that only the first `nodes` columns of a block's connectivity contain nodes. The other
-// columns become an array with the role "exodus:connectivity". In blocks of Bezier elements
-// (BEX_HEX ...), these columns contain indices of coefficients.
+// Changes the layout so that only the first `nodes` columns of a block's connectivity are nodes.
+// The other columns become an array with the role "exodus:connectivity". In blocks of Bezier
+// elements (BEX_HEX ...), these columns contain indices of coefficients.
 void narrow_connectivity(const Skeleton& skeleton, Layout& layout, std::uint32_t block,
                          std::uint32_t nodes);
 // Returns an upper bound on the number of columns of a block's connectivity that contain nodes:

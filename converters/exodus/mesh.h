@@ -1,4 +1,5 @@
-// ExodusMesh: reads an Exodus file as a mesh, as described in exodus.h, and as netCDF variables.
+// ExodusMesh: an open Exodus file. It can be read as a mesh (described in exodus.h), or variable by
+// variable.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +15,8 @@
 
 namespace shm::converters::exodus {
 
-// Owner of an open netCDF file. The destructor closes the file. If `id` is negative, no file is
-// open.
+// Owner of an open netCDF file. The destructor closes the file. A negative `id` means that no file
+// is open.
 struct NetcdfFile {
   NetcdfFile() = default;
   NetcdfFile(const NetcdfFile&) = delete;

@@ -28,8 +28,8 @@ class NumberedNames {
 };
 
 // Returns the last number in a name. Returns an empty string if the name has no number, or if the
-// number is very long. Very long numbers are excluded because a small file with many '#' could
-// otherwise expand to far more text than it contains.
+// number is very long. Very long numbers are excluded, because '#' can represent the last number
+// many times: a small file could otherwise expand to far more text than it contains.
 std::string last_number(std::string_view name);
 // Abbreviates a dimension name in the line of a variable. `own` is the last number in the name of
 // the variable. Each number that equals `own` is replaced with '#'.

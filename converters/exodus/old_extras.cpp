@@ -34,7 +34,7 @@ std::string new_key(std::string_view key) {
         key.substr(set->format.size() + set->kind.size() + set->number.size() + 3);
     std::string now(old.now->folder);
     now.append(set->number).append("/");
-    // This is also true for further parts of a large variable, e.g. "cells/1".
+    // A field such as "cells/1", a further part of a large variable, also begins with the old name.
     if (field.starts_with(old.members)) {
       now.append(kMembersField);
       field.remove_prefix(old.members.size());
@@ -72,8 +72,8 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
       if (!set_factors_of(name) && !name.ends_with("_status")) continue;
       const std::string key = extra_key(name);
       const Extra* extra = extras.find(key);
-      // Derive each variable at most once, and only if its number of values is that of the extra.
-      // Otherwise a damaged file could cause too much work.
+      // Derive the values of each variable at most once, and only if the variable and the extra
+      // have the same number of values. Otherwise a damaged file could cause too much work.
       if (extra == nullptr || !asked.insert(key).second ||
           skeleton.size(skeleton.variables[v]) != extra->data.size() / scalar_bytes(extra->type))
         continue;
@@ -88,8 +88,9 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
   return keys;
 }
 
-// Returns true if the extra contains the id of a set (e.g. "mesh/side_set/3/id"), and this id need
-// not be stored, because the set has members and its id is the default id, i.e. its index plus one.
+// Returns true if the extra contains the id of a set (e.g. "mesh/side_set/3/id") and need not be
+// stored. This is the case if the set has members and the id is the default id, i.e. the index of
+// the set plus one.
 bool is_id_that_follows(const Extra& extra, const ExtraIndex& extras) {
   const auto set = set_folder_of(extra.key);
   if (!set || set->format != "mesh" || !extra.key.ends_with("/id")) return false;

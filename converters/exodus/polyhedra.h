@@ -21,9 +21,10 @@ namespace shm::converters::exodus {
 inline constexpr const char* kSharedFirst = "exodus/shared_faces_first";
 inline constexpr const char* kFaceNumbers = "exodus/face_numbers";
 
-// Returns the position of each face in the list that kSharedFirst describes. `uses` contains the
-// number of uses of each face; faces are in the order of their first use. If `shared_first` is
-// true, faces that are used several times come first.
+// Returns the position of each face in the list of faces that kFaceNumbers describes. `uses`
+// contains the number of uses of each face, in the order of their first use. The list has the same
+// order, unless `shared_first` is true: then faces that are used several times come before all
+// other faces.
 std::vector<std::uint64_t> face_places(const std::vector<std::uint32_t>& uses, bool shared_first);
 
 // A face block that stores the nodes of its faces in the variable `nodes`.

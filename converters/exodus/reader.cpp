@@ -19,13 +19,13 @@ constexpr std::uint64_t kPieceNodes = std::uint64_t{1} << 18;
 constexpr std::uint64_t kPieceCells = std::uint64_t{1} << 15;
 constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
 // Maximum size of the values of a netCDF-4 file, as a multiple of the file size. Deflate expands a
-// byte to at most 1032 bytes; repeated default values expand somewhat more. Chunks that were never
-// written need no space in the file. A small file may therefore exceed this limit, up to
-// kMostUnwritten bytes.
+// byte to at most 1032 bytes; repeated default values expand somewhat more. However, up to
+// kMostUnwritten bytes of values are allowed in a file of any size, because chunks that were never
+// written need no space in the file.
 constexpr std::uint64_t kMostExpansion = 2048;
-// Limits on the total number of nodes of all polyhedra. A face usually belongs to two polyhedra. On
-// average, a face may belong to at most kMostFaceUses polyhedra. In addition, kFewFaceNodes nodes
-// are always allowed.
+// Limits on the total number of nodes of all polyhedra. On average, a face may belong to at most
+// kMostFaceUses polyhedra; it usually belongs to two. In addition, kFewFaceNodes nodes are allowed
+// in any file.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
 // Maximum number of faces of a cell. If a cell has more faces, faces are not derived from cells.
 constexpr std::uint64_t kMostCellFaces = kMaxNodesPerCell / 2;
@@ -96,8 +96,8 @@ void ExodusMesh::check_sizes() {
 }
 
 // Finds the columns of each connectivity that contain nodes. If the element type is unknown, the
-// last columns may contain other numbers. In this case, the columns with nodes end before the first
-// column that contains a number that cannot be a node.
+// final columns may contain numbers that are not nodes. In this case, only the columns before the
+// first number that cannot be a node are treated as nodes.
 void ExodusMesh::find_nodes() {
   for (std::uint32_t b = 0; b < layout_.blocks.size(); ++b) {
     const BlockLayout& block = layout_.blocks[b];

@@ -112,8 +112,8 @@ void define_filter(int ncid, int id, const Filter& filter, const std::string& se
   constexpr unsigned kSzip = 4;
   // Bits of szip's options mask that a caller may set. HDF5 sets the other bits itself.
   constexpr std::array<unsigned, 2> kSzipCoders{4, 32};
-  // If the filter is not available, write the values without it. This is better than not writing
-  // the file.
+  // If this HDF5 filter is not installed, write the values without it. Otherwise the file could not
+  // be written at all.
   if (nc_inq_filter_avail(ncid, filter.id) != NC_NOERR) return;
   std::vector<unsigned> parameters = filter.parameters;
   if (filter.id == kSzip && parameters.size() > 2) {

@@ -77,8 +77,8 @@ std::string text_of(T value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// Converts numbers of type T to text and back. The text of a number is decimal; for NaN and
-// infinity it is x followed by the bits in hexadecimal.
+// Converts numbers of type T to text and back. Finite numbers are written in decimal. NaN and
+// infinity are written as x, followed by their bits in hexadecimal.
 template <class T>
 struct NumberText {
   using Bits = std::conditional_t<
@@ -320,13 +320,14 @@ class TextParser {
   }
 
   // Limit on the total size of all dimension names to which variables refer, as a multiple of the
-  // size of the text. The limit is needed because many variables of a damaged file could refer by
-  // index to a dimension with a long name. With names instead of indices, the skeleton would be far
-  // larger than the file.
+  // size of the text. The limit is needed because in a damaged file, many variables could refer by
+  // index to one dimension with a long name. When names replace the indices, the skeleton would
+  // become far larger than the file.
   static constexpr std::size_t kMostGrowth = 32;
 
   const Place* place_;
-  // Size in bytes of the text, and total size of all dimension names to which variables refer.
+  // `bytes_` is the size of the text. `mentioned_` is the total size of the dimension names to
+  // which variables have referred so far. Both are in bytes.
   std::size_t bytes_, mentioned_ = 0;
   std::vector<std::string_view> fields_;
   std::size_t number_ = 0;

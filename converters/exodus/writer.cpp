@@ -214,7 +214,8 @@ class SkeletonWriter {
       }
     }
   }
-  // Returns the part of an array that contains the cells of `block`, which the array must cover.
+  // Returns the part of `array` that contains the values of the cells of `block`. Precondition: the
+  // array covers this block.
   static const ArrayPart& part_of(const ArrayLayout& array, std::uint32_t block) {
     if (array.parts.front().block == ArrayPart::kEverything) return array.parts.front();
     return *std::lower_bound(
@@ -443,8 +444,8 @@ class SkeletonWriter {
       place_.fail(ErrorCode::corrupt, section(block.faces),
                   "it is not known which faces belong to which polyhedron");
     };
-    // begins[i] is the index in `faces` of the first face of the cell with index i in the original
-    // file.
+    // begins[i] is the index in `faces` at which the faces of cell i begin. Cells are numbered as
+    // in the original file.
     std::vector<std::uint64_t> begins(from.size() + 1, 0);
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (from[i] < 0 || std::cmp_greater_equal(from[i], from.size()) || counts[i] < 0 ||
@@ -493,7 +494,8 @@ class SkeletonWriter {
   ChunkCaches caches_;
 };
 
-// Reduces each connectivity in the layout to the columns that contain nodes according to the mesh.
+// If the cells of a block have fewer nodes in the mesh than the connectivity of the block has
+// columns, changes the layout so that only the first columns, one per node, are nodes.
 void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
   const std::size_t count = std::min(info.schema.blocks.size(), layout.blocks.size());
   for (std::uint32_t b = 0; b < count; ++b) {

@@ -18,8 +18,8 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress = {});
 
 // Writes `mesh` to a temporary file, then renames the file to `path`. If `path` is "-", writes to
-// standard output instead. In this case, a .shm file is written while it is encoded, and a file of
-// any other format when it is complete. Throws Failure.
+// standard output instead. To standard output, a .shm file is written while it is encoded; a file
+// of any other format is written only when it is complete. Throws Failure.
 void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool);
 // Writes `mesh` to `output`. The caller must commit `output`, which renames the file to its final
 // name.

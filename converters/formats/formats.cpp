@@ -54,8 +54,8 @@ bool same_letters(std::string_view a, std::string_view b) {
   });
 }
 
-// Returns true if `part` is the extension without its dot, optionally followed by a step suffix.
-// For the extension ".e", "e" and "e-s002" match.
+// Returns true if `part` is the extension without its dot, possibly followed by the number of a
+// time step: "e" and "e-s002" match the extension ".e".
 bool is_extension(std::string_view part, std::string_view extension) {
   extension.remove_prefix(1);
   if (!same_letters(part.substr(0, extension.size()), extension)) return false;
@@ -71,9 +71,9 @@ bool is_numbered(std::string_view name, std::string_view word) {
          name.find_first_not_of("0123456789", word.size()) == std::string_view::npos;
 }
 
-// Returns true if a file that begins with `head` does not belong to `format`, although
-// `format.looks_like(head)` is true. This happens because both CGNS and Exodus files may be HDF5
-// files.
+// Returns true if a file that begins with `head` does not have the format `format`, although
+// `format.looks_like(head)` is true. For example, a CGNS file that is an HDF5 file looks like an
+// Exodus file.
 bool is_another(const Format& format, std::span<const std::byte> head) {
   return format.name == kExodusFormat.name && is_cgns(head);
 }

@@ -30,8 +30,8 @@ struct Header {
     }
     return all;
   }
-  // Returns a text that contains all tags of the section header except the time and the step
-  // number. If the texts of two data sections are equal, the sections are time steps of one view.
+  // Returns a string that contains all tags of the section header except the time and the step
+  // number. Data sections with equal strings are time steps of one view.
   std::string group() const {
     std::string all;
     for (const std::string& tag : strings) all += tag + '\n';
@@ -169,7 +169,7 @@ class DataReader {
   }
 
   // For a section $ElementNodeData, returns true if all elements in the section have the same
-  // number of nodes, and the blocks of these elements have the same number of nodes per cell. For
+  // number of nodes, and all cells in the blocks of these elements have this number of nodes. For
   // other sections, always returns true.
   bool uniform_nodes() {
     if (!by_node_) return true;
@@ -265,8 +265,8 @@ class ViewGroups {
       names_.keep(array.location, array.name);
     for (std::size_t v = 0; v < r_.views.size(); ++v) {
       const auto [entry, fresh] = number_.try_emplace(r_.views[v].group, groups_.size());
-      // If the step is not later than the previous step of the group, the section begins a new
-      // group with the same name.
+      // If the step number of a section is not higher than that of the previous section of its
+      // group, the section begins a new group.
       if (fresh || r_.views[v].step <= r_.views[groups_[entry->second].back()].step) {
         entry->second = groups_.size();
         groups_.emplace_back();

@@ -170,8 +170,8 @@ class GmshSource final : public SourceFormat {
     return groups;
   }
 
-  // Returns true if the mesh has a section $ElementNodeData. This section lists values for the
-  // nodes of each element, in the file's order of these nodes.
+  // Returns true if the mesh has a section $ElementNodeData, because this section lists values for
+  // the nodes of each element in the order of these nodes in the file.
   bool needs_corner_order(const MeshInfo& info) const override {
     const Extra* sections = find_extra(info, kSections);
     return sections != nullptr &&

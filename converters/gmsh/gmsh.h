@@ -3,10 +3,10 @@
 // A mesh has one block for each entity block of MSH 4 (the block id is the entity tag), or for each
 // combination of element type and tags of MSH 1 and 2 (the block id is the elementary tag). If
 // there are more than 1024 combinations, it has one block for each type and number of tags, and the
-// tags are in arrays. Views that cover all nodes, or all elements of some blocks, become arrays;
-// the arrays are stepped if the view has several time steps. Nodes of second-order elements are
-// permuted to VTK's order; other high-order elements have shape `other` and keep the node order of
-// the file.
+// tags are in arrays. Views that cover all nodes, or all elements of some blocks, become arrays; if
+// a view has several time steps, its array has values for each step. Nodes of second-order elements
+// are permuted to VTK's order; other high-order elements have shape `other` and keep the node order
+// of the file.
 //
 // Arrays with a role:
 //   gmsh:node_tag, gmsh:element_tag

@@ -15,7 +15,7 @@
 namespace shm::converters {
 
 void GmshNaming::add_names(std::string_view content) {
-  // The encoding is text, because $PhysicalNames is text even in binary files.
+  // Parse the section as text, because $PhysicalNames is text even in binary files.
   GmshMemoryScan scan(content, {});
   const std::uint64_t count = scan.count();
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -79,8 +79,8 @@ std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
 }
 
 std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
-  // Check the number of groups before calling groups_of(). If an entity has very many blocks and
-  // groups, it would be slow to call groups_of() for each block.
+  // Call groups_of() only if the entity has exactly one group. If an entity has very many blocks
+  // and groups, calling groups_of() for each block would be slow.
   if (row.size() == 3) {
     const auto entity = groups.find({row[0], row[1]});
     if (entity == groups.end() || entity->second.size() != 1) return {};

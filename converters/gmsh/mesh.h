@@ -84,7 +84,7 @@ struct GmshSection {
 // for each element of some blocks.
 struct GmshView {
   std::size_t section = 0;
-  std::string array_name, group;  // sections with equal `group` are time steps of one view
+  std::string array_name, group;  // data sections with the same `group` are time steps of one view
   std::int64_t step = 0;          // step number in the file
   double time = 0;
   std::uint32_t components = 1;       // components of the array

@@ -147,7 +147,7 @@ class PlanAnew {
   }
 
   // Returns the content of $Entities. The bounding box of every entity is that of the whole mesh,
-  // because computing exact boxes would need another pass over the mesh and have no benefit.
+  // because exact boxes would need another pass over the mesh, and would have no benefit.
   std::string entities() {
     double low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
     find_box(low, high);

@@ -76,8 +76,8 @@ class GmshScan {
   TextInput* input_;
 };
 
-// Reads numbers of a section that is in memory. Does not throw: after the first invalid number,
-// `good()` returns false and all numbers are 0.
+// Reads numbers of a section that is in memory. Does not throw: from the first invalid number on,
+// good() returns false, and every number is read as 0.
 class GmshMemoryScan {
  public:
   GmshMemoryScan(std::string_view content, GmshEncoding encoding)
@@ -95,7 +95,8 @@ class GmshMemoryScan {
     if (value < 0 || static_cast<std::uint64_t>(value) > left_.size()) good_ = false;
     return good_ ? static_cast<std::uint64_t>(value) : 0;
   }
-  // Reads a count, which has 64 bits if `wide` is true, otherwise 32 bits as in MSH 4.0.
+  // Reads a count of 64 bits if `wide` is true. Otherwise reads a count of 32 bits, as some
+  // sections of MSH 4.0 use.
   std::uint64_t count(bool wide) {
     if (wide) return count();
     const std::int64_t value = integer32();

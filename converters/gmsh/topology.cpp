@@ -13,7 +13,7 @@ constexpr std::size_t kMaxTagBlocks = 1024;
 
 // Maximum number of entity blocks. Real models have far fewer.
 constexpr std::uint64_t kMaxEntityBlocks = 1u << 20;
-constexpr std::uint64_t kMaxElementTags = 64;  // largest number of tags of one MSH 2 element
+constexpr std::uint64_t kMaxElementTags = 64;  // maximum number of tags of an MSH 2 element
 
 template <class T>
 const std::byte* bytes_of(const T& value) {

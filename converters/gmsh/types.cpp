@@ -8,12 +8,12 @@ namespace {
 struct Run {  // consecutive type numbers of one dimension
   std::int32_t first;
   int dimension;
-  // number of nodes of each type of the run; the remaining entries are 0
+  // for each type of the run, its number of nodes; entries after the final type are 0
   std::array<std::uint16_t, 8> nodes;
 };
 
 // Element types without a shape in the model: types of order 0, types of order 3 and above, and
-// types whose elements have a parent element.
+// types whose elements are borders, children or parts of another element.
 constexpr Run kRuns[] = {
     {20, 2, {9, 10, 12, 15, 15, 21}},              // triangles
     {26, 1, {4, 5, 6}},                            // lines
@@ -96,8 +96,8 @@ GmshType gmsh_type(std::int64_t type) {
   if (type == 69) return {2, 0, CellShape::other, {}};  // border of a polygon
   for (const Run& run : kRuns) {
     if (type < run.first || type >= run.first + 8) continue;
-    // A run of consecutive type numbers has at most 7 types. If the entry of `type` in `nodes` is
-    // 0, `type` is not in this run, but it may be in a later run.
+    // A run has at most 7 types, so its array `nodes` ends with zeros. If the entry for `type` is
+    // 0, the run does not contain `type`, but a later run may contain it.
     const std::uint32_t nodes = run.nodes[static_cast<std::size_t>(type - run.first)];
     if (nodes != 0) return {run.dimension, nodes, CellShape::other, {}};
   }

@@ -96,8 +96,8 @@ class NodeWriter {
            });
   }
 
-  // Reads the entities of `count` vertices, starting at vertex `first`. An entity is a row number
-  // in the table plan.node_entities.
+  // For each of `count` vertices, starting at vertex `first`, reads the entity to which it belongs.
+  // Entities are identified by their row in the table plan.node_entities.
   void load_entities(std::uint64_t first, std::uint64_t count, std::vector<std::int32_t>& rows) {
     rows.assign(count, 0);
     if (w_.plan.node_entity)

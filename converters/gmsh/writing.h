@@ -17,8 +17,8 @@ namespace shm::converters {
 // Number of vertices, cells or values that are read at a time.
 inline constexpr std::size_t kGmshPiece = 16384;
 
-// The tags of all nodes or of all elements. The tags are either the values of an array or
-// consecutive numbers.
+// The tags of all nodes or of all elements. The tags are the values of an array of the mesh, or
+// consecutive numbers if the mesh has no such array.
 class GmshTagValues {
  public:
   GmshTagValues(Spool& spool, std::uint64_t count, std::int64_t first);

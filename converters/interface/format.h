@@ -31,8 +31,9 @@ struct NumberMaps {
   // Names of the two arrays, e.g. "node_num_map" and "elem_num_map".
   std::string_view vertices, cells;
   std::string_view vertices_role, cells_role;
-  // Role of the number maps in a part of a decomposed mesh. These number maps contain the global
-  // numbers of the part's vertices and cells, that is, their numbers in the whole mesh.
+  // Role, in a part of a decomposed mesh, of the number maps that the whole mesh already had. The
+  // part also has new number maps, with the two roles above, which contain global numbers (numbers
+  // in the whole mesh).
   std::string_view original_role;
 };
 
@@ -80,10 +81,10 @@ struct Capabilities {
   // Returns true if the format can store the name unchanged. A null pointer means that it can store
   // every name unchanged.
   bool (*name)(const std::string& name) = nullptr;
-  // Name of the sibling format, or empty if the format has no sibling. The writer of this format
-  // can write meshes of the sibling directly, because it understands their extras.
-  // losses_of_sibling() describes the data that is lost when a mesh of the sibling is written in
-  // this format.
+  // Name of the sibling: another format whose extras the writer of this format understands, so that
+  // it can write meshes of that format directly. Empty if there is none. For example, VTK legacy
+  // and VTU are siblings. losses_of_sibling() describes the data that is lost when a mesh of the
+  // sibling is written in this format.
   std::string_view sibling = {};
   LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
 };
@@ -120,8 +121,8 @@ class SourceFormat {
   SourceFormat& operator=(const SourceFormat&) = delete;
 
   // sets(), time(), title() and block_names() return data that is stored in the extras of a mesh.
-  // They add the keys of the extras that they read to `used`. sets() does not return the sets that
-  // are stored as described in shm/sets.h.
+  // They add the keys of the extras that they read to `used`. sets() returns only sets that are
+  // stored in a form of this format, not those stored as described in shm/sets.h.
   virtual std::vector<MeshSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
 
   // Returns groups other than node sets, side sets and element sets.
@@ -133,8 +134,8 @@ class SourceFormat {
   }
 
   // Returns true if the extras of a mesh with time steps describe where the values of each step are
-  // stored. Returns false if the extras come from one of several files, each of which contains one
-  // step.
+  // stored. Returns false if each step was read from a file of its own, and the extras come from
+  // one of these files.
   virtual bool describes_steps(const MeshInfo&) const { return true; }
   // Returns the extras for a mesh that is reduced to some of its steps. Returns nothing if these
   // extras cannot be determined.
@@ -202,8 +203,8 @@ class SourceFormat {
     return {};
   }
 
-  // Adds information about the whole mesh to the extras of a piece (some cells of the mesh), if the
-  // writer of the piece needs this information.
+  // Adds information about the whole mesh to the extras of a piece (a mesh that consists of some
+  // cells of the whole mesh), if the writer of this format needs it to write a piece.
   virtual void mark_piece(const MeshInfo& /*whole*/, MeshInfo& /*piece*/) const {}
 
  protected:
@@ -225,7 +226,7 @@ struct Format {
   void (*write)(MeshSource& mesh, const std::string& path, Spool& spool) = nullptr;
   // True if the format stores meshes of all formats unchanged, with their extras, as .shm files do.
   // `capabilities` then describes the features that remain when a mesh is written without the
-  // extras of its format.
+  // extras of its source format.
   bool holds_everything = false;
   Capabilities capabilities = {};
   std::span<const Role> roles = {};

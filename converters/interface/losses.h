@@ -34,13 +34,13 @@ class LossCollector {
   std::set<std::string> listed_;
 };
 
-// Returns the keys of the extras that are lost. Omits keys in `used`, and keys that start with an
-// entry of `known`.
+// Returns the keys of the extras (data other than mesh and arrays) that are lost: all keys except
+// those in `used` and those that start with an entry of `known`.
 LossList losses_by_key(const MeshInfo& info, const Keys& used,
                        std::span<const std::string_view> known = {});
 
-// Returns text such as "time steps 0 to 7 of 9": the steps that are lost when a file of `format`
-// contains only the steps `kept`.
+// Describes the time steps that are lost when a file of `format` contains only the steps `kept`,
+// for example "time steps 0 to 7 of 9". `steps` is the number of all steps.
 std::string lost_steps(std::uint64_t steps, StepRange kept, const std::string& format);
 
 std::string quoted(std::string_view text);  // returns " 'T'" for the text T

@@ -1,4 +1,5 @@
-// The extras of a mesh after time steps have been appended from another file.
+// The extras of a mesh (its data other than mesh and arrays) after time steps from another file
+// have been appended to the mesh.
 #pragma once
 
 #include <string>
@@ -10,8 +11,8 @@
 namespace shm::converters {
 
 struct AppendedExtras {
-  bool changed = false;       // true if `extras` differ from the mesh's own extras
-  std::vector<Extra> extras;  // all extras of the mesh; used only if `changed` is true
+  bool changed = false;       // true if appending changes the extras of the mesh
+  std::vector<Extra> extras;  // all extras after appending; used only if `changed` is true
 
   // Descriptions of data in the other file that differs from the mesh's data and is therefore
   // dropped.

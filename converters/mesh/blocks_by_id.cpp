@@ -8,8 +8,8 @@ namespace {
 
 constexpr std::size_t kPieceCells = 16384;  // number of cells that are read together
 
-// Maximum number of different values in an array of block numbers. An array with more values is
-// assumed to have another meaning.
+// Maximum number of distinct values in an array of block numbers. An array with more distinct
+// values is assumed not to contain block numbers.
 constexpr std::size_t kMostBlocks = 4096;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Functions for keys (hashes) of cells, computed from the numbers of their nodes. A rotation of a
-// cell does not change its key.
+// Functions that compute keys (hashes) of cells from their node numbers. Rotating a cell does not
+// change its key.
 #pragma once
 
 #include <cstddef>
@@ -44,8 +44,8 @@ inline std::size_t least_rotation(std::span<const std::uint64_t> names) {
   return i < k ? i : k;
 }
 
-// Rotates the cell with the nodes `names` so that its list of nodes becomes lexicographically
-// least.
+// Replaces `names`, the nodes of a cell, with the nodes of the rotated cell. Chooses the rotation
+// with the lexicographically least list of nodes.
 inline void make_canonical(CellShape shape, std::vector<std::uint64_t>& names) {
   const std::size_t n = names.size();
   if (n == 0) return;

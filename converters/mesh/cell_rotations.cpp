@@ -21,7 +21,7 @@ struct Kind {
   Between between;                   // the nodes that are not corners
 
   // Valid node counts of a cell of this kind. A cell with n nodes has the first n nodes of this
-  // list: the corners, followed by `between`.
+  // list: the corners, followed by the nodes in `between`.
   std::vector<std::size_t> sizes;
 };
 

@@ -15,8 +15,8 @@ using Rotation = std::vector<std::uint8_t>;
 // Returns all rotations, beginning with the identity: 24 for a hexahedron (with 8, 20 or 27 nodes),
 // 12 for a tetrahedron, 6 for a wedge, 4 for pyramids and quads, 3 for triangles. A rotation also
 // permutes the nodes on edges, on faces and inside the cell if VTK defines their order. For any
-// other cell, such as a line, the list is empty. It is also empty for polygons, which rotate
-// cyclically (see `rotates_by_counting`).
+// other cell, such as a line, the list is empty. It is also empty for polygons: their rotations are
+// the cyclic permutations of their nodes (see `rotates_by_counting`).
 const std::vector<Rotation>& rotations_of(CellShape shape, std::size_t nodes);
 inline bool rotates_by_counting(CellShape shape) { return shape == CellShape::polygon; }
 

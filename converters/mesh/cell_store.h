@@ -32,7 +32,8 @@ class CellStore {
   struct Run {
     std::uint64_t first_cell = 0, first_corner = 0;
     std::uint32_t block = 0, corners = 0;
-    std::uint64_t wide = 0;  // 1: corners in wide_, 8 bytes each; 0: in narrow_, 4 bytes each
+    // 1 if the corners are in wide_ (8 bytes each), 0 if they are in narrow_ (4 bytes each).
+    std::uint64_t wide = 0;
   };
   static constexpr std::size_t kTail = 16384;
 
@@ -42,7 +43,7 @@ class CellStore {
   PagedArray runs_, narrow_, wide_;
   std::uint64_t size_ = 0;
   Run last_;
-  // Buffer for corners of 4 bytes that will be appended to narrow_.
+  // Buffer for 4-byte corners before they are appended to narrow_.
   std::vector<std::uint32_t> tail_;
   std::vector<std::uint32_t> piece_;
   std::uint64_t found_ = 0;  // index of the most recently found run

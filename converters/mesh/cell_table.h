@@ -59,7 +59,7 @@ class CellTable final : public Cells {
   // Offset of each cell in corners_, followed by the size of corners_. Empty if all cells have
   // uniform_ nodes.
   std::vector<std::uint64_t> begin_;
-  std::vector<std::uint32_t> blocks_;  // block of each cell; empty: there is only one block
+  std::vector<std::uint32_t> blocks_;  // block of each cell; empty if there is only one block
   std::vector<bool> hexahedral_;       // indexed by block
 };
 

@@ -30,13 +30,13 @@ class Cells {
   virtual std::array<std::uint32_t, 8> hexahedron(std::uint32_t cell) const = 0;
   // Returns all nodes of a cell. The result is valid until the next call.
   virtual std::span<const std::uint32_t> cell(std::uint32_t cell) const = 0;
-  // number_of() converts the number of a cell in this interface to its number in the mesh.
-  // with_number() is the inverse of number_of().
+  // number_of() converts a cell number of this class to the number of the same cell in the mesh.
+  // with_number() is the inverse function.
   virtual std::uint32_t number_of(std::uint32_t cell) const = 0;
   virtual std::uint32_t with_number(std::uint32_t number) const = 0;
 };
 
-// Returns true if is_hexahedron() is true for the cells of the block.
+// Returns true if is_hexahedron() is true for all cells of the block.
 inline bool holds_hexahedra(const BlockInfo& block) {
   return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
 }

@@ -14,11 +14,12 @@ namespace {
 template <class Integer>
 void renumber_values(Extra& extra, const std::function<std::uint64_t(std::uint64_t)>& to,
                      std::uint64_t limit) {
-  // Number of references that are sorted and then looked up together. Looking up references in
-  // ascending order is faster, because the table of new numbers may be on disk.
+  // Number of references (vertex or cell numbers in the extra) that are sorted and then looked up
+  // together. Lookups in ascending order are faster, because the table of new numbers may be on
+  // disk.
   constexpr std::size_t kTogether = std::size_t{1} << 20;
   const std::size_t count = extra.data.size() / sizeof(Integer);
-  // Number and position of each reference.
+  // For each reference, the vertex or cell number and its index in the extra.
   std::vector<std::pair<std::uint64_t, std::size_t>> references;
   for (std::size_t first = 0; first < count; first += kTogether) {
     references.clear();

@@ -1,6 +1,6 @@
-// CodingOrderLog: records the order in which a Writer codes vertices and cells. This order
-// determines the order in which values of time steps are coded, and the new vertex and cell numbers
-// in Order::stream.
+// CodingOrderLog: records the order in which a Writer codes vertices and cells. The values of time
+// steps are coded in the same order. With Order::stream, this order also determines the new vertex
+// and cell numbers.
 #pragma once
 
 #include <algorithm>
@@ -51,8 +51,8 @@ class CodingOrderLog final : public CodingOrder {
 
 // Determines the order in which the values of stepped cell arrays are coded if cells are not coded
 // in file order. elements() returns the element numbers of an array in coding order. The element
-// number of a cell is its rank, in file order, among the cells that the array covers. All arrays
-// that cover the same blocks have the same list.
+// number of a cell is its rank, in file order, among the cells that the array covers. The result is
+// the same for all arrays that cover the same blocks.
 class CoveredOrder {
  public:
   // All arguments are borrowed. `cell_order` lists the cell numbers in coding order.
@@ -73,8 +73,9 @@ struct Renumbering {
   std::function<std::uint64_t(std::uint64_t)> vertex, cell;
   std::uint64_t vertices = 0, cells = 0;
 };
-// Returns `extra` with its references converted to new numbers. Negative references, and references
-// to vertices or cells that do not exist, are not changed.
+// Returns `extra` with its references (the vertex or cell numbers that it contains) converted to
+// new numbers. Negative numbers, and numbers of vertices or cells that do not exist, are not
+// changed.
 Extra renumbered(Extra extra, const Renumbering& to);
 
 }  // namespace shm::converters

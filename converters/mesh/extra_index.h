@@ -1,5 +1,5 @@
-// ExtraIndex: finds extras by key. A mesh may have very many extras, so code that searches for more
-// than a few of them should build an index.
+// ExtraIndex: finds extras (data other than mesh and arrays) by key. A mesh may have very many
+// extras, so code that searches for more than a few of them should build an index.
 #pragma once
 
 #include <map>

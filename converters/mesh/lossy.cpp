@@ -43,8 +43,8 @@ double binary_log(double number) {
              (1 + square * (1.0 / 3 + square * (1.0 / 5 + square * (1.0 / 7 + square / 9))));
 }
 
-// Statistics of all values of the coordinates or of an array: the range of each component, and a
-// histogram of binary exponents. Collected in one pass.
+// Statistics of the coordinates, or of all values of an array: the range of each component, and a
+// histogram of binary exponents. The statistics are collected in one pass.
 class Statistics {
  public:
   Statistics(ScalarType type, std::uint32_t components)
@@ -88,10 +88,11 @@ class Statistics {
   // not much larger than this distance, a step of twice the bound may cause errors above the bound,
   // and the affected values must be stored exactly. A step that is an odd multiple of the distance
   // can avoid this. The distance depends on the magnitude of a value. Therefore, for each
-  // magnitude, the longest step that keeps the bound is a candidate.
+  // magnitude, the largest step that keeps the bound is a candidate.
   double best_step(double bound) const {
-    // Start with slightly less than twice the bound. Values midway between two steps are common
-    // (decimal fractions), and rounding them in either direction must not exceed the bound.
+    // Start with slightly less than twice the bound. Values midway between two quantization levels
+    // are common (e.g. decimal fractions). Rounding such a value in either direction must not cause
+    // an error above the bound.
     double best = 2 * bound * (1 - 0x1p-20), least = cost(best, bound);
     for (std::size_t e = 0; e < kExponents; ++e) {
       if (counts_[e] == 0) continue;
@@ -194,8 +195,8 @@ Quantization quantization_of(const Accuracy& accuracy, const Values& values, boo
   if (accuracy.kind == Accuracy::Kind::relative)
     bound =
         std::min(bound * (is_box ? statistics.largest_side() : statistics.range()), kLargest / 2);
-  // If all values are equal, their range and therefore the bound are 0. Lossless storage of equal
-  // values is just as compact.
+  // If all values are equal, their range is 0, and so is the bound. The values are then stored
+  // losslessly, which needs no more space, because equal values compress well in any case.
   if (!(bound > 0) || statistics.mostly_exact(bound)) return {};
   Quantization quantization = Quantization::absolute(bound, values.components);
   quantization.spacing = statistics.best_step(bound);
@@ -257,7 +258,7 @@ Accuracy parse_accuracy(std::string_view text, const std::string& option) {
 }
 
 NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& option) {
-  // Finds the last colon, because names may contain colons, but accuracies do not.
+  // Split at the last colon, because names may contain colons, but accuracies do not.
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0)
     wrong_use(option + ": '" + text + "' is not NAME:abs=E, :rel=E, :bits=N or :lossless");

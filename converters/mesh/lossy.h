@@ -34,8 +34,8 @@ struct Accuracy {
 Accuracy parse_accuracy(std::string_view text, const std::string& option);
 
 // The accuracy of one array, given as "NAME:ACCURACY". NAME is "coordinates" or the name of an
-// array. If several arrays have the same name, NAME has the prefix "point/" or "cell/", or the
-// suffix "#2", "#3", ...
+// array. To select one of several arrays with the same name, NAME also contains the prefix "point/"
+// or "cell/", or the suffix "#2", "#3", ...
 struct NamedAccuracy {
   std::string name;
   Accuracy accuracy;
@@ -44,7 +44,9 @@ NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& o
 
 struct Lossy {
   Accuracy coordinates;
-  Accuracy fields;  // accuracy of all floating-point arrays without a role
+  // Accuracy of all floating-point arrays without a role. An array with a role has a special
+  // meaning in its source format.
+  Accuracy fields;
 
   // Accuracies of single arrays. They override `coordinates` and `fields`.
   std::vector<NamedAccuracy> named;
@@ -53,9 +55,9 @@ struct Lossy {
 // Stores the quantizations that `lossy` requests in `schema`, whose arrays must be those of the
 // mesh. Reads the values of each lossy array once, at all steps, in bounded memory. The range of an
 // array covers all its components, blocks and steps. The range of the coordinates is the longest
-// side of their bounding box. An array stays lossless if its values are so large, or its bound so
-// small, that rounding would not make it smaller. Throws Failure (misuse) for integer arrays, and
-// for names that match no array or several arrays.
+// side of their bounding box. An array is stored losslessly if its values are so large, or if its
+// bound is so small, that rounding would not reduce its encoded size. Throws Failure (misuse) for
+// integer arrays, and for names that match no array or several arrays.
 void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Progress& progress);
 
 }  // namespace shm::converters

@@ -26,7 +26,7 @@ inline double finite_coordinate(const std::byte* from, ScalarType type) {
   return std::isfinite(wide) ? wide : 0;
 }
 
-// Returns the point at `from`: three consecutive coordinates.
+// Returns the point whose three coordinates, of type `type`, are stored at `from`.
 inline std::array<double, 3> point_at(const std::byte* from, ScalarType type) {
   std::array<double, 3> point{};
   for (std::size_t c = 0; c < 3; ++c)

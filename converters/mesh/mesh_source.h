@@ -49,7 +49,8 @@ struct MeshInfo {
     for (const std::uint32_t b : info.blocks) sum += b < block_cells.size() ? block_cells[b] : 0;
     return sum;
   }
-  std::size_t array_stride(std::size_t array) const {  // returns the size of one element in bytes
+  // Returns the size in bytes of one element of an array.
+  std::size_t array_stride(std::size_t array) const {
     const ArrayInfo& info = schema.arrays[array];
     return scalar_bytes(info.type) * info.components;
   }

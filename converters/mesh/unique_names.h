@@ -1,5 +1,5 @@
-// UniqueNames: makes the names of point arrays, and of cell arrays, unique: the second "v" becomes
-// "v (2)".
+// UniqueNames: makes array names unique, separately for point arrays and for cell arrays. For
+// example, the second array with the name "v" becomes "v (2)".
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ class UniqueNames {
  public:
   // Marks a name as used by an array that keeps its name.
   void keep(Location location, const std::string& name) { used_.emplace(location, name); }
-  // Returns `wanted` if it is unused. Otherwise appends the first number that makes it unique, e.g.
-  // "v (2)".
+  // Returns `wanted` if no array has this name yet. Otherwise appends a number that makes the name
+  // unique, e.g. "v (2)".
   std::string take(Location location, const std::string& wanted) {
     std::string name = wanted;
     std::size_t& last = numbers_.try_emplace({location, wanted}, 1).first->second;

@@ -37,8 +37,8 @@ class CompactedMesh {
                     std::uint64_t finalized) = 0;
 };
 
-// Runs vertex compaction and passes the result to `out`. Needs 4 bytes per vertex (8 bytes from
-// 2^31 cells on), in the spool if there are many vertices.
+// Runs vertex compaction and passes the result to `out`. Needs 4 bytes per vertex, or 8 bytes if
+// the mesh has 2^31 cells or more. These bytes are in the spool if there are many vertices.
 void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
                       const Progress& progress = {});
 

@@ -21,8 +21,8 @@ namespace {
 constexpr std::uint64_t kPieceElements = 65536;
 constexpr std::uint64_t kNoBasis = 255;
 
-// Divides the segments of a mesh into one share of consecutive segments per rank. The sizes of the
-// shares differ by at most one segment.
+// Divides the segments of a mesh among the ranks. Each rank gets a share of consecutive segments.
+// The sizes of the shares differ by at most one segment.
 class Shares {
  public:
   Shares(std::uint64_t cells, std::uint64_t segment_cells, std::size_t ranks)
@@ -31,8 +31,8 @@ class Shares {
         segments_(cells == 0 ? 0 : (cells - 1) / segment_cells + 1),
         ranks_(ranks) {}
   std::uint64_t first_segment(std::size_t rank) const {
-    // Divides before it multiplies, so that no product overflows. If the division leaves a
-    // remainder r, each of the first r ranks gets one more segment.
+    // Divide before multiplying, so that no product overflows. If the division leaves a remainder
+    // r, each of the first r ranks gets one more segment.
     const std::uint64_t each = segments_ / ranks_, over = segments_ % ranks_;
     return each * rank + std::min<std::uint64_t>(rank, over);
   }
@@ -66,7 +66,8 @@ class FreshNumbers {
     ranks.together([&] { fresh_.resize(owners_.count()); });
   }
   // Collective. `order` lists the numbers that this rank's vertices or cells have in the mesh, in
-  // file order. `first` is the new number of the first item in `order`.
+  // the order of the compressed file. `first` is the new number of the first vertex or cell in
+  // `order`.
   void send(NumberList& order, std::uint64_t first, Ranks& ranks) {
     std::vector<Renamed> items;
     ranks.together([&] {
@@ -170,15 +171,15 @@ class PartCompression {
   CodingOrderLog log_;
 
   PartUses uses_;
-  // Numbers of the vertices that earlier segments own, in coding order.
+  // Numbers of the vertices that this rank's cells use but lower ranks own, in coding order.
   std::vector<std::uint64_t> imported_;
   std::vector<std::uint64_t> block_cells_before_;  // for each block, number of cells on lower ranks
   // New number of the first vertex of this rank that no lower rank uses.
   std::uint64_t first_vertex_ = 0;
-  std::optional<PartWriter> writer_;  // writer of this rank's segments; empty if it has none
+  std::optional<PartWriter> writer_;  // writer of this rank's segments; empty without segments
   std::optional<FreshNumbers> vertices_, cells_;  // set only if numbers change
 
-  // Results of moved_elements(). The key is the list of blocks that an array covers.
+  // Cached results of moved_elements(). The key is the list of blocks that an array covers.
   std::map<std::vector<std::uint32_t>, NumberList> moved_;
   std::vector<std::uint64_t> first_elements_;  // for each array, index of this rank's first element
   MemorySink head_;
@@ -213,8 +214,9 @@ void PartCompression::code_mesh() {
     start.segment = static_cast<std::uint32_t>(shares_.first_segment(ranks_->rank()));
     start.first_cell = range_.first;
     start.first_vertex = first_vertex_;
-    // If the user chose the codec, an error means that this codec cannot encode the mesh, and it is
-    // reported as misuse. Otherwise the mesh is the cause. compress_mesh() does the same.
+    // If the user chose the codec, an error of create() means that this codec cannot encode the
+    // mesh, and is reported as misuse. Otherwise the mesh is the cause, and the error is reported
+    // as unsupported. compress_mesh() does the same.
     auto writer = PartWriter::create(schema_, options, start);
     writer_ = options.connectivity == ConnectivityCodec::automatic ? checked(std::move(writer))
                                                                    : unwrap(std::move(writer));
@@ -235,7 +237,7 @@ void PartCompression::code_mesh() {
   });
 }
 
-// Does the same as stream_compacted(), but only for the cells of this part.
+// Does the same as stream_compacted(), but only for the cells of this rank.
 void PartCompression::feed_cells() {
   MeshFeeder<PartWriter> feeder(*mesh_, schema_, *writer_, spool_->memory_budget() / 4);
   feeder.skip_cells(block_cells_before_);
@@ -408,8 +410,9 @@ void PartCompression::feed_step(std::uint32_t array, std::uint64_t step,
   }
 }
 
-// Returns the indices of the elements of a cell array that belong to this rank, in file order, as
-// CoveredOrder does. Needed only if the compressor has changed the order of cells.
+// Returns the element indices of this rank's cells in a cell array, in the order in which this rank
+// has coded the cells. Does the same as CoveredOrder, but only for the cells of this rank. Needed
+// only if the compressor has changed the order of cells.
 NumberList& PartCompression::moved_elements(std::uint32_t array) {
   const auto [found, fresh] = moved_.try_emplace(schema_.arrays[array].blocks, *spool_);
   NumberList& list = found->second;
@@ -510,8 +513,8 @@ SizeReport compress_with_ranks(Ranks& ranks, JoinedMesh& mesh, SharedOutput& out
   mesh.hold_cells(
       Shares(mesh.info().cells(), options.segment_cells, ranks.size()).range(ranks.rank()));
   Schema schema;
-  // JoinedMesh needs all ranks for each read. Therefore every rank runs the same trials, not only
-  // rank 0.
+  // All ranks must take part in each read from a JoinedMesh. Therefore every rank runs the same
+  // trials, not only rank 0.
   ranks.together([&] { schema = schema_to_write(mesh, options, spool); });
   return PartCompression(ranks, mesh, output, std::move(schema), options, spool, &mesh).run();
 }

@@ -15,7 +15,8 @@ namespace {
 constexpr std::size_t kMessage = std::size_t{1} << 26;  // maximum size of a message in bytes
 constexpr int kTag = 1;
 
-// By MPI's default, an error in an MPI function ends the program.
+// The results of MPI functions are not checked, because by default an error in an MPI function ends
+// the program.
 
 std::vector<std::byte> packed(const Error& error) {
   std::vector<std::byte> bytes;

@@ -18,11 +18,11 @@ class MpiRanks final : public Ranks {
   // Initializes MPI. The destructor finalizes MPI. A process may create only one MpiRanks object.
   MpiRanks(int* argc, char*** argv);
   ~MpiRanks() override;
-  // Ends all processes immediately. For errors that occur on one rank outside of together(), the
-  // function in which ranks agree on errors.
+  // Ends all processes immediately. Call this if an error occurs on one rank outside of together(),
+  // the function in which ranks agree on errors.
   [[noreturn]] static void abort(int code);
-  // Calls `complain`, which reports an error and returns an exit code, and ends all processes with
-  // this exit code. If `complain` runs out of memory, abort_with() reports that instead.
+  // Calls `complain`, which must report an error and return an exit code. Then ends all processes
+  // with this exit code. If `complain` runs out of memory, abort_with() reports that instead.
   [[noreturn]] static void abort_with(const std::function<int()>& complain) noexcept;
 
   void uninterrupted(const std::function<void()>& calls) override;

@@ -1,5 +1,5 @@
-// Main program of shm_mpi, which compresses and decompresses meshes with the ranks of an MPI
-// program. The exit codes are those of shm.
+// Main program of shm_mpi, in which all ranks of an MPI program compress or decompress one mesh
+// together. The exit codes are those of shm.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>

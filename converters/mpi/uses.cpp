@@ -57,7 +57,7 @@ class OwnedUses {
 // `rank`. Ranks send their numbers in pieces of bounded size.
 std::vector<std::uint64_t> collect(Ranks& ranks, const std::vector<std::uint64_t>& numbers,
                                    std::size_t rank) {
-  // Maximum count of numbers that all ranks together send in one round.
+  // Maximum number of vertex numbers that all ranks together send in one round.
   constexpr std::size_t kAtOnce = std::size_t{1} << 17;
   const std::size_t piece = std::max<std::size_t>(kAtOnce / ranks.size(), 1);
   std::vector<std::uint64_t> all;

@@ -48,10 +48,10 @@ struct PartUses {
   std::vector<bool> imported;       // true if a cell before this rank's range uses the vertex
   std::uint64_t own = 0;            // number of vertices that are not imported
 
-  // Numbers of the vertices that no cell of the mesh uses, ascending. Empty except on rank
-  // `last_rank` of find_uses().
+  // Numbers of the vertices that no cell of the mesh uses, ascending. Empty on all ranks except
+  // rank `last_rank`, an argument of find_uses().
   std::vector<std::uint64_t> unused;
-  // For each block, the number of its cells in the range of find_uses().
+  // For each block, the number of its cells in the range that was passed to find_uses().
   std::vector<std::uint64_t> block_cells;
 };
 

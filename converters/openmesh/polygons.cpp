@@ -13,8 +13,9 @@
 namespace shm::converters {
 namespace {
 
-// Largest number of corners of a surface. OpenMesh numbers halfedges with an int. A polygon with n
-// corners becomes n - 2 triangles, and each side of a triangle needs two halfedges.
+// Maximum number of corners of all faces of a surface together. OpenMesh stores the number of a
+// halfedge in an int. A polygon with n corners becomes n - 2 triangles, and each side of a triangle
+// needs two halfedges.
 constexpr std::size_t kMostCorners = (std::size_t{1} << 30) / 3;
 
 Vector place_of(const Surface& surface, std::uint32_t vertex) {
@@ -27,8 +28,8 @@ bool is_in_float32(const Vector& place) {
   return std::all_of(place.begin(), place.end(), [](double x) { return std::fabs(x) <= kMost; });
 }
 
-// Converts the faces of a surface to polygons, one by one. The corners of these polygons are still
-// vertices of the surface; CornerJoiner duplicates vertices later.
+// Converts the faces of a surface to polygons, one by one. The corners of the resulting polygons
+// are vertices of the surface. Later, CornerJoiner duplicates some of these vertices.
 class PolygonMaker {
  public:
   PolygonMaker(const Surface& surface, bool triangles, Polygons& out)
@@ -124,7 +125,7 @@ class CornerJoiner {
     taken_out_.assign(polygons_.face_count(), false);
     join_along_edges();
     // If a fan contains two corners of the same face, which is not allowed, this face is removed
-    // from its fans. The remaining faces are then joined again.
+    // from its fans, and all fans are computed again without it.
     if (take_out_rejoined()) join_along_edges();
     number();
   }

@@ -23,7 +23,7 @@ struct PolygonOptions {
   bool triangles = false;
 };
 
-// The resulting polygons. Each polygon has at least three corners, and its corners are different
+// The resulting polygons. Each polygon has at least three corners, and its corners are distinct
 // vertices.
 struct Polygons {
   // Offset of each polygon in `corners`, followed by the size of `corners`.
@@ -39,7 +39,7 @@ struct Polygons {
   // Number of vertices that were duplicated to separate the faces around them.
   std::uint64_t copies = 0;
   // Counts of the faces that the result omits: `lines_and_points` counts faces with one or two
-  // corners, `collapsed` counts faces with fewer than three different corners, and `not_finite`
+  // corners, `collapsed` counts faces with fewer than three distinct corners, and `not_finite`
   // counts faces with a coordinate that is not finite or exceeds the range of float32.
   std::uint64_t lines_and_points = 0, collapsed = 0, not_finite = 0;
 

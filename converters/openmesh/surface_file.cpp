@@ -108,7 +108,7 @@ class SurfaceMesh {
   SurfaceMesh(const Surface& surface, const Polygons& polygons)
       : surface_(surface), polygons_(polygons) {
     mesh_.add_property(block_, "block");
-    // OpenMesh's writers store a property only if it is persistent.
+    // The property must be persistent, because OpenMesh's writers store no other properties.
     mesh_.property(block_).set_persistent(true);
     mesh_.add_property(vertex_of_);
     mesh_.add_property(face_of_);
@@ -212,7 +212,7 @@ class SurfaceMesh {
   }
 
   // Moves the centre of the mesh to the origin, and scales it so that the longest side of its
-  // bounding box extends from -1 to 1. Fourth powers of the scaled coordinates stay finite.
+  // bounding box extends from -1 to 1. Even the fourth powers of such coordinates cannot overflow.
   void to_unit_places() {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     OpenMesh::Vec3d least(kFar, kFar, kFar), most(-kFar, -kFar, -kFar);

@@ -74,7 +74,8 @@ CellGraph::CellGraph(const Cells& cells, const Progress& progress, Spool* spool,
   }
 }
 
-// Calls visit(lowest vertex, candidate) for each face that has four different vertices.
+// Calls visit(lowest vertex, Candidate) for each face of a hexahedron that has four distinct
+// vertices.
 template <class Visit>
 void CellGraph::for_each_face(Visit&& visit) const {
   for (std::uint32_t cell = 0; cell < cells_->size(); ++cell) {
@@ -169,8 +170,8 @@ void CellGraph::join_many(std::span<Candidate> faces) {
   }
 }
 
-// `faces` are the occurrences of one face in several cells. Pairs these cells in the mesh's order
-// of cells, and makes the two cells of each pair neighbours.
+// `faces` are the occurrences of one face in several cells. Divides these cells into pairs, in the
+// mesh's order of cells, and makes the two cells of each pair neighbours.
 void CellGraph::join_same(std::span<CellFace> faces) {
   if (faces.size() < 2) return;
   if (faces.size() > 2)
@@ -209,7 +210,7 @@ Frame CellGraph::carried(std::uint32_t cell, const Frame& frame, std::uint32_t f
                          CellFace to) const {
   Frame result{};
   const auto corners = cells_->hexahedron(cell), corners_there = cells_->hexahedron(to.cell());
-  // Bit a is set if a direction of the result is along axis a of the neighbour.
+  // Bit a is set if one of the directions found so far is along axis a of the neighbour.
   std::uint32_t used = 0;
   std::array<bool, 3> known{};
   for (std::size_t a = 0; a < 3; ++a) {
@@ -225,8 +226,8 @@ Frame CellGraph::carried(std::uint32_t cell, const Frame& frame, std::uint32_t f
     used |= 1u << (there >> 1);
     known[a] = true;
   }
-  // If a hexahedron is collapsed, a direction may be undetermined. It is then set along an axis
-  // that no other direction of the result uses.
+  // In a collapsed hexahedron, a direction may be undetermined. Such a direction is set along an
+  // axis of the neighbour that no other direction uses.
   for (std::size_t a = 0; a < 3; ++a)
     for (std::uint32_t axis = 0; axis < 3 && !known[a]; ++axis) {
       if (used >> axis & 1) continue;

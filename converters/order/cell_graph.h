@@ -53,10 +53,11 @@ class CellGraph {
   CellFace across(std::uint32_t cell, std::uint32_t face) const {
     return neighbours_[6 * std::uint64_t{cell} + face];
   }
-  // Converts `frame`, a local coordinate system of `cell`, to the corresponding one of the
-  // neighbour `to` across `face`. The direction that crosses `face` continues straight ahead in the
-  // neighbour. Each of the other two directions points at a face of `cell` that shares an edge with
-  // `face`; it becomes the direction that points at the face of `to` with the same edge.
+  // Converts `frame`, a local coordinate system of `cell`, to a local coordinate system of `to`,
+  // the neighbouring cell across `face`. The direction that crosses `face` continues straight ahead
+  // in the neighbour. Each of the other two directions points at a face of `cell` that shares an
+  // edge with `face`. In the neighbour, this direction points at the face that contains the same
+  // edge.
   Frame carried(std::uint32_t cell, const Frame& frame, std::uint32_t face, CellFace to) const;
   int degree(std::uint32_t cell) const;
 

@@ -173,8 +173,8 @@ class Sweep {
   CellList& order() { return walk_.order(); }
 
   // Visits all cells of a component: the layer of `seed`, then the layers above, then the layers
-  // below. Cells that cannot be reached in this way come last. They are found ahead of or beside
-  // visited cells.
+  // below. If any cells remain, the sweep then continues at the unvisited cells on the four sides
+  // of visited cells: in the directions beside and ahead, and in the opposite directions.
   void sweep(const Step& seed) {
     std::uint64_t above = order().size(), below = above, aside = above;
     row(walk_.farthest(seed, kBeside, true));

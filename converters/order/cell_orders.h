@@ -21,8 +21,8 @@ using CellSequence = std::vector<std::uint32_t>;
 // Cell numbers of a Cells object, in a new order. The list may be on disk, in a spool.
 using CellList = BigArray<std::uint32_t>;
 
-// The functions below store their tables and the result in `spool`. If `spool` is null, everything
-// is in memory.
+// The functions below store their tables and the result in `spool` (temporary storage, on disk if
+// large). If `spool` is null, everything is in memory.
 
 // Returns the order of a breadth-first search across shared faces. Each cell has a frame
 // (directions ahead, beside and above), which it inherits from the cell from which it was reached.

@@ -1,4 +1,5 @@
-// Tests on a sample of the cells whether a delay buffer makes the compressed mesh smaller.
+// Tests on a sample of the cells whether a delay buffer makes the compressed mesh smaller. The
+// delay buffer holds back cells, so that adjacent cells are coded one after another.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,7 @@
 
 namespace shm::converters {
 
-// Encodes `part`, a sample with the same arrays as the source, with a delay buffer of `delay`
+// Encodes `part`, a sample of a mesh with all arrays of the mesh, with a delay buffer of `delay`
 // cells. Returns the sizes of the encoded data.
 using DelayCoder = std::function<SizeReport(MeshSource& part, std::uint32_t delay)>;
 

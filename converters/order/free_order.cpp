@@ -54,8 +54,8 @@ class OrderTrials {
 
   bool is_whole() const { return picked_.size() == cells_->size(); }
 
-  // Computes every order of the sample as if the sample were the whole mesh, and returns the best
-  // of these orders.
+  // Computes each order from the sample alone, without the rest of the mesh, and encodes the sample
+  // in this order. Returns the best trial.
   Trial best(const TrialCoder& code, const Progress& progress) {
     CellOrderer orderer(sample_.cells(), sample_);
     std::vector<Trial> trials;
@@ -135,8 +135,8 @@ CellList CellOrderer::operator()(const CellOrdering& ordering) {
   if (room_.spool == nullptr) return order(ordering, nullptr);
   using Kind = CellOrdering::Kind;
   if (ordering.kind != Kind::stored && ordering.kind != Kind::hilbert)
-    graph(ordering.within_blocks);  // build the graph before `scratch` occupies the memory that
-                                    // this needs
+    // Build the graph first, because it needs memory that `scratch` occupies later.
+    graph(ordering.within_blocks);
   Spool scratch(room_.spool->directory(), room_.memory / 2);
   const CellList made = order(ordering, &scratch);
   CellList kept(room_.spool);

@@ -28,7 +28,7 @@ struct CellOrdering {
   enum class Kind : std::uint8_t { stored, breadth_first, swept, enclosed_first, hilbert };
   Kind kind = Kind::stored;
   std::uint8_t layers_along = 0;  // argument of swept_order(); used only by Kind::swept
-  bool within_blocks = false;     // if true, cells of different blocks are not neighbours
+  bool within_blocks = false;     // if true, cells of different blocks do not count as neighbours
 };
 
 // Returns all orderings that should be tried for these cells. The first is the original order.
@@ -39,7 +39,7 @@ struct SearchRoom {
   // Spool for the resulting orders. If it is null, all tables are kept in memory, without a memory
   // limit.
   Spool* spool = nullptr;
-  std::size_t memory = 0;  // limit for temporary tables in bytes, in addition to `spool`
+  std::size_t memory = 0;  // limit in bytes for temporary tables outside of `spool`
 };
 
 // Computes orders of the cells of one mesh. Request the orderings with `within_blocks` after all
@@ -78,8 +78,8 @@ std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, Me
                                         const TrialCoder& code, const Progress& progress = {},
                                         const SearchRoom& room = {});
 
-// Encodes a sample of the mesh in the best order with `code`, and in the original order with
-// `code_as_is`. Returns the first size divided by the second.
+// Calls `code` to encode a sample of the mesh in the best order, and `code_as_is` to encode the
+// sample in the original order. Returns the size of the first result divided by that of the second.
 double share_in_free_order(MeshSource& mesh, const CellTable& cells, const TrialCoder& code,
                            const TrialCoder& code_as_is);
 

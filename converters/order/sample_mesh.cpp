@@ -21,8 +21,8 @@ constexpr std::uint64_t kMostUnwanted = 16384;
 
 using Read = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
 
-// Returns the values of the elements that are marked in `picked`, reading elements in ascending
-// order.
+// Returns the values of the elements that are marked in `picked`. Reads and returns the elements in
+// ascending order of their indices.
 std::vector<std::byte> take(const std::vector<bool>& picked, std::size_t stride, const Read& read) {
   std::vector<std::byte> taken, piece;
   for (std::uint64_t first = 0; first < picked.size(); first += kSampleElements) {
@@ -156,8 +156,8 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
 
 // The elements of the whole mesh that belong to the sample. `vertices` contains their vertex
 // numbers in ascending order. For each run of consecutive cells, before[b] is the number of cells
-// of block b before the run, and inside[b] is their number in the run. These counts determine the
-// elements of cell arrays.
+// of block b before the run, and inside[b] is the number of cells of block b in the run. The
+// element indices of cell arrays are computed from these counts.
 struct SampleMesh::Elements {
   struct Run {
     std::vector<std::uint64_t> before, inside;  // number of cells of each block

@@ -14,11 +14,11 @@
 
 namespace shm::converters {
 
-// Chooses about `count` cells for a sample and returns their numbers in `mesh` in ascending order.
-// The hexahedra form two regions: each starts at one cell and grows across shared faces. Up to
-// `count` other cells are included if all their vertices belong to these regions. Returns all cells
-// if the mesh has at most `count` cells. `graph` must be the graph of the cells of `mesh`. Needs
-// one bit of memory per vertex and per cell.
+// Chooses a sample of about `count` hexahedra, and returns the numbers of its cells in `mesh` in
+// ascending order. The hexahedra form two regions, each of which starts at one cell and grows
+// across shared faces. The sample also includes up to `count` other cells whose vertices all belong
+// to these regions. Returns all cells if the mesh has at most `count` cells. `graph` must be the
+// graph of the cells of `mesh`. Needs one bit of memory per vertex and per cell.
 CellSequence sample_of_cells(const CellGraph& graph, MeshSource& mesh, std::uint32_t count);
 
 // A run of consecutive cells in file order.

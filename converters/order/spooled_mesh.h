@@ -1,6 +1,7 @@
-// SpooledMesh: a copy of a mesh in a spool. Its vertices and cells are renumbered so that
-// neighbours in space have close numbers. Even if a mesh does not fit into memory, and neighbouring
-// cells are far apart in its file, it can then be searched and traversed efficiently.
+// SpooledMesh: a copy of a mesh in a spool (temporary storage, on disk if large). Its vertices and
+// cells are renumbered so that neighbours in space have close numbers. Algorithms that go from cell
+// to neighbouring cell are then fast, even if the mesh does not fit into memory and neighbouring
+// cells are far apart in its file.
 //
 // Vertices are numbered along a Hilbert curve, and cells by the lowest of their vertices. The
 // construction uses sorts and sequential passes. It reads the points twice. It reads the cells once
@@ -109,9 +110,9 @@ class SpooledMesh final : public MeshSource, public Cells {
   std::map<std::vector<std::uint32_t>, Numbers> places_;
 };
 
-// Returns true if a SpooledMesh is needed: without a spool, `memory` bytes are not enough to search
-// for an order of cells and then read the mesh in that order. Returns false if SpooledMesh does not
-// support the mesh.
+// Returns true if a SpooledMesh is needed, because `memory` bytes are not enough to search for an
+// order of cells, and to read the mesh in that order, without a spool. Also returns false if
+// SpooledMesh does not support the mesh.
 bool must_be_spooled(const MeshInfo& info, std::size_t memory);
 
 // Memory limits in bytes for the parts of a search that uses spools. Parts that are active at the
@@ -129,8 +130,8 @@ struct SpooledSearch {
   std::size_t sort_bytes;    // bytes for the sorts that renumber the mesh
   std::size_t order_bytes;   // bytes for spools and sorts while orders of cells are computed
   std::size_t coding_bytes;  // bytes for the spool of the Writer that runs after the search
-  std::size_t table_bytes;   // bytes for the tables of a comparison of two meshes
-  std::size_t cache_bytes;   // bytes for vertex records and values in a comparison
+  std::size_t table_bytes;   // bytes for tables while two meshes are compared
+  std::size_t cache_bytes;   // bytes for vertex records and values while two meshes are compared
 };
 
 }  // namespace shm::converters

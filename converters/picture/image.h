@@ -1,4 +1,4 @@
-// Image: pixels, row by row from the upper left corner, and their colours.
+// Image: the colours of pixels, stored row by row from the upper left corner.
 #pragma once
 
 #include <cstddef>

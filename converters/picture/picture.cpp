@@ -24,8 +24,8 @@ class Painter {
 
   const Raster& raster() const { return raster_; }
 
-  // Draws a face. Returns false if the face cannot be drawn, because it has no area or a corner
-  // that is not finite.
+  // Draws a face. Returns false if the face cannot be drawn because it has no area, or because one
+  // of its corners is not finite.
   bool add_face(std::size_t f) {
     if (!see(f)) return false;
     const std::size_t corners = seen_.size();
@@ -107,9 +107,10 @@ class Painter {
     return static_cast<std::uint32_t>(std::clamp(light, 0.0, 1.0) * 256 + .5);
   }
 
-  // Returns the intensity of the light on the outline of a face, or 256 if the face has no outline.
-  // If outlines of all faces are requested, those of narrow faces are lighter. Otherwise groups of
-  // narrow faces would look like dark spots, because most of their samples are on outlines.
+  // Returns the light intensity with which the outline of a face is drawn, or 256 if the face has
+  // no outline. If outlines of all faces are requested, those of narrow faces are lighter. With
+  // dark outlines, groups of narrow faces would look like dark spots, because most of their samples
+  // are on outlines.
   std::uint32_t light_of_outline() const {
     // An outline is darker than its face by up to kDark (of 256), multiplied by a factor that
     // depends on the width of the face in pixels. If all outlines are requested, the factor is

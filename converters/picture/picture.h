@@ -31,8 +31,8 @@ struct PictureOptions {
   // If false, outlines are drawn only around polygons that are several pixels wide.
   bool edges = false;
   // Limit for Raster::work(), the number of samples and rows visited. If it is empty, the limit is
-  // 1000 times the number of samples of the picture plus 2^30, which corresponds to a second or
-  // two.
+  // 2^30 plus 1000 times the number of samples of the picture. Drawing then takes at most a second
+  // or two.
   std::optional<std::uint64_t> most_work;
 };
 
@@ -45,9 +45,10 @@ struct Colouring {
 
 struct Picture {
   Image image;
-  std::uint64_t drawn = 0;    // number of faces drawn
-  std::uint64_t skipped = 0;  // number of faces that have no area, or a vertex that is not finite
-  std::uint64_t covered = 0;  // number of pixels that faces cover; does not count the legend
+  std::uint64_t drawn = 0;  // number of faces drawn
+  // Number of faces that are not drawn, because they have no area or a vertex that is not finite.
+  std::uint64_t skipped = 0;
+  std::uint64_t covered = 0;        // number of pixels that faces cover; does not count the legend
   std::optional<ShownRange> range;  // range of the finite values
 };
 

@@ -153,7 +153,8 @@ void Raster::add_line(const RasterPoint& from, const RasterPoint& to, const Pain
   const double length = std::sqrt(across * across + down * down);
   if (length < static_cast<double>(kSubSamples)) return add_point(from, paint);
   constexpr double kHalfWidth = static_cast<double>(kSubSamples * kSamples) / 2;
-  // Rounds away from 0, so that both sides of the line have the same distance from its centre.
+  // Rounds to the nearest integer, and halves away from 0, so that both sides of the line have the
+  // same distance from its centre.
   const auto whole = [](double number) {
     return static_cast<std::int64_t>(number < 0 ? number - .5 : number + .5);
   };

@@ -20,8 +20,8 @@ std::optional<ShownRange> range_of(std::span<const double> values) {
 
 double share_of(double value, const std::optional<ShownRange>& range) {
   if (!range || !std::isfinite(value)) return std::numeric_limits<double>::quiet_NaN();
-  // Halve the numbers only if the range is infinite. The difference of two very large numbers may
-  // be infinite, but half of a very small number may be 0.
+  // The difference of two very large numbers may be infinite. Only in this case, halve the numbers
+  // first, because half of a very small number may be 0.
   const double whole = range->greatest - range->least;
   if (std::isfinite(whole)) return whole == 0 ? .5 : (value - range->least) / whole;
   return (value / 2 - range->least / 2) / (range->greatest / 2 - range->least / 2);

@@ -43,8 +43,8 @@ Mesh make_ogrid(std::uint64_t cells) {
   return sweep(disk(rounded(side), rounded(0.92 * side)), rounded(1.94 * side), pipe);
 }
 
-// Numbers the grid points on the surface of an n x n x n cube, and computes their directions from
-// the centre, which project the points onto a sphere (cubed sphere).
+// Numbers the grid points on the surface of an n x n x n cube. Also computes, for each point, the
+// unit vector from the centre to the point. These vectors are the points of a cubed sphere.
 class SphereSurface {
  public:
   explicit SphereSurface(Id n) : n_(n) {}

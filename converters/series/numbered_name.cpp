@@ -13,7 +13,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kDigits = "0123456789";
-constexpr std::size_t kMostWidth = 20;  // largest N in %0Nd; no step number has more digits
+// Maximum N in %0Nd. No step number has more digits.
+constexpr std::size_t kMostWidth = 20;
 
 // If `text` begins with %d or %0Nd, returns the length of this placeholder, otherwise 0.
 std::size_t length_of_number(std::string_view text) {

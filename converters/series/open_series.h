@@ -11,9 +11,8 @@
 
 namespace shm::converters {
 
-// If `path` is the name of a series or a collection, returns its files. Returns nothing if `path`
-// is the name of a single mesh, or if the file does not exist. Throws Failure if a series has no
-// files.
+// If `path` is the name of a series or a collection, returns its files. Returns nothing for any
+// other path, whether or not a file exists at this path. Throws Failure if a series has no files.
 std::optional<std::vector<SeriesFile>> series_of(const std::string& path);
 
 // Returns the paths of all files that are read when `path` is opened: the files of a series and the

@@ -23,8 +23,9 @@ constexpr std::uint64_t kPieceElements = 65536;
   throw Failure(ErrorCode::unsupported, what, path);
 }
 
-// Counts the arrays of each kind: those with the same name, location, number of components and
-// type. The keys of the map describe these properties and appear in messages.
+// Counts the arrays of each kind. Arrays of the same kind have the same name, location, number of
+// components and type. The keys of the resulting map describe these properties and appear in
+// messages.
 std::map<std::string, std::size_t> kinds_of_arrays(const Schema& schema) {
   std::map<std::string, std::size_t> kinds;
   for (const ArrayInfo& array : schema.arrays)

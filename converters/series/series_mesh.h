@@ -22,9 +22,9 @@ struct SeriesFile {
   std::optional<double> time;  // time of the step, if a collection states it
 };
 
-// Receives a sentence that reports a difference between a file and the first file, such as a
-// different title. It is called at most once for each property that differs. The whole series gets
-// the property of the first file.
+// Receives a sentence about a difference between a file and the first file of a series, such as a
+// different title. The mesh has the title (or other property) of the first file. Remark is called
+// at most once for each property that differs.
 using Remark = std::function<void(const std::string& sentence)>;
 
 // Opens a series. The time of each step comes from `files`, or from the field data of each file. If
@@ -40,7 +40,8 @@ std::unique_ptr<MeshSource> open_series(std::span<const SeriesFile> files, Spool
 std::unique_ptr<MeshSource> series_of_one(std::unique_ptr<MeshSource> mesh, const SeriesFile& file,
                                           Spool& spool);
 
-// Converts `mesh` so that an array is stepped if and only if it is stepped in `like`.
+// Converts `mesh` so that an array is stepped (has values for each time step) if and only if it is
+// stepped in `like`.
 std::unique_ptr<MeshSource> stepped_like(std::unique_ptr<MeshSource> mesh, const MeshInfo& like);
 
 }  // namespace shm::converters

@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Format of the files in a collection. It is the only format that shm can write and that programs
-// which read collections support.
+// Format of the files in a collection. shm writes no other format that the programs that read
+// collections support.
 constexpr const char* kFilesFormat = "vtu";
 constexpr std::size_t kFileDigits = 4;
 

@@ -1,7 +1,7 @@
 // SetArrays: a mesh whose sets are converted to additional arrays, for formats without sets. The
 // array of a node set or element set is 1 for members of the set and 0 for all other vertices or
 // cells. The array of a side set has 8 bits for each cell: the lowest bit is 1 if side 1 of the
-// cell is in the set, the next bit is set for side 2, and so on.
+// cell is in the set, the next bit is 1 if side 2 is in the set, and so on.
 #pragma once
 
 #include <cstdint>

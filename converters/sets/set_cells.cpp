@@ -35,8 +35,8 @@ const std::vector<Corners>& sides_of(CellShape shape, bool flat) {
   }
 }
 
-// Corners of each edge that has a node at its middle in second-order cells. The edges are in VTK's
-// order.
+// Corners of the edges of a cell, in VTK's order. In second-order cells, each of these edges has a
+// node at its midpoint.
 const std::vector<Corners>& edges_of(CellShape shape) {
   static const std::vector<Corners> none,
       triangle = {{0, 1}, {1, 2}, {2, 0}}, quad = {{0, 1}, {1, 2}, {2, 3}, {3, 0}},
@@ -57,7 +57,7 @@ const std::vector<Corners>& edges_of(CellShape shape) {
 }
 
 // Corners of each face that can have a node at its centre. In a cell's list of nodes, the nodes at
-// face centres come after the nodes at the middle of edges.
+// face centres come after the nodes at edge midpoints.
 const std::vector<Corners>& middles_of(CellShape shape) {
   static const std::vector<Corners> none, quad = {{0, 1, 2, 3}}, triangle = {{0, 1, 2}},
                                           pyramid = {{0, 1, 2, 3}},

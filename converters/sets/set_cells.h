@@ -26,8 +26,8 @@ class SetCells final : public ForwardingMesh {
 
  private:
   struct Side {
-    // Side number `side` of cell number `cell`. `place` is the index of the side in a list of the
-    // members of all sets.
+    // Side number `side` of cell number `cell`. `place` is the index of the side in the
+    // concatenated lists of members of all sets.
     std::uint64_t cell, side, place;
   };
   void leave_arrays_on_own_blocks();

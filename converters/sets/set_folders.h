@@ -1,6 +1,6 @@
-// Parses the keys of the extras that store sets. All extras of one set are in the same folder, i.e.
-// their keys begin with the same path: "FORMAT/KIND_set/N/id", "FORMAT/KIND_set/N/name" and so on.
-// Meshes of all formats use keys of this form.
+// Parses the keys of the extras (data other than mesh and arrays) that store sets. All extras of
+// one set are in the same folder, i.e. their keys begin with the same path: "FORMAT/KIND_set/N/id",
+// "FORMAT/KIND_set/N/name" and so on. Meshes of all formats use keys of this form.
 #pragma once
 
 #include <map>

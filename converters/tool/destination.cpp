@@ -40,7 +40,7 @@ bool is_same(const struct stat& a, const struct stat& b) {
 
 void refuse_inputs(const std::string& path, const struct stat& output,
                    const std::vector<std::string>& inputs) {
-  if (!S_ISREG(output.st_mode)) return;  // terminals and sockets may be both read and written
+  if (!S_ISREG(output.st_mode)) return;  // a terminal or a socket may be both input and output
   for (const std::string& input : inputs) {
     const auto status = status_of(input, STDIN_FILENO);
     if (!status || !is_same(*status, output)) continue;

@@ -24,7 +24,7 @@ using Box = std::array<double, 6>;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Box kNoBox = {kInfinity, kInfinity, kInfinity, -kInfinity, -kInfinity, -kInfinity};
 
-// Maps the name of the stream of each array to the index of the array.
+// Maps the stream name of each array to the index of the array.
 std::map<std::string, std::size_t> arrays_by_stream(const Schema& schema) {
   std::map<std::string, std::size_t> arrays;
   for (std::string& name : array_stream_names(schema))
@@ -57,7 +57,7 @@ std::string codecs_text(const std::vector<ConnectivityCodec>& of_segments) {
   std::map<ConnectivityCodec, std::size_t> segments;
   for (ConnectivityCodec codec : of_segments)
     if (codec != ConnectivityCodec::automatic)
-      ++segments[codec];  // a segment with the codec `automatic` has no cells
+      ++segments[codec];  // `automatic` means that the segment has no cells
   if (segments.empty()) return "none";
   std::string text;
   for (const auto& [codec, count] : segments) {

@@ -60,8 +60,9 @@ class ToolInput {
 // files, and for files that cannot be read or can be read only once.
 bool is_packed(const std::string& path);
 
-// Returns the member of an archive with the name `part`. If `part` is empty, the archive must have
-// only one member, which is returned. Otherwise throws Failure (misuse) with a list of the members.
+// Returns the archive member that is named `part`. If `part` is empty, returns the only member.
+// Throws Failure (misuse) with a list of the members if no member has this name, or if `part` is
+// empty and the archive has several members.
 const ArchiveMember& part_of(const std::vector<ArchiveMember>& members, const std::string& part,
                              const std::string& path);
 

@@ -113,8 +113,8 @@ std::string percent(std::uint64_t part, std::uint64_t whole) {
 
 constexpr std::string_view kGreens[] = {"", "#c9ead3", "#8fd0a5", "#46ad6d", "#137a3e"};
 
-// Returns an SVG path that draws all bins of one level as rectangles. Equal runs in consecutive
-// rows become one rectangle.
+// Returns an SVG path that draws all bins of one level as rectangles. Runs of bins that cover the
+// same columns in consecutive rows become one rectangle.
 std::string level_path(const LayoutRaster& raster, std::uint8_t level) {
   struct Run {
     std::size_t begin, end, top;
@@ -194,8 +194,9 @@ void add_diagram(std::string& svg, const Layout& layout, const LayoutRaster& ras
 }  // namespace
 
 bool is_scattered(const Layout& layout) {
-  // The threshold is based on a cube of n^3 cells: if it is traversed in layers, about n^2 vertices
-  // are active. The factor 4 allows for meshes that consist of several parts.
+  // A mesh is scattered if it has many more active vertices than a cube of n^3 cells that is
+  // traversed in layers. In this cube, about n^2 vertices are active. The factor 4 allows for
+  // meshes that consist of several parts.
   const double front = std::cbrt(static_cast<double>(layout.vertices));
   const double ideal = 4 * front * front;
   return static_cast<double>(layout.width) >

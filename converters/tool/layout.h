@@ -4,7 +4,8 @@
 // diagram is the largest number of segments that a vertical line crosses. It equals the number of
 // vertices that a streaming compressor must keep in memory at the same time. A second diagram shows
 // the vertices sorted by first use (compacted). Sorting only permutes the segments vertically: the
-// width stays the same, and the diagram shows how narrow the band of active vertices is.
+// width stays the same, and the diagram shows how narrow the band of active vertices is. A vertex
+// is active at a cell if its segment passes through the column of this cell.
 #pragma once
 
 #include <cstddef>
@@ -31,8 +32,8 @@ struct LayoutRaster {
 
 struct Layout {
   std::uint64_t vertices = 0, cells = 0;
-  std::uint64_t width = 0;          // largest number of vertices that are active at one cell
-  std::uint64_t width_at_cell = 0;  // index of the first cell at which `width` vertices are active
+  std::uint64_t width = 0;          // maximum number of active vertices at one cell
+  std::uint64_t width_at_cell = 0;  // index of the first cell with `width` active vertices
   LayoutRaster stored;              // vertices as numbered in the file
   LayoutRaster compacted;           // vertices in order of first use
 };

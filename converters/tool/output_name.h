@@ -13,8 +13,8 @@ namespace shm::converters {
 
 // Throws Failure (misuse) if data of `mesh` would be lost in format `target`, but the extension of
 // `output` belongs to a format that could store this data. `losses` lists the data that would be
-// lost. If `steps` is empty and a file of format `target` contains a single step, all steps except
-// the final step would also be lost.
+// lost. If `steps` is empty and a file of format `target` can contain only one step, all steps
+// except the final step would also be lost.
 void check_output_name(const std::string& output, const Format& target, const MeshInfo& mesh,
                        std::optional<StepRange> steps, const LossList& losses = {});
 

@@ -18,7 +18,7 @@ namespace shm::converters {
 
 namespace {
 
-// Pointers to the functions of librsvg and its dependencies that are needed here. The constructor
+// Pointers to the functions of librsvg and its dependencies that this file uses. The constructor
 // loads the libraries. It throws Failure if librsvg cannot be loaded.
 struct Rsvg {
   LoadedLibrary library{"librsvg-2.so.2"};

@@ -38,8 +38,8 @@ class ProgressLine {
   void expect(std::vector<ExpectedPhase> phases, std::uint64_t bytes);
   Progress callback();
   void show(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 0);
-  // Shows `words` and `share`, the completed fraction of the whole work. For callers that do not
-  // declare phases.
+  // Shows the text `words` and the completed fraction of the whole work, `share`. Call this if no
+  // phases are declared.
   void show_share(std::string_view words, double share);
   void wipe();
   bool is_shown() const { return shown_; }

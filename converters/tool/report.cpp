@@ -210,7 +210,7 @@ std::string sound_json(const std::string& path, const MeshInfo& info, const Pari
                        std::uint64_t stray_bytes) {
   Json json;
   json["file"] = path;
-  // "sound" is about the mesh only. The parity may be damaged even if "sound" is true.
+  // "sound" describes only the mesh. The parity may be damaged even if "sound" is true.
   json["sound"] = true;
   if (parity.there) {
     json["parity"] = true;

@@ -47,7 +47,7 @@ std::string join_text(const std::string& output, std::uint64_t output_bytes,
 
 // Reports of shm verify. sound_json() describes a file that could be decoded. compare_json() and
 // compare_text() describe the comparison of a file with its source. `stray_bytes` is the number of
-// bytes after the end of the mesh that do not belong to the file.
+// bytes after the end of the mesh that are not parity.
 std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity,
                        std::uint64_t stray_bytes);
 std::string compare_json(const CompareReport& report, const std::string& source,
@@ -63,7 +63,7 @@ std::string json_text(const nlohmann::json& json);
 // Formats the vertex and cell counts, such as "3 vertices, 1 hexahedron, 2 other cells".
 std::string counts_text(const MeshInfo& info);
 
-// Functions and types from which the reports are composed.
+// Helper functions and types from which the reports are composed.
 using Json = nlohmann::ordered_json;
 std::string dump(const Json& json);
 std::string plural(std::uint64_t count, const std::string& one, const std::string& many);

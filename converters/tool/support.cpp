@@ -88,8 +88,8 @@ void keep_attributes(const std::string& from, const std::string& to) {
   }, made{};
   if (::stat(from.c_str(), &source) != 0 || ::stat(to.c_str(), &made) != 0) return;
   if (!S_ISREG(source.st_mode) || !S_ISREG(made.st_mode)) return;
-  // Errors are ignored, because a user who does not own the file cannot change its attributes, but
-  // the contents of the file are complete.
+  // Errors are ignored: a user who does not own the file cannot change its attributes, but its
+  // contents are complete in any case.
   const std::array<struct timespec, 2> times = {source.st_atim, source.st_mtim};
   if (::utimensat(AT_FDCWD, to.c_str(), times.data(), 0) != 0) return;
   if (::chmod(to.c_str(), source.st_mode & 0777) != 0) return;

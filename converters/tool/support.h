@@ -50,9 +50,9 @@ std::size_t spool_memory(const CommonOptions& options, bool any_order = false);
 
 MeshLimits mesh_limits(const CommonOptions& options);
 
-// Returns the folder for spools: the user's choice, otherwise the folder of the output, which
-// usually has enough space for meshes. If the output is not a regular file, returns the system's
-// folder for temporary files.
+// Returns the folder for the files of spools (temporary storage): the user's choice, otherwise the
+// folder of the output, which usually has enough space for meshes. If the output is not a regular
+// file, returns the system's folder for temporary files.
 std::string spool_directory(const CommonOptions& options);
 
 std::uint64_t file_bytes(

@@ -33,8 +33,8 @@ void Conversion::keep_format(MeshSource& mesh, StepRange steps, Spool& spool) {
     mesh_ = own_.get();
     return;
   }
-  // Clear Capabilities::sibling, so that translate() does not pass on the extras of the source
-  // unchanged. Those extras also describe steps that are not written.
+  // Clear Capabilities::sibling. Otherwise, translate() would pass on the extras of the source
+  // unchanged, although these extras also describe steps that are not written.
   Capabilities target = format_.capabilities;
   target.sibling = {};
   translate(mesh, target, steps, spool);

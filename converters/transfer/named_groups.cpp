@@ -47,8 +47,9 @@ NamedGroup named_group(const SetFolder& folder, const MeshInfo& info) {
 
 std::vector<NamedGroup> named_groups_of(const MeshInfo& info) {
   std::vector<NamedGroup> sets, others = source_format(info).named_groups(info);
-  // Ids and names of the groups that the source format describes in extras of its own. A set of
-  // whole blocks is not listed if one of these groups has the same id and name.
+  // (id, name) of each group that is described by extras of the source format. A set of whole
+  // blocks with the same id and name as one of these groups is omitted, so that it is not listed
+  // twice.
   std::set<std::pair<std::string, std::string>> known;
   for (const NamedGroup& group : others) known.emplace(group.id, group.name);
   for (const SetFolder& folder : set_folders(info)) {

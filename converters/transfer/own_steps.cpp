@@ -18,8 +18,9 @@ OwnSteps::OwnSteps(MeshSource& source, StepRange steps, std::vector<Extra> extra
   info_.extras = std::move(extras);
   const SourceFormat& format = source_format(source.info());
   if (steps.size() > 1 || format.describes_steps(source.info())) return;
-  // A file with one step has no arrays that change with time. Step times 0, 1, 2, ... are removed
-  // if the source format does not store a time, because they are only step numbers.
+  // This mesh corresponds to one file of a series, so it has no arrays that change with time. If
+  // the source format does not store a time and the step times are 0, 1, 2, ..., they are only step
+  // numbers and are removed.
   for (ArrayInfo& array : info_.schema.arrays) array.per_step = false;
   Keys used;
   const std::vector<double>& times = source.info().step_times;

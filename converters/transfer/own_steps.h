@@ -12,7 +12,8 @@ namespace shm::converters {
 
 class OwnSteps final : public ChosenSteps {
  public:
-  // Returns null if the source format cannot determine which extras belong to which step.
+  // Returns the mesh with the given steps, or null if the source format cannot determine the extras
+  // of such a mesh.
   static std::unique_ptr<OwnSteps> of(MeshSource& source, StepRange steps);
 
  private:

@@ -21,8 +21,8 @@ std::vector<MeshSet> take_sets(MeshInfo& whole) {
 FromElsewhere::FromElsewhere(MeshSource& source, const MeshInfo& whole) : ForwardingMesh(source) {
   info_ = source.info();
   source_format(whole).mark_piece(whole, info_);
-  // Keep the name of the source format only if the block numbers of that format are cell types.
-  // Writers do not need the name of any other source format.
+  // Remove the name of the source format, unless the block numbers of that format are cell types.
+  // In that case, writers need the name, because it tells them the meaning of the numbers.
   if (!format_of(info_).capabilities.blocks_by_type) info_.schema.source_format.clear();
 }
 

@@ -114,7 +114,8 @@ class UcdMesh final : public MeshSource {
   Spool* spool_;
   MeshInfo info_;
   PagedArray points_;
-  // The cells of the file. Here, the block of a cell is the index of its cell type in kCellTypes.
+  // The cells of the file. In cells_, the block of a cell is the index of its cell type in
+  // kCellTypes.
   CellStore cells_;
   PagedArray node_ids_, cell_ids_, materials_;
   Numbering node_numbers_, cell_numbers_;
@@ -196,8 +197,8 @@ void UcdMesh::cells(std::uint64_t count) {
     cell_ids_.append(1, reinterpret_cast<const std::byte*>(&id));
     materials_.append(1, reinterpret_cast<const std::byte*>(&material));
   }
-  // The result (false if two cells have the same number) is ignored, because cell numbers may
-  // repeat: some programs number quads and hexahedra separately.
+  // Ignore the result, which is false if two cells have the same number. Cell numbers may repeat,
+  // because some programs number quads and hexahedra separately.
   cell_numbers_.finish();
 }
 

@@ -9,8 +9,8 @@
 // Arrays with a role:
 //   ucd:node_id, ucd:cell_id   int64: node and cell numbers; exist only if the numbers are not
 //                              1, 2, 3, ...
-//   ucd:material               int64: material of each cell; exists only if block ids are not the
-//                              materials
+//   ucd:material               int64: material of each cell; exists only if the materials are not
+//                              stored as block ids
 //
 // Extras:
 //   ucd/comments               text: the lines before the counts; each line begins with '#'

@@ -50,8 +50,8 @@ class UcdWriter {
   void write();
 
  private:
-  // An array that is being written, with the current piece of its values, and the number of
-  // elements that have been read so far.
+  // An array that is being written. `piece` contains the values that were read most recently, and
+  // `read` is the number of elements read so far.
   struct Column {
     std::size_t array;
     std::uint64_t step, read = 0;
@@ -116,8 +116,8 @@ std::optional<std::size_t> UcdWriter::array_of(std::string_view role) const {
   return std::nullopt;
 }
 
-// Returns the arrays without a role. For a stepped array, the result refers to the values at its
-// last time step.
+// Returns the arrays that are written as node or cell data: those without a role. For a stepped
+// array, the result refers to the values at the last time step.
 std::vector<UcdWriter::Column> UcdWriter::columns(Location location) const {
   std::vector<Column> found;
   for (std::size_t a = 0; a < info_.schema.arrays.size(); ++a) {

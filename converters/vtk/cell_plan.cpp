@@ -114,8 +114,8 @@ void CellPlan::for_each_filled(std::size_t array, std::uint64_t step, const Valu
   });
 }
 
-// Extracts the faces from the vertex list of a cell of shape `faces`, in which each face ends with
-// a repetition of its first vertex.
+// Extracts the faces from `corners`, the vertex list of a polyhedron with CellShape::faces. In this
+// list, each face ends with a repetition of its first vertex.
 void CellPlan::unpack_faces(std::span<const std::uint64_t> corners) {
   numbers_.assign(1, 0);
   for (auto from = corners.begin(); from != corners.end();) {

@@ -1,6 +1,6 @@
-// CellPlan: the cells of a mesh in the form that legacy and XML files of VTK need. A cell consists
-// of its VTK cell type and its nodes in VTK's order; a polyhedron has a list of faces instead of
-// the nodes.
+// CellPlan: converts the cells of a mesh to the cells of a legacy or XML VTK file. Each cell is
+// converted to its VTK cell type and its nodes in VTK's order, or, for a polyhedron, to a list of
+// faces.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@ namespace shm::converters::vtk {
 
 inline constexpr std::size_t kBatchCells = 16384;
 
-// Throws Failure (corrupt) with the message that the extra `key` is invalid or does not match the
-// mesh. `detail` describes the problem.
+// Throws Failure (corrupt). The message names the extra `key`, which is invalid or does not match
+// the mesh; `detail` describes the problem.
 [[noreturn]] void fail_extra(const std::string& key, std::string detail);
 
 class CellPlan {
@@ -91,9 +91,10 @@ class CellPlan {
   // Cells with the shape polyhedron, in ascending order of their numbers.
   std::vector<Polyhedron> polyhedra_;
   std::vector<std::int64_t> face_sizes_;
-  // Index in polyhedra_ of the next polyhedron that the current pass will reach.
+  // Index in polyhedra_ of the next polyhedron, while for_each_cell() and similar functions go
+  // through all cells in order.
   std::size_t next_polyhedron_ = 0;
-  std::uint64_t cell_ = 0;              // number of the cell that the current pass has reached
+  std::uint64_t cell_ = 0;              // number of the current cell
   std::vector<std::uint64_t> numbers_;  // numbers of the current cell
 };
 

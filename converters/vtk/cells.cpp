@@ -64,15 +64,15 @@ bool CellTable::next_cell() {
     fail(rows_, name() + " states " + std::to_string(has_offsets_ ? count : end) +
                     " nodes, more than the list has left");
   read_type(count);
-  // The numbers of a polyhedron include the number of faces and the size of each face. There is at
-  // most one face per node, so the limit for a polyhedron is twice the limit for other cells.
+  // The row of a polyhedron also contains the number of faces and the size of each face. A
+  // polyhedron has at most one face per node, so its row may be twice as long as the row of another
+  // cell.
   const std::uint64_t room = type_ == kPolyhedron ? 2 : 1;
   if (count > room * kMaxNodesPerCell + 1) fail_size(count);
   nodes_.clear();
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::int64_t node = row_.next();
-    // The nodes of a polyhedron are checked in unpack_faces(), because its row also contains face
-    // sizes.
+    // The row of a polyhedron also contains face sizes, so unpack_faces() checks its nodes.
     if (type_ != kPolyhedron && (node < 0 || static_cast<std::uint64_t>(node) >= vertices_))
       fail(rows_,
            name() + " uses point " + std::to_string(node) + " of " + std::to_string(vertices_));
@@ -120,9 +120,10 @@ void CellTable::unpack_faces() {
   nodes_.resize(to);
 }
 
-// Repeats the first point of each face at the end of the face, so that the node list is enough to
-// determine the faces. Returns false if the list would be too long, or if it would be ambiguous
-// because a face is empty or contains its first point twice.
+// Repeats the first point of each face at the end of the face, so that face sizes need not be
+// stored: a face ends at the point with which it began. Returns false if the node list would become
+// too long, or if a face is empty or contains its first point twice, so that the list would be
+// ambiguous.
 bool CellTable::close_faces() {
   std::vector<std::uint64_t> closed;
   closed.reserve(nodes_.size() + face_sizes_.size());

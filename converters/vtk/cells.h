@@ -26,15 +26,15 @@ class CellTable {
   // or 0 if the mesh has no cells.
   void set_offsets(Values offsets, Values connectivity);
   void set_types(Values types);
-  // Declares that the cells come from a list of polygonal data. The kind of list and the number of
-  // nodes determine the type of each cell.
+  // Must be called if the cells come from a list of polygonal data (e.g. POLYGONS). The kind of
+  // list and the number of nodes then determine the type of each cell.
   void set_list(EntryKind list) { list_ = list; }
 
   std::uint64_t cells() const { return cells_; }
 
-  // Reads all cells once, checks every number, and finds the blocks. Adds the blocks and the faces
-  // of polyhedra to `info`. Must be called after the set_*() functions. Throws Failure with the
-  // file name `path`.
+  // Reads all cells once, checks all node numbers, cell types and sizes, and divides the cells into
+  // blocks. Adds the blocks and the faces of polyhedra to `info`. Must be called after the set_*()
+  // functions. Throws Failure with the file name `path`.
   void find_blocks(MeshInfo& info, const std::string& path);
 
   void rewind();
@@ -42,14 +42,15 @@ class CellTable {
   void next_cells(CellBatch& out, std::size_t max_cells);
 
  private:
-  // Maximum number of blocks for one cell type whose cells have different numbers of nodes. If more
-  // blocks would be needed, all cells of the type are in one block of varying size.
+  // The cells of a type are normally divided into one block for each number of nodes. If this would
+  // create more than kMostSizes blocks, all cells of the type are in a single block, in which the
+  // number of nodes varies from cell to cell.
   static constexpr std::size_t kMostSizes = 64;
   struct Block {
     std::uint32_t nodes, index;
   };
   struct TypeBlocks {
-    bool varying = false;  // true if all cells of the type are in one block of varying size
+    bool varying = false;  // all cells of the type are in one block, whatever their number of nodes
     std::vector<Block> blocks;
   };
   struct Faces {
@@ -59,10 +60,9 @@ class CellTable {
   void read_type(std::uint64_t nodes);
   void unpack_faces();
   bool close_faces();
-  // Finds the blocks of the cells. Keeps the first `others` blocks of `info`, and appends the found
-  // blocks after them. Returns false if the caller must start again, because it has turned out that
-  // all cells of a type must be in one block of varying size, or that polyhedra cannot have the
-  // shape `faces`.
+  // Reads the cells and divides them into blocks, which replace the blocks of `info` after the
+  // first `others`. Returns false if the caller must call this function again, because the cells of
+  // some type must now be in a single block, or because polyhedra cannot have the shape `faces`.
   bool collect_blocks(MeshInfo& info, std::size_t others, Faces& faces);
   void count_cell(MeshInfo& info);
   std::uint32_t block_of_cell() const;
@@ -80,7 +80,7 @@ class CellTable {
   std::uint8_t type_ = 0;
   std::vector<std::uint64_t> nodes_;
   std::vector<std::int64_t> face_sizes_;  // face sizes of the current polyhedron
-  bool closed_faces_ = true;              // true while all polyhedra can have the shape `faces`
+  bool closed_faces_ = true;              // false if a polyhedron cannot have the shape `faces`
   std::array<TypeBlocks, 256> by_type_;
 };
 

@@ -26,17 +26,17 @@ enum class StringForm : std::uint8_t {
 };
 StringForm string_form(ValueForm form, bool binary);
 
-// Splits a list into its strings; each string includes its terminator or its length. Returns
-// nothing if the list ends within a string.
+// Splits `list`, the bytes of several strings, into strings. Each returned string includes its
+// terminator or its length. Returns nothing if the list ends within a string.
 std::optional<std::vector<std::string_view>> split_strings(std::string_view list, StringForm form);
 // Converts a string that split_strings() returned to plain text. A variant is returned as its whole
 // line.
 std::string plain_string(std::string_view piece, StringForm form);
-// Appends a string to a list of the form `lengths` or `zeros`. In the form `zeros`, the string is
-// cut at its first zero byte.
+// Appends the string `plain` to `list`, in the encoding `form`, which is `lengths` or `zeros`. With
+// `zeros`, the string is cut at its first zero byte.
 void append_string(std::string& list, std::string_view plain, StringForm form);
-// Converts a list to the form `to`, which is `lengths` or `zeros`. Returns an empty list if `list`
-// ends within a string.
+// Converts a list of strings from the encoding `from` to the encoding `to`, which is `lengths` or
+// `zeros`. Returns an empty list if `list` ends within a string.
 std::string recoded(std::string_view list, StringForm from, StringForm to);
 
 // Returns the size in bytes of the length that precedes a string in a binary file. `first` is the

@@ -70,7 +70,7 @@ class IntegerCursor {
  public:
   explicit IntegerCursor(Values& values) : values_(&values) {}
   std::uint64_t left() const { return values_->size() - position_; }
-  std::int64_t next();  // call it only if left() > 0
+  std::int64_t next();  // precondition: left() > 0
   void rewind() {
     position_ = 0;
     buffer_first_ = buffer_end_ = 0;

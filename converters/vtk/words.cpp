@@ -16,7 +16,7 @@ struct TypeWord {
 constexpr auto kNumber = ValueForm::number;
 
 // The words for types of values, in the order in which VTK tests them. The order matters, because
-// the first word that is a matching prefix is used.
+// VTK uses the first of these words that is a prefix of the word in the file.
 constexpr std::array<TypeWord, 26> kTypeWords{{
     {"bit", ValueForm::bit, ScalarType::uint8},
     {"char", kNumber, ScalarType::int8},
@@ -61,9 +61,10 @@ struct CellKind {
   std::uint32_t nodes;  // 0: any number
 };
 
-// VTK cell types, their shapes in the mesh model, and their numbers of nodes (0: any number). If
-// the number of nodes is fixed, their order is the same in VTK and in the model.
-// shape_of_cell_type() handles all other types, including Lagrange and Bezier cells (68 to 81).
+// VTK cell types, their shapes in the mesh model, and their numbers of nodes (0: any number). The
+// types with a fixed number of nodes in this table have the same node order in VTK and in the
+// model. shape_of_cell_type() handles all other types, including Lagrange and Bezier cells (68 to
+// 81).
 constexpr CellKind kCellKinds[] = {
     {12, CellShape::hexahedron, 8},
     {1, CellShape::vertex, 1},
@@ -242,8 +243,8 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
 
 int cell_type_of_block(const BlockInfo& block) {
   constexpr int kConvexPointSet = 41, kPolyVertex = 2;
-  // The faces of cells with the shape `polyhedron` are in extras, which are not available here, so
-  // these cells are written as point sets.
+  // The faces of cells with the shape `polyhedron` are in extras, which this function does not
+  // have, so these cells are written as point sets.
   if (block.shape == CellShape::polyhedron) return kConvexPointSet;
   for (const CellKind& kind : kCellKinds)
     if (kind.shape == block.shape && (kind.nodes == 0 || kind.nodes == block.nodes_per_cell))

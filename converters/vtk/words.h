@@ -15,17 +15,16 @@ namespace shm::converters::vtk {
 
 enum class ValueForm { number, bit, string, variant, unknown };
 
-// Returns the form (number, bit, string or variant) of values with the type `word`, such as
-// "float". Like VTK, this function and the others that take a type word match prefixes and ignore
-// case.
+// Returns whether values of the type `word` (such as "float") are numbers, bits, strings or
+// variants. All functions that take a type word match prefixes and ignore case, as VTK does.
 ValueForm form_of_word(std::string_view word);
 // Returns the scalar type in which a file stores numbers of the type `word`. Returns nothing if
 // values of this type are not numbers.
 std::optional<ScalarType> scalar_of_word(std::string_view word, bool binary);
 std::string_view word_of_scalar(ScalarType type);
-// Returns the type of the mesh array that stores values of points or cells with the file's type
-// `word`. Numbers keep their type. Bits become a type that can store 0 and 1. Strings and variants
-// become indices into vtk/strings/<index>.
+// Returns the type of the mesh array for a point or cell array that has the type `word` in the
+// file. Numbers keep their type. Bits become uint8. Strings and variants become uint32 indices into
+// vtk/strings/<index>.
 std::optional<ScalarType> array_type_of_word(std::string_view word, bool binary);
 
 inline constexpr int kPixel = 8, kVoxel = 11, kPolyhedron = 42;
@@ -58,7 +57,7 @@ enum class Dataset : std::uint8_t {
 };
 std::string_view dataset_word(Dataset dataset);
 std::optional<Dataset> dataset_of_word(std::string_view upper_case_word);
-// Returns true for data sets whose dimensions determine the cells.
+// Returns true for structured data sets, in which the dimensions determine the cells.
 inline bool is_lattice(Dataset dataset) {
   return dataset != Dataset::unstructured_grid && dataset != Dataset::polydata;
 }

@@ -158,8 +158,9 @@ void TreeBuilder::count(std::size_t bytes) {
          "has more than a million elements or more than 64 MiB of markup, not counting its arrays");
 }
 
-// Completes the node before the current position: sets the end of a node of values, and removes a
-// text node that consists only of white space. Called before a node other than text is added.
+// Completes the most recent sibling before a node other than text is added. If this sibling is the
+// placeholder for the values of an array, sets its end in the file. If it is text that consists
+// only of white space, removes it.
 void TreeBuilder::end_text() {
   if (siblings().empty()) return;
   Node& last = siblings().back();

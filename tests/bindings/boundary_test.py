@@ -7,8 +7,8 @@ generated meshes and for the corpus.
 Only the small files of the corpus are read; with --all, every file is read. Faces are compared as sets of
 vertices, without the second-order nodes of cells. VTK's filter differs from the library in two ways: it hides
 a face if another cell of any dimension contains all vertices of the face, and it counts a cell that contains
-a vertex twice as two cells. VTK's result may lack a face only for one of these reasons, and only if the face
-is a side of exactly one cell.
+a vertex twice as two cells. The test accepts that VTK does not return a face only if one of these
+differences explains it, and if exactly one cell has this face.
 """
 import os
 import subprocess
@@ -61,7 +61,7 @@ def faces_of(nodes):
 
 
 class Grid:
-    """The cells of a mesh, as a VTK grid and as lists of corners. Cells without a geometry are left out."""
+    """The cells of a mesh, as a VTK grid and as lists of corners. Cells without a geometry are omitted."""
 
     def __init__(self, mesh):
         cells = mesh.cells
@@ -115,7 +115,8 @@ class Grid:
         return faces
 
     def sides(self, cell):
-        """Returns the sides of a cell as sets of vertices. Leaves out sides that contain a vertex twice."""
+        """Returns the sides of a cell as sets of vertices. Omits pairs of sides that have the same
+        vertices."""
         shape, nodes = self.cells[cell]
         cycles = faces_of(nodes) if shape == "faces" else [[nodes[at] for at in side] for side in SIDES.get(shape, ())]
         odd = set()
@@ -124,8 +125,8 @@ class Grid:
         return odd
 
     def reasons(self, faces):
-        """For each of these faces, which VTK's result lacks, yields two truth values: whether the face belongs
-        to exactly one volume cell, and whether VTK hides the face."""
+        """`faces` are faces that VTK does not return. For each of them, yields two truth values: whether the
+        face belongs to exactly one volume cell, and whether VTK's filter hides such a face."""
         at = defaultdict(list)
         wanted = {vertex for face in faces for vertex in face}
         for cell, (_, nodes) in enumerate(self.cells):

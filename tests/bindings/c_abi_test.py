@@ -36,7 +36,8 @@ def described(header, folder):
     for kind, name, arguments in PROTOTYPE.findall(plain):
         body = "{}" if kind.strip() == "void" else "{ return 0; }"
         bodies.append(f"{kind}{name}{arguments} {body}")
-    # Relative paths keep this machine's folders out of the description.
+    # Relative paths, so that the description of the interface does not contain the names of folders
+    # on this machine.
     source, library, out = "face.c", "libface.so", "face.abi"
     (folder / source).write_text('#include "shmformat.h"\n' + "\n".join(bodies) + "\n", encoding="utf-8")
     for command in (("gcc", "-std=c99", "-g", "-shared", "-fPIC", "-Wl,-soname,libshmformat_c.so.1", source, "-o", library),

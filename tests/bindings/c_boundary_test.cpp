@@ -46,7 +46,7 @@ CBoundary found(shmf_file* file, const WantedArrays& wanted = {},
   return CBoundary(boundary);
 }
 
-/// Converts a surface in the form of the C interface to the C++ type of the library.
+/// Converts a boundary surface from the type of the C interface to that of the C++ library.
 BoundarySurface seen(const shmf_boundary* boundary, std::size_t arrays) {
   shmf_surface told{};
   told.struct_size = sizeof told;

@@ -44,9 +44,9 @@ void* taken(std::size_t bytes) {
 namespace shm {
 namespace {
 
-/// Calls `work` repeatedly, letting one more allocation succeed each time, until no allocation
-/// fails. Does this twice: first, all allocations after the first failure fail, too; then only a
-/// single allocation fails.
+/// Calls `work` repeatedly, and lets more allocations succeed each time, until no allocation fails.
+/// Does this twice: first, all allocations after the first failure fail, too; then only a single
+/// allocation fails.
 template <class Work>
 void with_little_memory(Work&& work) {
   for (const bool all : {true, false}) {

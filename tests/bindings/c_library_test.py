@@ -77,8 +77,8 @@ class Library(unittest.TestCase):
         self.compiles("gcc", "c99", text + beside, "b.c", "-D_XOPEN_SOURCE=700", "-fsyntax-only")
 
     def test_the_example_of_the_header_works(self):
-        # The example relies on the rule of C that members without an initializer are zero. The warning about
-        # missing initializers is therefore disabled.
+        # The example leaves out initializers of struct members, because C sets these members to zero. The
+        # warning about missing initializers is therefore disabled.
         self.compiles("gcc", "c99", program_of_the_header(), "example.c", "-Wno-missing-field-initializers", LIBRARY,
                       f"-Wl,-rpath,{LIBRARY.parent}", "-o", self.path / "example")
         shutil.copy(MESH, self.path / "run.shm")

@@ -358,7 +358,8 @@ def from_meshio(meshes):
 def differences(seen, mesh, roles=frozenset()):
     """Compares two meshes and returns their differences. Each difference is a pair of a subject ("points",
     "cells", "sets", "times" or "arrays") and a sentence. `mesh` is the .shm file as read by the Python
-    package. `roles` contains those arrays of `mesh` that other readers may lack."""
+    package. `roles` contains the arrays of `mesh` that other readers need not return (see
+    roles_of)."""
     wrong = []
     points = native(np.asarray(seen.points))
     if mesh.points.shape != points.shape or mesh.points.astype(points.dtype).tobytes() != points.tobytes():
@@ -396,8 +397,8 @@ def different_arrays(seen, theirs, ours, roles):
 
 
 def parts_of(key, values, ours):
-    """Returns the arrays in `ours` that a reader has merged into its array `key`, one array per component.
-    Returns an empty list if none exist."""
+    """Some readers merge several arrays into one array with several components. Returns the keys in `ours`
+    of the arrays that were merged into the array `key`, or an empty list if there are none."""
     count = values.shape[1] if values.ndim > 1 else 1
     names = [other for other in ours if other[0] == key[0]]
     for first in range(len(names) - count + 1):

@@ -32,8 +32,8 @@ def output(proxy, time=None):
 
 
 def parts_of(collection):
-    """Returns the grids of a collection as a dictionary. Each key is the pair of a group and a name in the
-    assembly of the collection."""
+    """Returns the grids of a partitioned data set collection as a dictionary. The key of a grid is (name
+    of its group in the data assembly, name of the grid)."""
     assembly, parts = collection.GetDataAssembly(), {}
     for group in assembly.GetChildNodes(0, False):
         for node in assembly.GetChildNodes(group, False):

@@ -4,9 +4,9 @@ unchanged.
 
   python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-Other tests compare the data: the golden tests with the output of shm_text, and corpus_readers_test.py with
-other readers. This test checks the shape, type and owner of arrays, the number of bytes read from a source,
-and errors.
+Other tests check the data itself: the golden tests compare it with the output of shm_text, and
+corpus_readers_test.py compares it with the data of other readers. This test checks the shape, type and
+owner of arrays, the number of bytes read from a source, and errors.
 """
 import gc
 import io
@@ -99,8 +99,8 @@ class Reading(FolderTest):
 
     def test_memory_of_the_caller_is_filled_where_it_is(self):
         """The package writes directly into arrays that the caller supplies, even if they are parts of larger
-        arrays; the rest of the larger arrays is unchanged. All other arrays own their memory through
-        NumPy."""
+        arrays; the rest of the larger arrays is unchanged. All other arrays own their memory, and
+        share it with no other array."""
         data = (GOLDEN / "steps_and_extras.shm").read_bytes()
         with shmformat.open(data) as mesh:
             room, values = np.full((72, 3), 7.), np.full((4, 12), 7, np.float32)

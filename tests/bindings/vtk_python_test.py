@@ -201,8 +201,8 @@ def one_by_one(types, offsets, points):
 
 class Sets(Case):
     def parts(self, reader):
-        """Returns the parts of a collection as a dictionary. Each key is the pair of a group and a name in
-        the assembly of the collection."""
+        """Returns the grids of the reader's output as a dictionary. The key of a grid is (name of its
+        group in the data assembly, name of the grid)."""
         out = reader.GetOutput()
         assembly = out.GetDataAssembly()
         parts = {}
@@ -281,7 +281,7 @@ class Sets(Case):
             self.assertTrue(np.array_equal(back.point_data["v"], points))
             self.assertEqual(back.cell_data["n"].tolist(), [0, 1, 2, 3])
         values = vtk_to_numpy(collection.GetPartition(1, 0).GetPointData().GetArray("v"))
-        values += 1  # vertices stay separate if the values of the two blocks differ
+        values += 1  # vertices that both blocks use are not merged if their values differ
         writer.Write()
         self.assertEqual(len(shmformat.open(self.path("back.shm")).points), 24)
         values -= 1
@@ -435,8 +435,7 @@ class Sets(Case):
         self.assertGreater(compared["node"], 80)
 
     def read_sets(self):
-        """Returns the sets of a.shm as a dictionary. Each key is the pair of the kind and the number of a
-        set."""
+        """Returns the sets of a.shm as a dictionary. The key of a set is (kind, number)."""
         sets = shmformat.open(self.path("a.shm")).sets
         reader = shmformat.vtk.Reader(blocks=True, sets=True)
         reader.SetFileName(self.path("a.shm"))

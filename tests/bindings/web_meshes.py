@@ -240,7 +240,7 @@ def native(path, flips=(), cut=None, bare=False):
 
 
 class Web:
-    """Reads files with the web package in a Node.js process, which makes the same calls."""
+    """Reads files with the web package, in a Node.js process that runs web_read.mjs."""
 
     def __init__(self, node, package):
         self.process = subprocess.Popen([node, str(HERE / "web_read.mjs"), str(package)], stdin=subprocess.PIPE,

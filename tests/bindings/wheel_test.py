@@ -4,7 +4,8 @@ into a new environment.
 
   wheel_test.py LIBSHMFORMAT_C.SO
 
-NumPy and cffi of the system are used. The same wheel must work with every installed version of CPython.
+The test uses the NumPy and cffi that are installed on the system. The same wheel must work with every
+installed version of CPython.
 """
 import os
 import re

@@ -140,7 +140,8 @@ const Parts kWedges = {{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}};
 const Parts kTetrahedra = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
                            {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
 
-/// Divides each hexahedron of the mesh into cells. `parts` contains the corners of each cell.
+/// Divides each hexahedron of the mesh into cells. For each cell, `parts` states which corners of
+/// the hexahedron are its corners.
 TestMesh cut(TestMesh mesh, CellShape shape, const Parts& parts) {
   mesh.schema.blocks[0].shape = shape;
   mesh.schema.blocks[0].nodes_per_cell = static_cast<std::uint32_t>(parts[0].size());

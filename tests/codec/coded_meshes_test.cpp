@@ -37,8 +37,8 @@ struct Registered {
   std::map<int, std::string> names;
   CodecUses uses;
 };
-/// Returns the table of codecs in spec/registry.md, without the withdrawn, reserved and free codec
-/// numbers.
+/// Returns the table of codecs in spec/registry.md, without the codec numbers that are withdrawn,
+/// reserved or not assigned.
 Registered registered_codecs() {
   std::ifstream in(SHM_SOURCE_DIR "/spec/registry.md");
   Registered all;

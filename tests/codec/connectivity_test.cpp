@@ -212,8 +212,8 @@ TEST(Connectivity, RegularGridsCostLittle) {
   EXPECT_LT(report->streams.at("connectivity"), 600u);  // of 4096 cells
 }
 
-// Some cells of this mesh were divided into eight. The codec replays an earlier cell for each
-// divided cell, and predicts the strays: the corners that differ from those of the earlier cell.
+// Some cells of this mesh were divided into eight. The codec `replay` predicts the corners of a
+// cell from an earlier cell, and also predicts which of these predictions are wrong (the strays).
 TEST(Connectivity, CutCellsReplayInFewBits) {
   // Limits in bytes. The sizes would be 5000 and 5464 bytes if the codec did not predict strays.
   for (const auto& [order, most] : {std::pair{Order::keep, 4300u}, {Order::stream, 4950u}}) {

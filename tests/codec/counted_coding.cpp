@@ -18,9 +18,9 @@
 #include "shm/mesh.h"
 
 // Calls the function whose instructions are counted. callgrind counts only while counted_run() is
-// active. It finds counted_run() by its name, so compilers must not create renamed copies of
-// counted_run(). Therefore counted_run() does not end with a tail call, and it is called through a
-// pointer whose value no compiler can determine.
+// active, and recognizes counted_run() by its name. Therefore counted_run() does not end with a
+// tail call, and is called through a pointer whose value no compiler can determine, so that
+// compilers create no copies of counted_run() with other names.
 extern "C" bool counted_run(const std::function<bool()>& run) {
   volatile bool ok = run();
   return ok;

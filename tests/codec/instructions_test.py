@@ -42,8 +42,8 @@ def instructions_of(profile, library):
 
 
 def count(program, library):
-    """Runs the program under callgrind. Returns a dictionary from (mesh, hexahedra, level, way) to the number
-    of instructions. The way is "encode" or "decode"."""
+    """Runs the program under callgrind. Returns a dictionary that maps (mesh, hexahedra, level, way) to the
+    number of instructions. The way is "encode" or "decode"."""
     counted = {tuple(line.split(",")): instructions_of(profile, os.path.realpath(library))
                for line, profile in counted_runs(program)}
     if not counted or not all(counted.values()):

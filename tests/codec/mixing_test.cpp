@@ -49,8 +49,8 @@ std::vector<std::byte> both_ways(Code code) {
   return bytes;
 }
 
-/// Encodes and decodes `decisions` in a single context. The two clues for decision i are hashes of
-/// the number of(i). Returns the encoded bytes.
+/// Encodes and decodes `decisions` in a single context. The two clues for decision i are two hashes
+/// of the return value of of(i). Returns the encoded bytes.
 template <class Of>
 std::vector<std::byte> coded(const std::vector<bool>& decisions, Of&& of) {
   return both_ways([&](auto& coder) {

@@ -58,7 +58,7 @@ TEST(Packing, DamageIsRefused) {
 // Ascending numbers in rows of four.
 Bytes rows_of_numbers(std::uint32_t rows) {
   ByteWriter out;
-  out.put_bytes(Bytes(5, std::byte{9}));  // in an extra, other fields precede the numbers
+  out.put_bytes(Bytes(5, std::byte{9}));  // as in an extra with fields before the numbers
   for (std::uint32_t row = 0; row < rows; ++row)
     for (const std::uint32_t number : {0u, 1u, 102u, 101u}) out.put_u32(row + number);
   return std::move(out.bytes);

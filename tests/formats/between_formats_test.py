@@ -74,8 +74,9 @@ def reference(shape, kind):
         local = [flat[3 * i:3 * i + 3] for i in range(element.GetNumberOfPoints())]
         if not shape.startswith("PYRAMID"):
             return local
-        # VTK's reference coordinates map a pyramid to a cube, in which some edges of the pyramid are curved.
-        # Therefore the nodes are mapped to a pyramid.
+        # VTK's reference coordinates of a pyramid are coordinates in a cube, in which some edges of the
+        # pyramid are curved. EvaluateLocation() converts them to coordinates in a pyramid with straight
+        # edges.
         pyramid, places = vtk.vtkPyramid(), []
         for i, corner in enumerate(((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (.5, .5, 1))):
             pyramid.GetPoints().SetPoint(i, corner)

@@ -52,7 +52,7 @@ def run(command):
 
 
 def sizes_in_ledger():
-    """Returns a dictionary from (mesh, order, level) to the size in bytes of each stream."""
+    """Returns a dictionary that maps (mesh, order, level) to the size in bytes of each stream."""
     sizes = collections.defaultdict(dict)
     with open(LEDGER, newline="", encoding="utf-8") as table:
         for row in csv.DictReader(table):
@@ -81,9 +81,9 @@ def exercised(info):
 
 
 def cannot_hold(difference):
-    """Returns true if a difference is unavoidable and the conversion reports it. This is the case for time
-    steps and cell shapes that the other format does not have, and for sets, which the converted file (B) stores
-    as arrays or cells that exist only in B."""
+    """Returns true if a difference is an unavoidable loss that the conversion reports. Such losses are time
+    steps and cell shapes that the other format does not have. Sets are another: the converted file (B) stores
+    them as arrays or cells, which exist only in B."""
     kind, what = difference["kind"], difference["what"]
     if kind == "cells":
         return all(" of other cells " in place["value_b"] for place in difference["places"])

@@ -467,8 +467,8 @@ TEST(Exodus, WritesMeshesOfOtherFormats) {
   Spool spool(folder / ".");
   const auto copy = open_exodus(folder / "foreign.e", spool);
   const MeshInfo& info = copy->info();
-  // The first blocks contain the hexahedra, quads and polygons. The other cells follow in blocks by
-  // number of nodes.
+  // The first blocks contain the hexahedra, quads and polygons. The other cells follow, with one
+  // block for each number of nodes.
   EXPECT_EQ(info.block_cells, (std::vector<std::uint64_t>{2, 2, 2, 2, 1}));
   std::vector<std::int64_t> ids;
   for (const BlockInfo& block : info.schema.blocks) ids.push_back(block.id);
@@ -611,8 +611,7 @@ TEST(Exodus, SideSetsFollowCellsThatLeftTheirBlock) {
   NC(nc_put_var_int(id, sides, side));
   NC(nc_close(id));
 
-  // Opens the same mesh with its second and third cells exchanged. These two cells are in different
-  // blocks.
+  // Opens the mesh and exchanges its second and third cells, which are in different blocks.
   Spool spool(folder / ".");
   const auto source = open_exodus(folder / "first.e", spool);
   MemoryMesh moved = copy_of(*source);
@@ -730,8 +729,8 @@ TEST(Exodus, RefusesDamagedStructure) {
     if (whole[i].key.rfind("/name") == whole[i].key.size() - 5) continue;
     mesh.mesh.extras[i].data.clear();
     EXPECT_THROW(write_exodus(mesh, folder / "copy.e"), Failure) << whole[i].key;
-    // The extras "/id" and "/factors" are optional. Without them, the id of a set is its position,
-    // and all factors are 1.
+    // The extras "/id" and "/factors" are optional. Without them, the id of a set is its position
+    // in the list of sets, and all its distribution factors are 1.
     if (whole[i].key.starts_with("mesh/") &&
         (whole[i].key.ends_with("/id") || whole[i].key.ends_with("/factors")))
       continue;

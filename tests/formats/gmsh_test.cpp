@@ -169,7 +169,7 @@ class GmshTest : public ::testing::Test {
     ADD_FAILURE() << "opened";
     return ErrorCode::misuse;
   }
-  // Returns the same mesh in binary, in either byte order.
+  // Converts an MSH file to a binary MSH file of the given byte order. Returns its contents.
   std::string in_binary(const std::string& content, bool big) const {
     MemoryMesh mesh = open_text(content);
     std::string format;
@@ -699,8 +699,8 @@ TEST_F(GmshTest, LyingCounts) {
          {v2 + nodes + "$NodeData\n" + huge + "\n$EndNodeData\n",
           v2 + nodes + "$NodeData\n1\n\"a\"\n1\n0\n3\n0\n1\n" + huge + "\n1 5\n$EndNodeData\n"})
       survives(save(file), path("out.msh"));
-    // These sections are kept in memory unchanged. The size of a section limits its counts, so a
-    // huge count does no harm.
+    // These sections are kept in memory unchanged. A huge count in such a section does no harm,
+    // because no memory is allocated for more entries than the section can contain.
     expect_round_trip(v4 + nodes4 + "$Periodic\n" + huge + "\n1 1 1\n0\n1\n1 2\n$EndPeriodic\n");
     expect_round_trip(v4 + nodes4 + "$Entities\n" + huge + " 0 0 0\n$EndEntities\n");
     expect_round_trip(v4 + "$PhysicalNames\n" + huge + "\n1 1 \"a\"\n$EndPhysicalNames\n");

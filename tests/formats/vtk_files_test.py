@@ -335,8 +335,8 @@ class VtkFamilyTest(FolderTest):
                             middle = tuple(sum(places[ids.GetId(i)][k] for i in range(8))
                                            for k in range(3))
                             self.assertEqual(names.GetValue(c), name_of(middle))
-                        # Each vertex keeps its string in every vertex order, although the order of the strings in the
-                        # list changes.
+                        # In every vertex order, each vertex keeps its string, although the strings change their
+                        # places in the array.
                         self.shm("diff", path, back, "--match")
         self.assertIn("names", self.shm("diff", source, back, code=1).stdout)
 
@@ -453,7 +453,7 @@ VECTORS v double
         self.assertIsInstance(grid.GetPoints().GetData(), vtk.vtkIntArray)
 
     def test_polyhedra(self):
-        """Two polyhedra share a face. Each polyhedron lists the corners of that face in its own direction."""
+        """Two polyhedra share a face. They list the corners of that face in opposite directions."""
         points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)]
         faces = [[(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], [(1, 3, 2), (1, 2, 4), (2, 3, 4),
                                                                  (3, 1, 4)]]

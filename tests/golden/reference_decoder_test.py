@@ -4,13 +4,13 @@ agrees with the library.
 
 reference_decoder_test.py SHM SHM_TEXT SHM_MAKE_MESH [--all [TIMES]] [--only NAME]
 
-SHM: path of the tool; SHM_TEXT: path of the program that prints the content of a file as decoded by the library
-(shm_text.cpp); SHM_MAKE_MESH: path of the mesh generator. For each golden file, the decoder must print the text that
-is stored next to it, byte for byte. Small files of the corpus (the folder in SHM_CORPUS), compressed with several
-orders, levels and codecs, must result in the same text with both decoders. Damaged bytes must lead to an
-error. --all, which is only used by hand, tests every file of the corpus, of any size, with TIMES different
-settings (default 1); this takes about an hour per setting. --only restricts the test to files with NAME in
-their path.
+SHM: path of the tool; SHM_TEXT: path of the program that decodes a file with the library and prints the
+contents (shm_text.cpp); SHM_MAKE_MESH: path of the mesh generator. For each golden file, the reference decoder
+must print exactly the text that is stored next to the file. Small files of the corpus (the folder in
+SHM_CORPUS) are compressed with several orders, levels and codecs; both decoders must print the same text for
+the result. Damaged bytes must lead to an error. --all tests all files of the corpus, whatever their size, with
+TIMES different settings (default 1). This takes about an hour per setting, so --all is only used by hand.
+--only restricts the test to files with NAME in their path.
 """
 import argparse
 import contextlib
@@ -70,8 +70,8 @@ def content(path):
 
 
 def without_trailing(path):
-    """Returns the bytes of a golden file without the bytes that follow the mesh. The number of these trailing
-    bytes is taken from the golden text."""
+    """Returns the bytes of a golden file without the trailing bytes that follow the mesh. The text that is
+    stored next to the golden file states the number of trailing bytes."""
     trailing = int(content(path[:-4] + ".txt").rsplit(b"trailing bytes ", 1)[1])
     data = content(path)
     return data[: len(data) - trailing]
@@ -161,8 +161,8 @@ class Changed(unittest.TestCase):
 
 
 def stream_places(data):
-    """Returns the offsets of all bytes of coded data: the bitstreams of each group, and the values in each
-    chunk of step values."""
+    """Returns the offsets of all bytes that are coded data and not headers: the bitstreams of each group, and
+    the values in each chunk of step values."""
     places, at, sequence = [], 16, 0
     while True:
         chunk = reference_decoder.file.read_chunk(data, at, sequence)
@@ -180,8 +180,8 @@ def stream_places(data):
 
 class BothAgree(unittest.TestCase):
     def check(self, source, options, scratch):
-        """Compresses the source and compares the results of the two decoders. Returns false if the tool
-        refuses these options."""
+        """Compresses the source, decodes the file with both decoders and compares the results. Returns false
+        if the tool refuses these options."""
         packed = os.path.join(scratch, "packed.shm")
         done = subprocess.run([ARGUMENTS.shm, "compress", "-f", source, "-o", packed, *options],
                               capture_output=True, text=True, timeout=1200)
@@ -201,8 +201,8 @@ class BothAgree(unittest.TestCase):
 
 class Generated(BothAgree):
     def test_mesh_of_two_tiles(self):
-        """The mesh has more cells than fit into a tile. It is so large that even rare states of the mixer's
-        tables occur during decoding."""
+        """The mesh has more cells than a tile, the unit that a reader returns in one call. The mesh is so
+        large that even rare states of the context mixer occur during decoding."""
         with tempfile.TemporaryDirectory() as scratch:
             mesh = os.path.join(scratch, "mesh.vtk")
             subprocess.run([ARGUMENTS.shm_make_mesh, "ogrid", "5000", mesh, "--fields", "basic"], check=True,
@@ -210,8 +210,8 @@ class Generated(BothAgree):
             self.assertTrue(self.check(mesh, ["--level", "best", "--codec", "mixed"], scratch))
 
     def test_many_cells_around_an_edge(self):
-        """More cells share one edge than the codec can distinguish. The mesh is a wheel of twelve sectors,
-        coded sector by sector."""
+        """The mesh is a wheel of twelve sectors, coded sector by sector. Twelve cells share each edge on the
+        axis, and the contexts of the codecs count at most seven."""
         spokes, layers = 12, 30
         size, turn = 2 * spokes + 1, math.pi / spokes
         ring = [(math.cos(turn * i), math.sin(turn * i)) for i in range(2 * spokes)]
@@ -223,8 +223,8 @@ class Generated(BothAgree):
         self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper"))
 
     def test_grids_full_of_holes(self):
-        """Tests irregular meshes. In such a mesh, the decoded result depends on the order in which the codec
-        discards its records of earlier hexahedra."""
+        """Tests irregular meshes. The decoder must discard its records of earlier hexahedra in the same order
+        as the encoder; otherwise, it decodes such meshes incorrectly."""
         n, m = 8, 9
         points = [(x, y, z) for z in range(m) for y in range(m) for x in range(m)]
         for seed in range(6):

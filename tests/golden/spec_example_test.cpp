@@ -17,7 +17,7 @@ namespace shm {
 namespace {
 
 /// Writes the file of the example. It contains the unit cube as a single hexahedron, a static cell
-/// array, a stepped cell array, one step time and one extra.
+/// array, a stepped cell array, the time of one step, and one extra (a typed value with a key).
 Result<std::vector<std::byte>> example_file() {
   Schema schema;
   schema.coordinate_type = ScalarType::float32;

@@ -16,9 +16,9 @@
 
 namespace shm {
 
-/// Assembles the file from `parts`. Recomputes the lengths and the list of chunks in the index, so
-/// that the index agrees with the changed chunks. Precondition: the index is the last chunk and has
-/// version 1.
+/// Assembles the file from `parts`. Recomputes the list of chunks in the index and the length of
+/// each chunk, so that the index agrees with the changed chunks. Precondition: the index is the
+/// last chunk and has version 1.
 inline std::vector<std::byte> put_together_with_index(FileParts parts) {
   Chunk& last = parts.chunks.back();
   ByteReader in(last.payload);
@@ -83,7 +83,7 @@ inline std::vector<std::byte> asking_schema(std::span<const std::byte> packed) {
   parts.chunks[0].payload = std::move(payload.bytes);
   return put_together_with_index(std::move(parts));
 }
-/// Returns the beginning of an encoded schema, up to the list of blocks.
+/// Returns the beginning of an encoded schema: all fields before the list of blocks.
 inline ByteWriter schema_head() {
   ByteWriter head;
   Schema schema;
@@ -93,16 +93,17 @@ inline ByteWriter schema_head() {
 }
 
 /// Returns a file of two layers of hexahedra. A reader must keep all vertices between the two
-/// layers in memory at the same time. The file has an array without a stream, so all values of the
-/// array are zero.
+/// layers in memory at the same time. The file declares an array but contains no stream for it, so
+/// a reader returns zeros for all of its values.
 inline std::vector<std::byte> asking_columns(std::uint32_t side, Location location,
                                              std::uint32_t components) {
   TestMesh mesh = grid(side, side, 2);
   MemorySink sink;
   WriteOptions options;
   options.connectivity = ConnectivityCodec::rows;
-  options.group_cells =
-      400;  // so that each group is a single tile, even with the array that is added below
+  // A group has so few cells that a reader returns it as one tile, even with the array that is
+  // added below.
+  options.group_cells = 400;
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   FileParts parts = take_apart(sink.bytes);
   mesh.schema.arrays.push_back(array_of("zeros", location, ScalarType::uint8, components));
@@ -122,8 +123,8 @@ inline std::vector<std::byte> asking_columns(std::uint32_t side, Location locati
 }
 
 /// Returns a file of two layers of hexahedra. A reader must keep all vertices between the two
-/// layers in memory at the same time. If there are step values, they are predicted from mesh
-/// neighbours.
+/// layers in memory at the same time. If `components` is not 0, the file also has step values,
+/// which are predicted from neighbouring vertices.
 inline Bytes asking_sheet(std::uint32_t side, ConnectivityCodec codec,
                           std::uint32_t components = 0) {
   Stepped stepped{grid(side, side, 2), {}, {}};
@@ -145,8 +146,9 @@ struct AskingFile {
   std::vector<std::byte> bytes;
 };
 
-/// Writes the beginning of an extra of uint8 values with an empty key. The extra does not refer to
-/// mesh elements, and its values are not coded as differences.
+/// Writes the beginning of an extra (a typed value with a key). The key is empty and the values
+/// have type uint8. The extra does not refer to mesh elements, and its values are not coded as
+/// differences.
 inline void put_unnamed(ByteWriter& blob) {
   blob.put_text("");
   blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
@@ -177,7 +179,7 @@ inline std::vector<AskingFile> asking_files() {
     files.push_back({"small extras of version " + std::to_string(version),
                      asking_mesh({2000, {ChunkKind::extra, small}}, version)});
   }
-  {  // in the file, each value is a difference of one byte; in memory, each value needs eight bytes
+  {  // values are stored as differences of one byte each, but need eight bytes each in memory
     constexpr std::uint64_t kValues = std::uint64_t{60} << 20;
     ByteWriter head;
     head.put_varint(1);
@@ -190,7 +192,7 @@ inline std::vector<AskingFile> asking_files() {
     files.push_back({"differences of extras",
                      asking_mesh({4, {ChunkKind::extra, packed_zeros(head.bytes, kValues)}})});
   }
-  {  // each extra needs five bytes in the file; its name, values and shape are empty
+  {  // each extra has an empty key, shape and value, and needs only five bytes in the file
     ByteWriter blob, payload;
     blob.put_varint(kMostExtras);
     for (std::size_t i = 0; i < kMostExtras; ++i) {
@@ -257,8 +259,8 @@ inline std::vector<AskingFile> asking_files() {
 }
 
 /// Returns pairs of a name and a function that creates a larger file. In most of these files, the
-/// number of active vertices is close to the limit or above it. One file has steps with many
-/// components. Each function takes several seconds.
+/// number of active vertices is close to the reader's limit or exceeds it. One file has step values
+/// with many components. Each function takes several seconds.
 inline std::vector<std::pair<std::string, std::function<Bytes()>>> asking_sheets() {
   using enum ConnectivityCodec;
   return {{"sheet in paper", [] { return asking_sheet(480, paper); }},

@@ -102,7 +102,8 @@ TEST(FileFields, PutBackAreTheSame) {
   }
 }
 
-/// Reads all data of a file, first front to back and then by the index. Returns all error messages.
+/// Reads all data of a file, first front to back and then using the index. Returns all error
+/// messages.
 std::vector<std::string> read_all(const Bytes& bytes) {
   ReadLimits limits;
   limits.max_active_vertices = limits.max_chunk_bytes = limits.max_group_bytes = 1 << 22;
@@ -125,7 +126,8 @@ std::vector<std::string> read_all(const Bytes& bytes) {
   return said;
 }
 
-/// Returns files that together contain every kind of field, in both versions of the chunks.
+/// Returns files that together contain every kind of field. The golden file of format version 0.9
+/// covers version 0 of the chunks, the other files cover version 1.
 std::vector<FeatureFile> some_files() {
   std::vector<FeatureFile> some;
   for (const char* name :

@@ -1,6 +1,7 @@
-// Functions that damage the feature files. Reading a damaged file must either fail with an error
-// code that fits the damage, or return exactly the original contents. It must never return other
-// contents, crash, or use excessive memory.
+// Functions that damage the feature files (small files that together use every feature of the
+// format). Reading a damaged file must either fail with an error code that fits the damage, or
+// return exactly the original contents. It must never return other contents, crash, or use
+// excessive memory.
 #pragma once
 
 #include <functional>
@@ -42,7 +43,7 @@ inline ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& lim
   return decoded.error().code;
 }
 
-/// Returns a file that consists of a file start and chunks with the given payloads.
+/// Returns a file that consists of a file header (file_start) and chunks with the given payloads.
 inline Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
   FileParts parts;
   for (const auto& [kind, payload] : chunks) {

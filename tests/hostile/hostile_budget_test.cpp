@@ -50,9 +50,9 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
     SCOPED_TRACE(file.name);
     ASSERT_LT(file.bytes.size(), kMostFile);
     EXPECT_LE(memory_of([&] { read_all(file.bytes); }), kMostMemory);
-    if (file.name.starts_with("components"))
-      continue;  // The other readers are not tested, because they decode this file in the same way
-                 // as the Reader.
+    // These files are tested only with the Reader, because read_mesh() and the other readers below
+    // decode them in the same way.
+    if (file.name.starts_with("components")) continue;
     EXPECT_LE(memory_of([&] {
                 MemorySource source(file.bytes);
                 (void)read_mesh(source);
@@ -90,7 +90,7 @@ TEST(Budget, WhatIsRefusedIsNamed) {
   says("empty extras", "takes more than the limit of ");
 }
 
-// A caller can raise the limit on unpacked data. Even with a limit of 0, a reader may use memory in
+// A caller chooses the limit on unpacked data. Even with a limit of 0, a reader may use memory in
 // proportion to the size of the file.
 TEST(Budget, IsTheCallers) {
   const auto of = [](std::size_t count, std::uint64_t most) {
@@ -117,8 +117,8 @@ TEST(Budget, IsTheCallers) {
   EXPECT_FALSE(of(1, kMega / 2));
 }
 
-// The extras contain ascending numbers, such as a set of all cells of a large mesh. Such extras
-// need few bytes in the file and much memory.
+// Each extra contains ascending numbers, like the set of all cells of a large mesh. Such an extra
+// needs few bytes in the file but much memory.
 TEST(Budget, HasRoomForWhatAWriterWrites) {
   constexpr std::uint64_t kValues = 3000000, kExtras = 5;
   Extra extra;
@@ -161,9 +161,9 @@ TEST(Budget, BlobsOfZerosStayWithinTheirBound) {
     }
 }
 
-/// Decodes the file with the small value `most` for max_column_bytes, the memory limit for array
-/// values of active elements. Columns (the decoders of arrays) must then use their memory-saving
-/// form. Returns the decoded contents as text.
+/// Decodes the file with max_column_bytes (the memory limit for the array values of active
+/// elements) set to `most`. `most` is so small that columns (the decoders of arrays) must use their
+/// memory-saving form. Returns the decoded contents as text.
 std::string sparingly(std::span<const std::byte> bytes, std::uint64_t most) {
   ReadLimits limits;
   limits.max_column_bytes = most;
@@ -182,8 +182,8 @@ TEST(Budget, SparingColumnsGiveTheSame) {
   }
 }
 
-/// The mesh consists of three layers of cells. All values of its arrays are equal, except that in
-/// some of the tests, every 20000th or every seventh value differs.
+/// The mesh consists of three layers of cells. The test has three cases: all values of each array
+/// are equal, every 20000th value differs from the others, or every seventh value does.
 TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
   constexpr std::uint32_t kSide = 70, kComponents = 8;
   for (const Location location : {Location::point, Location::cell})
@@ -207,17 +207,17 @@ TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
       ASSERT_TRUE(write_mesh(mesh, sink, options));
       const std::string usual = text_of(decode_in_pieces(sink.bytes));
       ASSERT_NE(usual.find("array"), std::string::npos);
-      // The small limit is a third of the memory that all columns can need. It suffices for the
-      // coordinates and some columns, and columns with equal values need no memory. The large limit
-      // suffices for all columns, even if the values in each column differ.
+      // The small limit is a third of the maximum memory of all columns. It suffices for the
+      // coordinates and some columns; columns of equal values need no memory. The large limit
+      // suffices for all columns, whatever their values are.
       const std::string sparing = sparingly(sink.bytes, every == 7 ? 1 << 24 : 1200000);
       EXPECT_TRUE(sparing == usual) << sparing.substr(0, 300);
     }
 }
 
-// A column whose values differ from each other needs more memory than a column of equal values. A
-// file is refused if its columns need more memory than the limit, which depends on the size of the
-// file.
+// A column whose values differ from each other needs more memory than a column of equal values. The
+// limit on the memory of all columns depends on the size of the file. A file whose columns need
+// more memory is refused.
 TEST(Budget, ColumnsTakeNoMoreThanIsAllowed) {
   const auto bytes = asking_columns(66, Location::point, 256);
   ReadLimits limits;
@@ -261,7 +261,7 @@ TEST(Limits, OfActiveVertices) {
 }
 
 // The memory limit for array values also applies to step values, whether the file is read front to
-// back or by the index.
+// back or using the index.
 TEST(Limits, OfWhatColumnsOfStepsKeep) {
   const Bytes bytes = asking_sheet(60, ConnectivityCodec::rows, 16);
   for (const bool fits : {false, true}) {

@@ -3,8 +3,9 @@
 
   hostile_growth_test.py PROGRAM     (exit code 77, skipped: no valgrind)
 
-PROGRAM is hostile_files_tests. Its tests Growth do the same work on a small input and on one that is four times larger.
-Proportional work multiplies the number of instructions by 4, quadratic work by 16.
+PROGRAM is hostile_files_tests. Each of its tests named Growth does the same work twice: on a small input, and
+on an input that is four times larger. Proportional work multiplies the number of instructions by 4, quadratic
+work by 16.
 """
 import sys
 from pathlib import Path

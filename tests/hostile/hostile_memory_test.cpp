@@ -143,7 +143,7 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
       payload = put_group_together(empty);
       EXPECT_LE(memory_of([&] { (void)decode_in_pieces(put_together(parts)); }), most);
 
-      // The group uses the codec mixed_columns for an array for which this codec is not allowed.
+      // The group states the codec mixed_columns for an array that this codec does not support.
       auto mixed = *group;
       mixed.header.streams.back().codec = container::Codec::mixed_columns;
       payload = put_group_together(mixed);
@@ -152,8 +152,9 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
     }
 }
 
-// In groups coded as shifts, a limited number of components is predicted from earlier values, which
-// are kept in memory. The other components are coded with zstd only.
+// In groups of the shifts codec, only a limited number of components is predicted from earlier
+// values, because these values must be kept in memory. The other components are coded with zstd
+// only.
 TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
   constexpr std::size_t kPerComponent = 4 << 10, kRings = 34 << 20;
   for (const Components& many : kManyComponents) {
@@ -170,7 +171,7 @@ TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
     const std::size_t most = kRings + 4096 * kPerComponent;
     EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), most);
 
-    // The group uses the codec for differences for an array for which this codec is not allowed.
+    // The group states the codec `differences` for an array that this codec does not support.
     FileParts parts = take_apart(sink.bytes);
     Bytes& payload = parts.find(ChunkKind::group)->payload;
     auto group = take_group_apart(payload);
@@ -194,7 +195,7 @@ TEST(Hostile, ManySegmentsOfShiftsTakeLittleMemory) {
 }
 
 TEST(Hostile, StatedSizesOfShiftsAllocateNothing) {
-  // The streams declare one gigabyte of shifts or values, but end after the declaration.
+  // One of the streams declares one gigabyte of data, but ends after this declaration.
   for (const std::size_t stream : {0u, 1u, 2u, 3u}) {
     const Bytes bytes = shifts_with([&](GroupParts& group) {
       group.header.decoded_bytes = std::uint64_t{1} << 30;
@@ -249,8 +250,9 @@ TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
   }
 }
 
-// In groups coded as shifts, columns (the decoders of arrays) need memory in proportion to the size
-// of the ring of recent elements. The number of cells limits this size.
+// In groups of the shifts codec, columns (the decoders of arrays) need memory in proportion to the
+// size of the ring, which stores recent elements. The ring size is limited by the number of cells
+// in the group.
 TEST(Hostile, ColumnsOverShiftsTakeLittleMemory) {
   const Bytes bytes = written(with_components(bent_grid(2, 2, 2), 1, 28, ScalarType::float32),
                               65536, ConnectivityCodec::shifts);

@@ -1,4 +1,5 @@
-// Tests of inconsistent data with correct checksums in groups whose cells are coded as patterns.
+// Tests of inconsistent data with correct checksums in groups whose cells are coded with the
+// patterns codec.
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,8 +16,8 @@ namespace {
 
 using Numbers = std::vector<std::uint32_t>;
 
-/// The parsed connectivity stream of a group coded as patterns. The group has one block. Planes are
-/// unpacked.
+/// The parsed connectivity stream of a group of the patterns codec, with all byte planes unpacked.
+/// The cells of the group belong to one block.
 struct PatternWords {
   std::uint8_t history_bits = 0;
   std::vector<std::uint64_t>
@@ -134,14 +135,15 @@ void expect_patterns_refuse_lies(const char* name) {
 TEST(Hostile, LyingPatterns) { expect_patterns_refuse_lies("patterns"); }
 TEST(Hostile, LyingPatternsOfOrderStream) { expect_patterns_refuse_lies("patterns_stream"); }
 
-/// Returns the file "patterns" after `lie` has changed its first stream of values, which is coded
-/// as terms.
+/// Returns the file "patterns" after `lie` has changed its first stream of values, whose codec is
+/// `terms`.
 Bytes with_values(const std::function<void(Bytes&)>& lie) {
   return shifts_with([&](GroupParts& group) { lie(group.streams[1]); }, "patterns");
 }
 
 TEST(Hostile, LyingTerms) {
-  // The stream contains the number of values, then the head, exponent and width of each component.
+  // The stream contains the number of values, then for each component: a byte that states its
+  // domain and predictor, an exponent, and the number of bytes of a residual.
   const std::vector<std::function<void(Bytes&)>> lies = {
       [](Bytes& b) { b[0] = std::byte{0}; },
       [](Bytes& b) { b[0] = b[0] ^ std::byte{1}; },  // another number of values
@@ -159,8 +161,9 @@ TEST(Hostile, LyingTerms) {
     EXPECT_EQ(code_of(with_values(lies[i])), ErrorCode::corrupt) << "lie " << i;
 }
 
-// Each file contains a list of millions of equal numbers. The packed list is small, but the list is
-// far longer than this group allows. The reader must refuse the file without using much memory.
+// Each file contains a list of millions of equal numbers. The packed list is small, but the
+// unpacked list has far more entries than the group needs. The reader must refuse the file without
+// using much memory.
 TEST(Hostile, PatternsTakeMemoryAsTheyAreStated) {
   for (const auto& lie : std::vector<std::function<void(PatternWords&)>>{
            [](PatternWords& w) { w.distances.assign(1 << 22, 1); },

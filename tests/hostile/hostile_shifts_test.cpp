@@ -1,4 +1,5 @@
-// Tests of inconsistent data with correct checksums in groups whose cells are coded as shifts.
+// Tests of inconsistent data with correct checksums in groups whose cells are coded with the shifts
+// codec.
 #include <limits>
 #include <string>
 #include <unordered_set>
@@ -14,7 +15,7 @@
 namespace shm {
 namespace {
 
-/// The connectivity stream of a group coded as shifts, before it is packed with zstd.
+/// The unpacked connectivity stream of a group of the shifts codec.
 struct ShiftWords {
   Bytes words, symbols;
 };
@@ -166,8 +167,8 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
               group.header.streams[1].codec = container::Codec::shifts;
             }),
             ErrorCode::unsupported);
-  // A stream of vertex numbers is refused in the first segment, which has no imports, and in files
-  // of order `keep`.
+  // A stream of vertex numbers is refused in the first segment, because it imports no vertices from
+  // earlier segments. It is also refused in files of order `keep`.
   for (const char* name : {"shifts_stream", "shifts"}) {
     FileParts parts = take_apart(file(name));
     for (const std::size_t nth : {0u, 2u}) {
@@ -187,7 +188,8 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
   }
 }
 
-/// Returns the file "shifts_columns" with ring size 2^ring_bits in its group with index `nth`.
+/// Returns the file "shifts_columns" after the ring size of group `nth`, counted from 0, has been
+/// set to 2^ring_bits.
 Bytes with_ring(std::size_t nth, int ring_bits) {
   FileParts parts = take_apart(file("shifts_columns"));
   Chunk* chunk = parts.find(ChunkKind::group, nth);
@@ -214,8 +216,8 @@ TEST(Hostile, RingsOfShiftsAreNoLargerThanTheirGroups) {
     }
     // Values are in columns that need neighbourhoods.
     EXPECT_EQ(code_of(with_ring(nth, 0)), ErrorCode::unsupported);
-    // A smaller ring size is valid in itself. Decoding with a ring of the wrong size either returns
-    // wrong values or fails, but must not crash.
+    // A reader cannot detect that a smaller ring size is wrong. Decoding may return wrong values or
+    // an error, but must not crash.
     for (int bits = 1; bits < ring; ++bits) (void)decode_in_pieces(with_ring(nth, bits));
   }
 }
@@ -250,8 +252,7 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
         is = is == codec ? static_cast<container::Codec>(98) : codec;
       });
   }
-  // Within one segment, a group coded with another codec must neither precede nor follow a group
-  // coded as shifts.
+  // A segment must not contain both groups of the shifts codec and groups of another codec.
   for (const auto codec : {container::Codec::predictive, container::Codec::paper}) {
     FileParts parts = take_apart(file("shifts"));
     for (const std::size_t nth : {0u, 1u}) {
@@ -266,8 +267,8 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
   }
 }
 
-// The file contains a group coded as shifts, but the schema either forbids this codec or
-// contradicts the group.
+// The cells of a group are coded with the shifts codec, but the schema either does not allow this
+// codec or contradicts the contents of the group.
 TEST(Hostile, ShiftsOfAnotherSchema) {
   const auto code_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);
@@ -292,8 +293,8 @@ TEST(Hostile, ShiftsOfAnotherSchema) {
             ErrorCode::corrupt);
 }
 
-// A program that appends steps decodes the groups again. If the schema forbids this codec or
-// contradicts a group coded as shifts, the program must report the same error as a reader.
+// A program that appends steps decodes the groups again. If the schema does not allow the shifts
+// codec or contradicts the contents of a group, the program must report the same error as a reader.
 TEST(Hostile, ShiftsOfAnotherSchemaAreNotDecodedAgain) {
   const auto appends_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);

@@ -194,8 +194,8 @@ TEST(Hostile, ChunksMissingRepeatedOrSwapped) {
         parts.chunks.erase(parts.chunks.begin() + place);
         const ErrorCode missing = code_of(put_together(parts, numbering));
         EXPECT_TRUE(missing == ErrorCode::corrupt || missing == ErrorCode::truncated) << at;
-        // A file may store the schema twice, but the index contains the number of chunks, so an
-        // additional copy is an error. Data after the index is ignored.
+        // The index states the number of chunks, so a repeated chunk is an error, even though a
+        // file may store the schema twice. Data after the index is ignored.
         parts = whole;
         parts.chunks.insert(parts.chunks.begin() + place, whole.chunks[at]);
         EXPECT_EQ(code_of(put_together(parts, numbering)), ErrorCode::corrupt) << at;
@@ -309,8 +309,8 @@ TEST(Hostile, LyingSchema) {
         s.arrays.assign(3, array_of("a", Location::point, ScalarType::int8, 65535));
       },
       ErrorCode::over_limit);
-  // Truncates the schema at every position, and also appends data to it: one byte, which is an
-  // invalid value of the field for step references, or two bytes.
+  // Truncates the schema at every position. Also appends one byte, which is read as the field for
+  // step references and has an invalid value, or two bytes.
   Schema schema = mixed_cells().schema;
   schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
   ByteWriter blob;
@@ -380,9 +380,9 @@ TEST(Hostile, LyingGroupHeader) {
     refused(name, [](Header& h) { h.streams.back().checksum ^= 1; });
     refused(name, [](Header& h) { h.streams.pop_back(); });
     refused(name, [](Header& h) { h.streams.push_back(h.streams.back()); });
-    // Swaps the kinds and codecs of the first two streams. In the file "shifts", one of
-    // the two streams then has a codec that its kind does not allow, which a reader refuses as
-    // unsupported.
+    // Swaps the kinds and codecs of the first two streams. In the file "shifts", one of the two
+    // streams then has a codec that is not allowed for its kind of stream. A reader must report
+    // that this is unsupported.
     refused(
         name,
         [](Header& h) {
@@ -420,8 +420,8 @@ TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
     const auto decoded = decode_in_pieces(file(name));
     ASSERT_TRUE(decoded);
     const bool shifts = std::string(name).starts_with("shifts");
-    // A group coded as shifts provides neighbourhoods only if it has a ring of recent elements. The
-    // test therefore does not request neighbourhoods from such groups.
+    // A group of the shifts codec provides neighbourhoods only if it has a ring, which stores
+    // recent elements. The test therefore requests no neighbourhoods from such groups.
     const ElementNeeds wants{!shifts, !shifts, true, true};
     const auto replayed = [&](const std::function<void(container::GroupHeader&)>& lie) {
       StepTopology replay(decoded->schema, std::uint64_t{1} << 30, wants);

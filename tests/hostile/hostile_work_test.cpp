@@ -51,7 +51,8 @@ std::uint64_t read_all(const Bytes& file) {
   return out;
 }
 
-/// Reads every array at every step with a StepReader. Returns the number of bytes delivered.
+/// Reads the values of all arrays at all steps with a StepReader. Returns the number of bytes
+/// delivered.
 std::uint64_t read_steps(const Bytes& file) {
   MemoryRandomSource source(file);
   auto reader = StepReader::open(source);
@@ -149,7 +150,8 @@ Bytes with_extras(std::uint64_t count) {
   return std::move(sink.bytes);
 }
 
-/// Reads the file twice: item by item, and by the index.
+/// Counts the work of reading the file twice: item by item with a Reader, and using the index with
+/// a StepReader.
 void count(const char* name, const Bytes& file) {
   for (const bool by_index : {false, true}) {
     const std::uint64_t out = counted_run(by_index ? read_steps : read_all, file);

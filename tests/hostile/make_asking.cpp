@@ -1,7 +1,7 @@
 // make_asking DIR [SHEET...]: writes the asking files of asking_files.h (small files that try to
-// make a reader allocate much memory) as DIR/NAME.shm, for tests of whole programs. Files called
-// sheets take long to create, so only the sheets named as arguments are written. Without arguments,
-// the program prints the names of the sheets.
+// make a reader allocate much memory) as DIR/NAME.shm, for tests of whole programs. Some of these
+// files, called sheets, take long to create, so only the sheets named as arguments are written.
+// Without arguments, the program prints the names of the sheets.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>

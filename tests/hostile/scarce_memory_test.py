@@ -15,11 +15,11 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from folder_test import tell
 
 SHM = SCARCE = None
-# Number of tested positions of the first failing allocation while a command runs, for each command and each
-# kind of failure.
+# Number of tested failures while a command is executed, for each command and each kind of failure. In each
+# test, a different allocation is the first one that fails.
 FALLS = 24
-# Commands that are also tested with failing allocations of C libraries. Commands that use netCDF and HDF5 are
-# not in the list, because these libraries crash without memory.
+# Commands that are also tested with failing allocations in C libraries. Commands that use netCDF and HDF5 are
+# not in the list, because these two libraries crash if an allocation fails.
 WITHOUT_NETCDF = {"compress", "decompress", "info", "verify", "against", "convert", "diff", "extract", "join", "split",
                   "damaged", "repair", "layout", "preview", "many"}
 
@@ -89,8 +89,8 @@ class ScarceMemory(unittest.TestCase):
             total, code, text, written = self.count(*words, **scarce)
             self.assertIn(code, (0, 3), name)
             self.assertGreater(total, start)
-            # A few of the tested failures occur before the tool starts the command; most of them occur while
-            # the command runs.
+            # In a few runs, the first failure occurs while the tool starts; in most runs, it occurs while the
+            # tool executes the command.
             places = {start * k // 6 for k in range(6)}
             places |= {start + (total - start) * k // FALLS for k in range(FALLS)} | {total - 1}
             for allowed in sorted(places):

@@ -20,8 +20,8 @@ namespace {
 
 // Size in bytes of the largest allocation since this variable was last set to 0.
 std::size_t largest_allocation = 0;
-// Number of bytes that are currently allocated, and the largest value of this number since
-// memory_of() last reset it.
+// Number of bytes that are currently allocated, and the largest value of this number since the most
+// recent call to memory_of().
 std::atomic<std::size_t> allocated = 0, most_allocated = 0;
 
 /// Runs `work` and returns the largest amount of memory, in bytes, that `work` had allocated at any

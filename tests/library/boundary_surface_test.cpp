@@ -644,7 +644,7 @@ TEST(BoundarySurface, CarriesStaticArrays) {
 TEST(BoundarySurface, CarriesSteppedArrays) {
   for (const Order kind : {Order::keep, Order::stream}) {
     Stepped stepped = with_steps(every_shape(), kind);
-    // The array covers only blocks 1 and 3. Their cells are between cells of other blocks.
+    // The array covers only blocks 1 and 3, whose cells are mixed with cells of other blocks.
     stepped.mesh.schema.arrays[3].blocks = {1, 3};
     for (const std::uint64_t step : {0u, 1u, 2u, 4u, 5u, 9u})
       stepped.values[{3, step}] =

@@ -101,7 +101,7 @@ def missing_paths(code):
 
 
 def modules(top):
-    """Returns the folders of sources below `top` as a dictionary. The keys are the module names in
+    """Returns the source folders below `top` as a dictionary. The keys are the module names in
     architecture.md, such as "vtk/xml"."""
     return {path.parent.relative_to(ROOT / top).as_posix(): path.parent
             for path in (ROOT / top).rglob("*.*")
@@ -135,8 +135,8 @@ def faults_of_map(lines):
 
 
 def layers(text):
-    """Returns one dictionary for each layer diagram. The dictionary maps each module to its line number in
-    the diagram."""
+    """Returns one dictionary for each layer diagram in `text`. The dictionary maps each module in the diagram
+    to the number of its line."""
     section = text.partition("\n## Layers\n")[2].partition("\n## ")[0]
     numbered = enumerate(section.splitlines())
     return [{module: number for number, line in lines for module in line.split()}
@@ -203,7 +203,8 @@ def faults(document):
 
 
 def lost_claims():
-    """Returns the claims that their documents do not contain. Line breaks are ignored."""
+    """Finds the claims that scripts/claims lists for a document but that are missing from the text of this
+    document. Line breaks are ignored."""
     claims = subprocess.run([sys.executable, ROOT / "scripts" / "claims", "--list"], check=True,
                             capture_output=True, text=True).stdout.splitlines()
     if not claims:
@@ -217,7 +218,8 @@ def lost_claims():
 
 
 def faults_of_headers():
-    """Runs Doxygen, checks that the pages that it writes contain the comments, and returns its warnings."""
+    """Runs Doxygen and returns its warnings. Also checks two of the generated pages: each must contain a
+    certain sentence from the comments."""
     (ROOT / "build").mkdir(exist_ok=True)
     done = subprocess.run(["doxygen", "docs/Doxyfile"], cwd=ROOT, capture_output=True, text=True)
     for line in done.stderr.splitlines() or ([done.stdout] if done.returncode else []):

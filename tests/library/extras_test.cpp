@@ -1,5 +1,6 @@
-// Tests of encoded extras: extras that are packed together are restored unchanged, whatever their
-// contents, and the library's zstd dictionary equals the dictionary in the specification.
+// Tests of encoded extras (typed values with keys). Several extras that are packed together must be
+// restored unchanged, whatever their contents. The library's zstd dictionary must equal the
+// dictionary in the specification.
 #include "format/schema.h"
 
 #include <gtest/gtest.h>

@@ -35,7 +35,7 @@ TEST_F(FileIo, AppearsWithCommit) {
   EXPECT_EQ(files(), 1u);
 }
 
-// If a Writer finishes the file, the caller need not call commit().
+// Writer::finish() calls commit() of the FileSink, so a caller of finish() need not call it.
 TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   const TestMesh mesh = grid(2, 2, 2);
   auto sink = FileSink::create(path("mesh.shm"));

@@ -124,8 +124,7 @@ std::set<std::uint64_t> unused(const ByNumber& whole) {
   return numbers;
 }
 
-/// The cell numbers of a segment, and the vertex numbers of those of its vertices that no cell of
-/// the mesh uses.
+/// The cells of a segment, and the vertices of the segment that no cell of the mesh uses.
 struct SegmentOfWhole {
   std::set<std::uint64_t> cells, unused;
 };
@@ -543,8 +542,8 @@ Stepped bar(Order order) {
   return stepped;
 }
 
-/// Extracts the request, except step values. Returns the number of bytes that this reads from the
-/// file, not counting the bytes that open() has read.
+/// Extracts the requested piece without step values. Returns the number of bytes that are read from
+/// the file after open().
 std::uint64_t bytes_of(CountedSource& source, MeshExtractor& file, const ExtractRequest& request) {
   source.bytes = 0;
   const auto begun = file.begin(request);
@@ -646,8 +645,9 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
     EXPECT_EQ(file->cell_numbers().size(), quarter);
   }
   // Blocks 1 and 2 alternate from group to group, so the cells of one block are spread across the
-  // whole file. To determine that a segment contains no cells of a block, the extractor must read
-  // only the connectivity of the segment.
+  // whole file. The extractor must read the connectivity of a segment to determine whether the
+  // segment contains cells of the requested block. If there are none, the extractor must not read
+  // any other data of the segment.
   Stepped stepped = bar(Order::keep);
   stepped.options.segment_cells = kBarGroup;
   stepped.mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
@@ -667,7 +667,7 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
 
 // --- errors
 
-/// Runs most of the requests that requests() returns. Returns the first error.
+/// Runs every third request that requests() returns. Returns the first error.
 std::optional<Error> complaint(std::span<const std::byte> bytes, const ByNumber& whole,
                                std::vector<ByNumber>* pieces = nullptr,
                                const ReadLimits& limits = {}) {

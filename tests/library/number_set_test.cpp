@@ -29,8 +29,8 @@ TEST(NumberSet, HasAllNumbersAndTellsWhichIsThereTwice) {
     numbers.add(again);
     EXPECT_EQ(numbers.twice(), again);
   }
-  // A large number may be added while the bit array is still too short for it, and added again
-  // after the bit array has grown.
+  // NumberSet stores numbers in a bit array, which grows. A large number may be added while the
+  // array is too short for it, and added again after the array has grown.
   NumberSet grown;
   constexpr std::uint64_t kFar = 64 * (1 << 14) + 640;
   grown.add(kFar);

@@ -28,8 +28,9 @@ struct Uses {
   std::vector<std::uint64_t> first, last;
 };
 
-/// Returns the mesh without the vertices that no cell uses, because write_mesh places these
-/// vertices between cells. Precondition: the mesh has no static point arrays.
+/// Returns the mesh without unused vertices (those that no cell uses). The tests use no such
+/// vertices, because write_mesh writes them between cells. Precondition: the mesh has no static
+/// point arrays.
 TestMesh used_only(TestMesh mesh) {
   const Uses uses(mesh);
   std::vector<std::uint64_t> fresh(mesh.vertices);
@@ -48,8 +49,8 @@ TestMesh used_only(TestMesh mesh) {
   return mesh;
 }
 
-/// The data that the writer of one part has. Outside of tests, a separate process writes each part,
-/// and it does not have the data of the other parts.
+/// The data that is needed to write one part. Outside of tests, each part is written by a separate
+/// process, which does not know the data of the other parts.
 struct Part {
   std::uint64_t first = 0, end = 0;  ///< range of cells
   RecordedOrder order;
@@ -98,7 +99,8 @@ void feed(const TestMesh& mesh, const Uses& uses, Part& part) {
   ASSERT_TRUE(part.writer->end_mesh());
 }
 
-/// Assembles a file from the chunks of all parts. Each part computes the offsets of its own chunks.
+/// Assembles a file from the chunks of all parts. For each part, place() corrects the chunk
+/// numbers, which depend on the preceding parts.
 class Joined {
  public:
   Joined(const Schema& schema, const WriteOptions& options)
@@ -340,8 +342,8 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
     EXPECT_TRUE(refuses(
         Bytes(chunks.index.begin(), chunks.index.begin() + static_cast<std::ptrdiff_t>(cut)),
         chunks.bytes.size()));
-  // The chunks of this part belong to another mesh: its number of blocks is that of the mesh of the
-  // joiner, but one array fewer.
+  // The chunks of this part belong to another mesh. Its schema has the same blocks as the joiner's
+  // schema, but one array fewer.
   Schema other = mesh.schema;
   other.arrays.push_back(ArrayInfo{});
   other.arrays.back().name = "one more";

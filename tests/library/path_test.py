@@ -5,9 +5,10 @@ and that docs/architecture.md lists these units.
   path_test.py PATH_OF_SHM     (exit code 77, skipped, if valgrind is missing)
 
 The tool must be built with debug information and without optimization and sanitizers. The script compares the
-units that scripts/path finds with the two lists in the document. It reports units that run but are not
-listed, and units that are listed but do not run. When the sources were still in two folders, compression ran
-code of 80 units and decompression code of 69 units. At most 60 % of these numbers are allowed.
+units that scripts/path finds with the two lists in the document. It reports units that run but are not listed,
+and units that are listed but do not run. When all sources were in only two folders, before they were divided
+into modules, compression ran code of 80 units and decompression code of 69 units. The test allows at most 60 %
+of these numbers.
 """
 import re
 import shutil
@@ -17,8 +18,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENT = ROOT / "docs" / "architecture.md"
-# For each command: the word in the comment that marks its list in the document, and the maximum number of
-# units.
+# For each command: `in` or `out`, the word in the comment (<!-- path in -->) that precedes the command's list
+# of units in the document, and the maximum number of units.
 COMMANDS = {"compress": ("in", 48), "decompress": ("out", 40)}
 
 

@@ -254,9 +254,9 @@ TEST(Rules, OnlyTheTopModuleIncludesVerbs) {
 }
 
 /// Finds the free functions that a source declares, and the free functions that it defines with
-/// external linkage. Names include namespaces: "shm::converters::open_mesh". Only statements in
-/// namespaces are read; all other bodies are skipped. Templates, operators and members are left
-/// out.
+/// external linkage. Names include namespaces: "shm::converters::open_mesh". Only statements
+/// directly inside namespaces are examined; the bodies of functions and classes are skipped.
+/// Templates, operators and members are ignored.
 class FreeFunctions {
  public:
   std::set<std::string> declared, defined;

@@ -144,8 +144,8 @@ TEST(Schema, LimitsAreKept) {
   limits.max_arrays = 2;
   EXPECT_EQ(code(limits), ErrorCode::over_limit);
   limits = {};
-  limits.max_static_components =
-      4002;  // the static arrays have 4000 + 3 components; stepped arrays do not count
+  // The static arrays have 4000 + 3 components. The limit does not apply to stepped arrays.
+  limits.max_static_components = 4002;
   EXPECT_EQ(code(limits), ErrorCode::over_limit);
 }
 

@@ -1,6 +1,5 @@
 // Tests of segments. A mesh that is cut into many segments is read back completely, and each vertex
-// is returned only once. The positions of the cuts depend only on the numbers of cells and
-// vertices.
+// is returned only once. The positions of the cuts depend only on the counts of cells and vertices.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -101,9 +100,10 @@ std::uint64_t segments_of(const TestMesh& mesh, double budget, std::uint64_t* im
 }
 
 TEST(Segments, CutsKeepTheBudget) {
-  // After each layer of 400 cells, 21 x 21 vertices are live. That is 2 % of the vertices that 50
-  // layers introduce, so the budget of 2 % alone would allow a cut every 50 layers. The cuts are
-  // farther apart, because a segment has at least 131072 cells.
+  // After each layer of 400 cells, 21 x 21 vertices are live, and a segment that begins there must
+  // import them. That is 2 % of the vertices that 50 layers introduce, so the budget of 2 % alone
+  // would allow a cut every 50 layers. The cuts are farther apart, because a segment has at least
+  // 131072 cells.
   const TestMesh slim = grid(20, 20, 700);
   std::uint64_t imported = 0;
   EXPECT_EQ(segments_of(slim, .02, &imported), 3u);
@@ -197,8 +197,8 @@ std::string text_read(std::span<const std::byte> bytes, const ReadOptions& optio
   }
 }
 
-/// Checks that the contents that a Reader returns, as text, do not depend on the number of threads
-/// or on the amount of memory for reading ahead.
+/// Reads the file with different numbers of threads, and with different amounts of memory for
+/// reading ahead. Checks that the Reader returns the same contents each time.
 void expect_same_with_threads(std::span<const std::byte> bytes) {
   const std::string alone = text_read(bytes, {});
   for (const auto& [threads, ahead] :
@@ -237,8 +237,8 @@ TEST(Segments, DamageIsToldAlikeWithThreads) {
       bytes[at] ^= std::byte{4};
       expect_same_with_threads(std::span(bytes).first(at));
     }
-    // Damages a group in two ways and corrects the checksums: changes bytes in the middle of a
-    // segment, or makes the start of a segment inconsistent.
+    // Damages a group in three ways and corrects the checksums: changes a byte in the middle of
+    // each bitstream, or changes the segment number or the first vertex number in the headers.
     for (std::size_t nth = 0; nth < 5; ++nth) {
       FileParts parts = take_apart(bytes);
       Chunk* chunk = parts.find(container::ChunkKind::group, nth);

@@ -243,8 +243,8 @@ TEST(Sets, ThatContradictThemselvesAreNotWritten) {
   }
 }
 
-// Decodes extras with keys of sets, arbitrary types and random bytes. The result must be a set or
-// an error.
+// Decodes extras that have keys as used for sets, but arbitrary types and random bytes. The result
+// must be a set or an error.
 TEST(Sets, OfRandomExtrasAreSetsOrErrors) {
   std::mt19937_64 random(1);
   const char* fields[] = {"id", "name", "members", "sides", "blocks", "factors", "members/1"};

@@ -361,8 +361,9 @@ TEST(Summary, LengthsDoNotWrap) {
     entry.kind = 200;
     index.entries.insert(index.entries.begin() + 1, entry);
   });
-  // Sets the payload length to 2^64 - 1, which has the effect of -1 in 64-bit arithmetic, and
-  // reduces the chunk length in the index by one byte.
+  // Sets the payload length to 2^64 - 1 and reduces the chunk length in the index by one byte. In
+  // 64-bit arithmetic, adding 2^64 - 1 is the same as subtracting 1, so the two lengths seem to
+  // agree.
   parts = take_apart(bytes);
   const std::size_t at = container::kFileStartBytes + parts.chunks[0].bytes();
   parts.chunks[1].header.payload_bytes = ~std::uint64_t{0};

@@ -28,7 +28,7 @@ Schema small_schema() {
   return schema;
 }
 
-/// A Writer whose sink counts the bytes, and the eight vertices of a cube.
+/// A Writer to which the eight vertices of a cube have been added. Its sink only counts bytes.
 class Session {
  public:
   explicit Session(const Schema& schema = small_schema(), const WriteOptions& options = {})

@@ -1,5 +1,5 @@
-// Tests that the search for an order of cells stays within its memory limit. The mesh would need
-// several times the limit.
+// Tests that the search for an order of cells stays within its memory limit. The mesh is so large
+// that it would need several times this amount of memory.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -1,6 +1,6 @@
-// Tests of Order::free: every order is a permutation that a reader can reconstruct, sweeps follow
-// rows and layers, data and references are reordered with the cells, and a shuffled mesh results in
-// a small file.
+// Tests of Order::free: every order is a permutation that a reader can reconstruct, cells of a grid
+// are ordered in rows and layers, array values and references to elements are reordered with the
+// cells, and a shuffled mesh results in a small file.
 #include "order/free_order.h"
 
 #include <gtest/gtest.h>
@@ -186,8 +186,8 @@ TEST(FreeOrder, IsNeverMuchLarger) {
   }
 }
 
-// In a cube, connectivity is the same along all axes. Only the coordinates of the cells show along
-// which axis the cells of the source were ordered.
+// In a cube, connectivity is the same along all axes. Only the coordinates show along which axis
+// the cells were ordered when the file was written.
 TEST(FreeOrder, CubeIsFoundByItsPlaces) {
   MemoryMesh mesh = grid_mesh(8, 8, 8);
   shuffle_mesh(mesh, 12, true);

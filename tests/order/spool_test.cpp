@@ -1,5 +1,5 @@
-// Tests of the spool, which stores data in memory or on disk. It must return data unchanged, and it
-// must keep data that will be needed again soon in memory.
+// Tests of the spool, which stores data in memory or on disk. It must return data unchanged. If the
+// data does not fit into memory, it must keep in memory the data that will be needed again soon.
 #include "base/spool.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 // Checks that the same mesh results in the same pixels on every machine, with every compiler and
-// optimization. The test runs in the same builds as determinism_tests, and on other machines. On a
-// mismatch it prints the new table, which replaces the old table if the change is intended.
+// optimization. The test runs in the same builds as determinism_tests, and on other machines. The
+// test compares the hashes of pictures with a table in this file. On a mismatch, it prints a new
+// table. If the change is intended, replace the table with it.
 #include <gtest/gtest.h>
 #include <xxhash.h>
 

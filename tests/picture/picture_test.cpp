@@ -355,7 +355,8 @@ TEST(Picture, NumbersOfAnySizeGiveTheSamePicture) {
     for (double& number : scaled.xyz) number *= factor;
     EXPECT_EQ(draw(scaled, small()).image.pixels, picture.image.pixels);
   }
-  // If a vertex is not finite, only the faces that use it are left out.
+  // If a coordinate of a vertex is not finite, only the faces that use this vertex are omitted from
+  // the picture.
   DrawnSurface holed = plain;
   holed.xyz[0] = kNaN;
   EXPECT_EQ(draw(holed, small()).skipped, 1u);

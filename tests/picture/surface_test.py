@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Tests shm surface. Independent readers of PLY, STL and OBJ check closed surfaces, colours, decimation, and
-errors.
+"""Tests shm surface. Checks closed surfaces, colours, decimation and error messages. The test contains its own
+readers of PLY, STL and OBJ files.
 
 Usage: surface_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool was built without OpenMesh)
 
-If SHM_CORPUS names a folder of meshes, the small meshes of the corpus are tested, too. If SHM_ALL_SURFACES is
-set, all of its meshes are tested.
+If SHM_CORPUS names a folder of meshes, the small meshes in this folder are tested, too. If SHM_ALL_SURFACES is
+also set, all meshes in the folder are tested.
 """
 import json
 import math

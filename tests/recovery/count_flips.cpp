@@ -1,6 +1,6 @@
 // Counts the effects of damage. Flips every single bit of each file, truncates the file at every
-// byte, and reads each damaged file front to back and by its index. The result must be an error or
-// exactly the same contents; any other result is counted as wrong data. Child processes read the
+// byte, and reads each damaged file front to back and using its index. The result must be an error
+// or exactly the same contents; any other result is counted as wrong data. Child processes read the
 // damaged files, so that crashes and hangs are counted, too.
 //   count_flips [--sample N] FILE.shm...   tests every N-th bit and truncation of each file
 //   (default 1: all)
@@ -71,7 +71,7 @@ void add_steps(shm::RandomSource& source, Parts& parts) {
     }
 }
 
-/// Reads each part of a mesh separately, by the index.
+/// Reads each part of a mesh separately, using the index of the file.
 Parts parts_of(std::span<const std::byte> bytes) {
   Parts parts;
   shm::MemoryRandomSource source(bytes);
@@ -100,14 +100,14 @@ struct Whole {
 struct Counts {
   std::uint64_t flips = 0, cuts = 0;   // finished or in progress
   std::uint64_t errors = 0, same = 0;  // results of reading front to back
-  /// Sum, over all damaged files, of the number of parts that were read by the index and were
-  /// correct.
+  /// Number of parts that were read using the index and were correct, summed over all damaged
+  /// files.
   std::uint64_t parts_same = 0;
   std::uint64_t wrong = 0, crashes = 0, hangs = 0;
   std::uint64_t slowest_nanoseconds = 0;
 };
 
-/// Reads the damaged file front to back and by the index, and counts the results.
+/// Reads the damaged file front to back and using its index, and counts the results.
 void look_at(std::span<const std::byte> bytes, const Whole& whole, Counts& counts) {
   const auto begin = std::chrono::steady_clock::now();
   ::alarm(kHangSeconds);

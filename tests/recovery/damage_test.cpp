@@ -241,8 +241,8 @@ TEST(Damage, ArraysThatAreHurtAreNamed) {
   }
 }
 
-// A header with a correct checksum refers to an array that this file does not have. The reader must
-// not report values of that array as lost.
+// A header with a correct checksum refers to an array that the file does not have. A reader must
+// not report that values of this array are lost.
 TEST(Damage, ValuesOfNoArrayAreNotNamed) {
   Stepped stepped = with_steps(two_blocks(), Order::keep);
   stepped.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
@@ -421,9 +421,10 @@ TEST(Damage, StepsBeyondTheLimitAreRefused) {
   EXPECT_EQ(reader.error().code, ErrorCode::over_limit);
 }
 
-// A lost chunk between two groups is regarded as a group only if the file also lacks cells or
-// vertices. If a reader cannot determine whether the lost chunk was a group, it must not assign
-// step values to elements, because step values refer to groups by number.
+// A chunk is lost between two groups. A reader regards it as a group only if cells or vertices are
+// missing, too. If a reader cannot determine whether the lost chunk was a group, the numbers of the
+// following groups are uncertain. Step values refer to groups by number, so the reader must not
+// assign them to elements.
 TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
   const Bytes whole = file(Order::stream, 60, 60);
   const Left all = *left_of(whole);
@@ -507,8 +508,8 @@ TEST(Damage, ALostIndexIsMadeAnew) {
   EXPECT_GT(same, 80u);
 }
 
-// The index of a file of version 0.9 can be rebuilt, too. The new index contains the ranges of the
-// restored values.
+// The index of a file of format version 0.9 can be rebuilt, too. The value ranges in the new index
+// are computed from the decoded values.
 TEST(Damage, ALostIndexOfVersion0IsMadeAnew) {
   std::size_t same = 0, with_other_ranges = 0;
   for (const auto& path : golden_files()) {

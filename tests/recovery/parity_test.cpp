@@ -109,7 +109,7 @@ TEST_F(Parity, NothingLostIsNothingDone) {
   }
 }
 
-// If a stripe has N parity blocks, any N of its blocks can be lost and restored.
+// If a stripe has N parity blocks, it can be restored after the loss of any N of its blocks.
 TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
   const Bytes file = random_bytes(300 * 4096 - 77, 1);
   const ParityShape shape = parity_shape(file.size(), .05);
@@ -135,8 +135,8 @@ TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
     EXPECT_TRUE(outcome.lost.empty());
     ASSERT_EQ(outcome.healed, file);
 
-    // Each stripe has already lost the largest number of blocks that it can restore. If one of them
-    // loses another block, it cannot be restored; the other stripe still can.
+    // Both stripes have already lost the largest number of blocks that the parity can restore. If
+    // one stripe loses another block, it cannot be restored; the other stripe still can.
     std::uint64_t more = 0;
     while (std::binary_search(lost.begin(), lost.end(), more)) more += 2;
     lose(damaged, more);
@@ -305,7 +305,7 @@ TEST_F(Parity, SectorsThatCannotBeRead) {
   EXPECT_EQ(healed, file);
 }
 
-// Readers ignore the parity, whether they read front to back or by the index.
+// Readers ignore the parity, whether they read front to back or using the index.
 TEST_F(Parity, ReadersDoNotMind) {
   for (const FeatureFile& feature : feature_files()) {
     const Bytes whole = with_parity(feature.bytes, .2);

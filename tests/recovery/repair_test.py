@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests shm compress --parity and shm repair: lost data is restored, and the packets agree with section 40 of the
-specification. The test contains its own implementation of the parity arithmetic.
+"""Tests shm compress --parity and shm repair: lost data is restored, and the parity packets agree with section
+40 of the specification. The test contains its own implementation of the parity arithmetic.
 
 Usage: repair_test.py PATH_OF_SHM
 """

@@ -394,8 +394,8 @@ class Salvage(unittest.TestCase):
         self.assertIn(b"-o OUT.shm", refused.stderr)
 
     def test_index_of_rounded_values(self):
-        """The index contains no data about the values before rounding, so it can be rebuilt from the rounded
-        values."""
+        """The index contains nothing that depends on the original values before rounding, so it can be rebuilt
+        from the rounded values in the file."""
         made = self.shm("compress", self.path("m.e"), "-o", self.path("rounded.shm"), "--array",
                         "attrib1:abs=1e-3")
         self.assertEqual(made.returncode, 0, made.stderr)
@@ -467,8 +467,9 @@ class Salvage(unittest.TestCase):
         self.assertEqual(info["cells"], len(self.mesh.cells) - SEGMENT)
 
     def test_roles_that_are_left_out_are_named(self):
-        """The role of the array of node tags, which states its meaning in Gmsh, is stored with the Gmsh data,
-        not with the array. If the Gmsh data is damaged, the array remains, but loses its role."""
+        """The role of an array states its purpose in the source format. For the array of Gmsh node tags, the
+        role is not stored with the array, but in an extra with other Gmsh data. If this extra is damaged, the
+        array remains but loses its role."""
         nodes = "\n".join(f"{90 - 3 * i} {i & 1} {i >> 1 & 1} {i >> 2}" for i in range(8))
         with open(self.path("tags.msh"), "w", encoding="ascii") as file:
             file.write(f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{nodes}\n$EndNodes\n"

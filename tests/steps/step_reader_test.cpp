@@ -167,8 +167,8 @@ TEST(StepReader, WhateverTheKeySteps) {
 
 TEST(StepReader, TrendsAndLossyAndManyComponents) {
   Stepped stepped = waves(6);
-  for (auto& [key, values] : stepped.values)  // random values that grow linearly from step to step,
-                                              // all at the same relative rate
+  // The values are random at step 0 and grow linearly, all at the same relative rate.
+  for (auto& [key, values] : stepped.values)
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -213,8 +213,7 @@ TEST(StepReader, StepTimes) {
 
 // --- bytes read
 
-/// Divides the bytes of a file into parts with names, such as "head", and finds the part of each
-/// byte.
+/// Divides a file into named parts, such as "head", and records to which part each byte belongs.
 struct Places {
   explicit Places(std::span<const std::byte> file) : owner(file.size()) {
     const FileParts parts = take_apart(file);
@@ -239,8 +238,8 @@ struct Places {
     return std::to_string(segment) + " array " + std::to_string(array) + " step " +
            std::to_string(step);
   }
-  /// For each name, finds the segments that have a part with this name. Returns the full names of
-  /// these parts, which begin with the segment number, such as "2 array 0 step 5".
+  /// Returns the full names of all parts with these names, in all segments. A full name is a
+  /// segment number followed by a name, such as "2 array 0 step 5".
   std::set<std::string> in_all(const std::set<std::string>& names) const {
     std::set<std::string> all;
     for (const std::string& name : names)
@@ -356,7 +355,8 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
       ASSERT_TRUE(reader.read({wave, 6, {}, false}));
       EXPECT_EQ(places.touched(source), mesh_and({name(4), name(5), name(6)}));
 
-      // To read step 7 after step 6, the reader needs no other step and no mesh data.
+      // To read step 7 after step 6, the reader reads only the values of step 7: no other steps and
+      // no mesh data.
       source.forget();
       ASSERT_TRUE(reader.read({wave, 7, {}, false}));
       EXPECT_EQ(places.touched(source), places.in_all({name(7)}));

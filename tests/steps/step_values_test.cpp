@@ -78,8 +78,9 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
           }
 }
 
-// In groups coded as shifts, neighbouring vertices are found by their numbers; with other codecs,
-// on the active surface. The encoded values must have about the same size in both cases.
+// With the shifts codec, neighbouring vertices are found by their numbers. With the other codecs,
+// they are found on the active surface. The encoded values must have about the same size in both
+// cases.
 TEST(StepValues, OverShiftsToo) {
   Stepped stepped = waves(3);
   stepped.options.connectivity = ConnectivityCodec::rows;
@@ -91,8 +92,8 @@ TEST(StepValues, OverShiftsToo) {
   EXPECT_LE(bytes.size() * 20, over_surface * 21);
 }
 
-// At level `fast`, and in meshes coded with patterns, step values are coded without mesh neighbours
-// and can be decoded without the mesh.
+// At level `fast`, and in meshes of the patterns codec, step values are not predicted from
+// neighbouring elements. They can therefore be decoded without the mesh.
 TEST(StepValues, InTerms) {
   Stepped stepped = waves(5);
   for (const auto& [codec, level] : {std::pair(ConnectivityCodec::patterns, Level::standard),
@@ -110,8 +111,8 @@ TEST(StepValues, InTerms) {
   }
 }
 
-// If a file has steps, every group coded as shifts must have a ring, from which neighbourhoods are
-// found. A group without a ring is refused.
+// If a file has steps, every group of the shifts codec must have a ring, which stores recent
+// elements and is needed to find neighbours. A group without a ring is refused.
 TEST(StepValues, ShiftsWithoutNeighbourhoodsAreRefused) {
   Stepped stepped = waves(1);
   stepped.options.connectivity = ConnectivityCodec::shifts;
@@ -146,8 +147,8 @@ TEST(StepValues, NoCellsNoVerticesNoElements) {
   expect_values_back(stepped);
 }
 
-// If an array has no elements, a call that passes its values stores nothing in the file and does
-// not count as a step.
+// If an array has no elements, a call to add_step_values() for this array stores nothing in the
+// file and does not create a step.
 TEST(StepValues, AStepOfNothingIsNone) {
   Stepped stepped = with_steps(grid(1, 1, 1), Order::keep);
   stepped.mesh.cells.clear();
@@ -205,8 +206,8 @@ TEST(StepValues, StepsReferToTheOneBefore) {
   }
 }
 
-/// Returns the kinds of references to other steps that the schema of the file allows. Each kind of
-/// the enumeration includes the kinds before it.
+/// Returns the last kind in the enumeration StepReference that the schema of the file allows. The
+/// schema also allows all kinds before it.
 StepReference most_of(const Bytes& file) {
   const auto back = read_mesh(file);
   EXPECT_TRUE(back);
@@ -323,8 +324,8 @@ TEST(StepValues, ATrendGoesOn) {
 
 TEST(StepValues, ATrendIsFollowed) {
   Stepped stepped = waves(4);
-  for (auto& [key, values] : stepped.values)  // random values that grow linearly from step to step,
-                                              // all at the same relative rate
+  // The values are random at step 0 and grow linearly, all at the same relative rate.
+  for (auto& [key, values] : stepped.values)
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -432,8 +433,9 @@ TEST(StepValues, LyingHeaders) {
   refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // differs from the previous group
   refused(
       0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
-  // The header states that values are predicted by a trend, but does not state the steps from which
-  // the trend is computed. Only headers of version 0 can state this.
+  // If `trend` is true, the header states that values are predicted from a trend, but refers to no
+  // earlier steps from which the trend could be computed. Only headers of version 0 can store this
+  // contradiction.
   for (const bool trend : {false, true}) {
     FileParts parts = take_apart(waves_file());
     Chunk& chunk = *parts.find(ChunkKind::step_values);

@@ -120,8 +120,8 @@ inline std::vector<GeneratedMesh> generated_meshes() {
   return all;
 }
 
-/// Returns files of all generated meshes, each in every codec that can encode it. Orders, delays,
-/// steps and levels vary from file to file.
+/// Encodes each generated mesh with every codec that supports it, and returns the files. Orders,
+/// delays, steps and levels vary from file to file.
 inline std::vector<FeatureFile> coded_files() {
   constexpr std::array kLevels = {Level::fast, Level::standard, Level::best};
   std::vector<FeatureFile> files;

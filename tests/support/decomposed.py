@@ -90,8 +90,8 @@ data: time_whole = {text([s * .5 for s in range(steps)])} ;
 
 
 class Split:
-    """Divides an Exodus file into parts. Each part has all variables of the file. Of each variable, it has
-    only the rows of its own nodes, elements and set members."""
+    """Divides an Exodus file into parts. Each part has all variables of the file, but each variable contains
+    only the values for the nodes, elements and set members of the part."""
 
     def __init__(self, whole, owner, count, base=1):
         self.file, self.count, self.base = Exodus(whole), count, base
@@ -117,8 +117,8 @@ class Split:
         self.nodes_of = [sorted(nodes, reverse=p % 2 == 1) for p, nodes in enumerate(self.nodes_of)]
 
     def rows(self, dimension, part):
-        """Returns the indices of those rows of a dimension that belong to a part. Returns None if all rows
-        belong to it."""
+        """Returns the indices along a netCDF dimension that belong to a part. Returns None if the part has all
+        indices."""
         nodes, cells = self.nodes_of[part], self.cells_of[part]
         get = self.file.get
         if dimension == "num_nodes":

@@ -136,7 +136,7 @@ inline TestMesh part_of_grid(
   return mesh;
 }
 
-/// Returns a row of `count` cells that is closed to a ring: corner i of the last face is the same
+/// Returns a row of `count` cells that is closed into a ring: corner i of the last face is the same
 /// vertex as corner glue[i] of the first face.
 inline TestMesh closed_row(std::uint64_t count, const std::array<std::uint64_t, 4>& glue) {
   std::vector<Corners> cells;
@@ -151,7 +151,8 @@ inline TestMesh closed_row(std::uint64_t count, const std::array<std::uint64_t, 
   return mesh_of(cells);
 }
 
-/// Returns a grid that is periodic along all three axes: its last layer meets its first layer.
+/// Returns a grid that is periodic along all three axes: along each axis, the last layer is
+/// connected to the first layer.
 inline TestMesh torus(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz) {
   const auto v = [&](std::uint64_t i, std::uint64_t j, std::uint64_t k) {
     return i % nx + nx * (j % ny + ny * (k % nz));
@@ -232,7 +233,7 @@ inline void add_shared(std::vector<Family>& all) {
   std::vector<Corners> book, fan, open_fan, star;
   for (std::uint64_t i = 0; i < 42; ++i) {
     const std::uint64_t f = 4 * (i / 3),
-                        n = 200 + 4 * i;  // three cells are attached to each face of a row
+                        n = 200 + 4 * i;  // three more cells at each cross-section of the row
     book.push_back({f, f + 1, f + 2, f + 3, n, n + 1, n + 2, n + 3});
     if (i % 3 == 2) book.push_back({f, f + 1, f + 2, f + 3, f + 4, f + 5, f + 6, f + 7});
     const std::uint64_t a = 2 + 4 * i, b = 2 + 4 * ((i + 1) % 42), o = 2 + 6 * i;

@@ -1,7 +1,7 @@
-// Writes an Exodus file with an example of everything that libexodusii can write, and describes the
-// contents of an Exodus file as a list of sentences. The sentences refer to nodes and elements by
-// their ids. Two files that differ only in the order of nodes and elements therefore have the same
-// sentences.
+// Writes an Exodus file with at least one example of each kind of data that libexodusii can write.
+// Also describes the contents of an Exodus file as a list of sentences. The sentences refer to
+// nodes and elements by their ids. Two files that differ only in the order of nodes and elements
+// therefore have the same sentences.
 #pragma once
 
 #include <exodusII.h>
@@ -60,8 +60,8 @@ class Maker {
     wide_ = (options.mode & EX_ALL_INT64_DB) != 0;
     write(path);
   }
-  // Returns the id of the i-th block or set of one kind. If the file stores 64-bit integers, every
-  // second id needs more than 32 bits.
+  // Returns the id of block or set number i; `base` differs from kind to kind. If the file stores
+  // 64-bit integers, every second id needs more than 32 bits.
   std::int64_t id(std::int64_t i, std::int64_t base) const {
     return base + i * 3 + (wide_ && i % 2 == 0 ? std::int64_t{1} << 40 : 0);
   }

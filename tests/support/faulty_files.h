@@ -382,9 +382,9 @@ class FaultyFiles {
         }));
   }
 
-  /// Adds files with correct checksums in which one bitstream cannot be decoded. To find such a
-  /// bitstream, changes are tried in a fixed sequence, one at a time. The file contains the first
-  /// change that makes the bitstream undecodable.
+  /// Adds files with correct checksums in which one bitstream cannot be decoded. To create such a
+  /// bitstream, changes to a valid bitstream are tried in a fixed sequence, one at a time, until
+  /// the bitstream can no longer be decoded.
   void bitstreams() {
     broken_bitstreams({"keep",
                        "stream_turned",
@@ -624,9 +624,9 @@ class FaultyFiles {
       put_packed(out, blob, packing);
       return std::move(out.bytes);
     };
-    // Returns the unpacked bytes of a list with a single extra. `type` is the type of its values,
-    // `distance` is its reference distance. The extra declares `values` values and contains `bytes`
-    // bytes for them.
+    // Returns the unpacked bytes of a list with a single extra. `type` is the type of the extra's
+    // values. `distance` states how far back in the list the value is to which each value is
+    // relative. The extra declares `values` values, but contains `bytes` bytes for them.
     const auto one = [&](int type, std::uint64_t distance, std::uint64_t values,
                          std::size_t bytes) {
       ByteWriter out;

@@ -320,9 +320,8 @@ inline TestMesh degenerate_hexahedra() {
   return mesh;
 }
 
-/// Returns a mesh for which the codec that replays earlier cells needs all of its cases: a grid
-/// with a hole, a second grid whose cells are in the opposite order, degenerate cells and other
-/// shapes.
+/// Returns a mesh that exercises all cases of the replay codec: a grid with a hole, a second grid
+/// whose cells are in the opposite order, degenerate cells, and cells of other shapes.
 inline TestMesh replayed(Order order) {
   TestMesh mesh = mixed_cells();
   std::vector<TestCell> cells;
@@ -678,9 +677,10 @@ inline std::vector<std::byte> steps_that_rise() {
   return std::move(sink.bytes);
 }
 
-/// Returns rows of quads with lines along one side and a cell array. The function sets the points
-/// again, because `bent_grid` with 0 layers computes them as 0 / 0. The sign of that NaN depends on
-/// the machine; the golden files contain the sign that x86 produces.
+/// Returns rows of quads with lines along one side and a cell array. All coordinates are the same
+/// NaN. bent_grid() with 0 layers computes them as 0 / 0, which results in NaNs whose sign depends
+/// on the machine. This function therefore replaces them with the NaN that x86 produces, which the
+/// golden files contain.
 inline TestMesh quads_in_rows() {
   TestMesh mesh = bent_grid(7, 5, 0);
   mesh.xyz.clear();
@@ -716,9 +716,8 @@ inline std::vector<std::byte> rows_of_cells(ConnectivityCodec codec, Level level
   return std::move(sink.bytes);
 }
 
-/// Sets the delay of the mesh to 0, and removes each block whose cells have more than 64 nodes or
-/// no fixed number of nodes. An empty block of triangles replaces each removed block. Returns the
-/// changed mesh.
+/// Sets the delay of the mesh to 0. Replaces each block whose cells have more than 64 nodes or no
+/// fixed number of nodes with an empty block of triangles. Returns the changed mesh.
 inline TestMesh with_few_nodes(TestMesh mesh) {
   mesh.schema.delay = 0;
   for (BlockInfo& block : mesh.schema.blocks) {
@@ -800,7 +799,8 @@ inline std::vector<FeatureFile> feature_files() {
   add("segments_stream", segments_file(stream, false, 0, 6));
   add("shifts", rows_of_cells(ConnectivityCodec::shifts, Level::fast));
   add("shifts_stream", rows_of_cells(ConnectivityCodec::shifts, Level::fast, stream));
-  // This mesh has more different shifts than the table of shifts can hold.
+  // This mesh has more distinct shifts (differences between consecutive cells) than the codec's
+  // table of shifts can hold.
   add("shifts_shuffled", written(shuffled(bent_grid(7, 7, 6, ScalarType::float64)), 200,
                                  ConnectivityCodec::shifts, Level::fast));
   add("shifts_arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,

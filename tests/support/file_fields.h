@@ -34,8 +34,8 @@ struct Field {
   std::string_view name;
   FieldType type = FieldType::u8;
   std::size_t begin = 0, end = 0;
-  /// If the field is the count of a list: the offset of each element of the list, and the offset
-  /// after the last element.
+  /// The offset of each element of a list, and the offset after the last element. Empty if the
+  /// field is not the count of a list.
   std::vector<std::size_t> elements{};
 };
 
@@ -406,9 +406,9 @@ inline Bytes joined(std::span<const std::byte> first, std::span<const std::byte>
   return all;
 }
 
-/// If all fields that `walk` finds in `bytes` are complete, adds a section with these fields. The
-/// caller passes a function `put(file, new bytes, bytes after the fields)`, which must replace the
-/// bytes of the fields in the file with the new bytes.
+/// If all fields that `walk` finds in `bytes` are complete, adds a section with these fields.
+/// `put(file, new_bytes, rest)` must replace the fields in the file with `new_bytes`, followed by
+/// `rest`, the unchanged bytes after the fields.
 template <class Walk, class Put>
 void add(std::vector<Section>& to, const Bytes& bytes, Walk&& walk, Put put) {
   FieldWalk fields(bytes);

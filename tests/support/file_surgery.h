@@ -114,8 +114,9 @@ inline container::Index as_version_0(container::Index index, std::span<const std
   return index;
 }
 
-/// Returns the file after `change` has changed its index. The checksum of the new index is correct.
-/// `change` may also change the version of the index. Precondition: the file has an index.
+/// Returns a copy of the file in which `change` has changed the index and its checksum has been
+/// corrected. `change` may also change the version of the index. Precondition: the file has an
+/// index.
 inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
                                          const std::function<void(container::Index&)>& change) {
   FileParts parts = take_apart(bytes);

@@ -12,9 +12,9 @@ from folder_test import FolderTest, forced
 SHM, SHM_MPI, MAKE_MESH = "shm", "shm_mpi", "shm_make_mesh"
 CORPUS = os.environ.get("SHM_CORPUS", "")
 
-# Settings of Open MPI. The first settings allow it to run as root in a container, and on fewer cores than
-# ranks. The next settings disable the search for networks, which needs a third of the time of a small run.
-# With the last setting, waiting ranks yield the processor.
+# Settings of Open MPI. ALLOW_RUN_AS_ROOT: allows it to run as root, e.g. in a container. rmaps and hwloc:
+# allow more ranks than cores. pml and btl: prevent the search for networks, which needs a third of the time of
+# a small run. yield_when_idle: waiting ranks yield the processor.
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                    OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_hwloc_base_binding_policy="none",
                    OMPI_MCA_pml="ob1", OMPI_MCA_btl="self,vader",
@@ -96,7 +96,8 @@ class Exodus:
                 [self.get("coord" + axis) for axis in "xyz"])
 
     def elements(self):
-        """Returns a pair for each element: the position of its block, and the number of the element."""
+        """Returns a pair for each element: the index of its block in the file, and the element's number in the
+        whole mesh."""
         elements = [b for b in range(self.size("num_el_blk"))
                     for _ in range(self.size(f"num_el_in_blk{b + 1}"))]
         numbers = self.get("elem_num_map") or range(1, len(elements) + 1)

@@ -55,9 +55,10 @@ inline bool is_sampled(std::string_view name) {
   return (hash >> 32) % (std::max<std::uint64_t>(every_nth, 1) * every(3)) == 0;
 }
 
-/// Selects the first of many similar cases, and then every n-th case. The cases are numbered in the
-/// order of the calls to skips_next(). If the calls are in nested loops, n should be coprime to the
-/// lengths of the loops, so that every value of each loop variable occurs in some selected case.
+/// Selects every n-th of many similar cases, beginning with the first. The cases are numbered in
+/// the order of the calls to skips_next(). If the calls are in nested loops, n should be coprime to
+/// the lengths of the loops, so that every value of each loop variable occurs in some selected
+/// case.
 class SomeCases {
  public:
   explicit SomeCases(std::size_t n) : distance_(every(n)) {}

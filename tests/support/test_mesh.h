@@ -59,7 +59,7 @@ struct TestMesh {
   }
 };
 
-/// The mesh as it is read back, in coding order.
+/// The contents of a file as a Reader returns them. Vertices and cells are in coding order.
 struct ReadBack {
   Schema schema;
   MeshBlock mesh;  // all blocks joined
@@ -310,7 +310,7 @@ inline std::array<double, 3> warped(double x, double y, double z) {
 }
 
 /// Returns a grid of nx * ny * nz hexahedra that fills the unit cube, in scanline order. Cells for
-/// which `skip(i, j, k)` returns true are left out. Their vertices stay in the mesh, even if no
+/// which `skip(i, j, k)` returns true are omitted. Their vertices stay in the mesh, even if no
 /// other cell uses them.
 inline TestMesh grid(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,
                      ScalarType type = ScalarType::float32, Warp warp = straight,

@@ -53,7 +53,8 @@ def read(path):
 
 
 def bits(array):
-    """Returns values as bytes, so that a comparison finds NaNs equal, and distinguishes -0 from 0."""
+    """Returns values as bytes, so that a comparison treats NaNs with the same bits as equal and distinguishes
+    -0 from 0."""
     if array is None:
         return b""
     if isinstance(array, vtk.vtkBitArray):

@@ -255,8 +255,8 @@ class ExtractTest(FolderTest):
         self.assertEqual(ncdump(self.path("back.e"), "ss_names"), ["inlet"])
         np.testing.assert_array_equal(ncdump(self.path("back.e"), "elem_num_map"),
                                       grid.elem_map[100:300])
-        # The source "none.shm" has no number maps. The number map of the piece therefore contains positions in
-        # the source, counted from 1.
+        # The source "none.shm" has no number maps. The element number map of the extracted piece therefore
+        # contains the positions of the elements in "none.shm", counted from 1.
         self.shm("extract", self.path("piece.shm"), self.path("none.vtk"), "--cells", "50:60")
         self.shm("compress", self.path("none.vtk"), "-o", self.path("none.shm"))
         self.shm("extract", self.path("none.shm"), self.path("none.e"), "--cells", "3:6")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests the conventions that shm shares with other tools. Each row of the table of habits in docs/tool.md has
-a test, and each test has a row. Also tests the output of short commands in a terminal.
+"""Tests the conventions that shm shares with other tools. Each row of the table in docs/tool.md, section
+"Habits", has a test, and each test has a row. Also tests the output of short commands in a terminal.
 
 Usage: habits_test.py PATH_OF_SHM
 """

@@ -18,7 +18,7 @@ from sample_meshes import exodus_text
 
 SHM = "shm"
 KILLS = 200
-SECONDS = 40  # total duration of all kills; on a busy machine, fewer runs are killed
+SECONDS = 40  # time limit of the kill loop; on a busy machine, it does fewer than KILLS runs
 
 
 class KillTest(FolderTest):

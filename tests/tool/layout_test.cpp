@@ -1,5 +1,5 @@
-// Tests of layout diagrams. The computed width of the mesh must be exact, and the picture must be
-// small and well-formed.
+// Tests of layout diagrams. The computed width of the mesh, i.e. the largest number of vertices
+// that are active at the same time, must be exact. The picture must be small and well-formed.
 #include "tool/layout.h"
 
 #include <gtest/gtest.h>

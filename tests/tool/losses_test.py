@@ -95,7 +95,8 @@ class LossesTest(FolderTest):
         self.expect_refusal("convert", "run.e", "out.shm", "--format", "gmsh", lost="global variables")
 
     def test_names_that_promise_nothing_more(self):
-        """The tool lists the lost data and writes the file."""
+        """The tool lists the data that the output format cannot store, and writes the file without this
+        data."""
         for out, words in (("out.vtk", []), ("out.vtk.4.0", []), ("out", ["--format", "vtk"]),
                            ("out.vtu", ["--format", "vtk"]), ("out.dat", ["--format", "ucd"])):
             text = self.run_tool("convert", "run.e", out, *words)

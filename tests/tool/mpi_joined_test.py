@@ -45,7 +45,8 @@ class JoinedTest(RanksTest):
         for kind in ("classic", "64-bit-data"):
             whole, parts = self.split(2, n=4, kind=kind)
             self.expect_joined(whole, parts, (3,), "--segment-cells", 30)
-        # The result uses the netCDF chunk sizes of the first part, so it may differ from the whole file.
+        # The result stores the netCDF chunk sizes of the first part, so it may differ from the result for the
+        # whole mesh.
         whole, parts = self.split(2, n=4, kind="netCDF-4 classic model")
         self.expect_own_file(whole, parts, (3,))
 
@@ -66,7 +67,7 @@ class JoinedTest(RanksTest):
 
     def test_parts_without_elements_of_some_blocks(self):
         # The first part contains only cells of the first block. The order of names therefore differs from the
-        # order in the whole file.
+        # order in the file of the whole mesh.
         whole, parts = self.split(5, lambda cell: cell // 45)
         self.expect_own_file(whole, parts, (1, 3))
 
@@ -77,9 +78,9 @@ class JoinedTest(RanksTest):
         self.expect_own_file(whole, parts, (2,))
 
     def expect_own_file(self, whole, parts, counts, *options):
-        """Tests parts whose result differs from the file of the whole mesh, e.g. in the order of names.
-        Checks that the result contains the whole mesh, and that decompressing and compressing it again
-        results in the same bytes."""
+        """Compresses parts that do not result in the same bytes as the whole mesh, e.g. because the order of
+        names differs. Checks that the resulting file contains the whole mesh, and that decompressing this file
+        and compressing it again restores the same bytes."""
         done = ranks(2, "compress", parts, "-o", self.path("first.shm"), "-q", "--segment-cells", 40)
         self.assertEqual(done.returncode, 0, done.stderr)
         back = self.path("back.e")

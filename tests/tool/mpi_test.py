@@ -125,7 +125,8 @@ class MpiTest(RanksTest):
                          "time_whole"):
                 if any(whole.get(name)) and 0 not in whole.get(name):  # 0 is not a valid number of a set
                     self.assertEqual(part.get(name), whole.get(name), name)
-            # If the mesh came from Exodus, its attributes have become variables, too.
+            # A part may have more variables than the whole mesh: if the source was an Exodus file, its
+            # attributes are also stored as variables.
             names = [] if part.size("num_nodes") == 0 else whole.get("name_nod_var")
             self.assertEqual(part.get("name_nod_var")[:len(names)], names)
             names = whole.get("name_elem_var")

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Tests that the tool does not destroy data by mistake. Runs each command with every name of an input as its
-output, with and without --force. Also tests existing output files, devices, pipes, quotas, full disks and
-terminals.
+"""Tests that the tool does not destroy data by mistake. Runs each command with one of its inputs as its
+output, with and without --force. The output is given under each name that the file has, such as a link. Also
+tests existing output files, devices, pipes, quotas, full disks and terminals.
 
 Usage: overwrite_test.py PATH_OF_SHM
 """
@@ -35,8 +35,8 @@ def snapshot(folder):
     return found
 
 
-# For each command: a title, the words of the command, and the input that each attempt also uses as the
-# output. In the words, {} is replaced with the output; the other names are files that setUp() creates.
+# For each command: a title, the words of the command line, and the input file that the test also uses as the
+# output. In the command line, {} is replaced with a name of this file. setUp() creates all input files.
 COMMANDS = [
     ("compress", ["compress", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
     ("convert", ["convert", "mesh.vtk", "{}", "--format", "vtu"], "mesh.vtk"),

@@ -76,8 +76,8 @@ class Steps(SeriesTest):
         self.assertEqual(self.times("some.msh"), [1, 1.5, 2])
         self.exodus("some.e", range(2, 5))
         self.shm("convert", "some.e", "expected.msh", "-q", stderr="not in")
-        # The headers of the Gmsh views contain step numbers. In "some.msh", these are the numbers of the
-        # source, so the stored sections may differ.
+        # The headers of the Gmsh views contain step numbers. "some.msh" contains the step numbers of its
+        # source, "expected.msh" may contain others. The comparison therefore ignores the stored Gmsh sections.
         self.shm("diff", "expected.msh", "some.msh", "--ignore", "gmsh/section")
 
     def test_appended(self):

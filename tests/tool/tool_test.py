@@ -337,8 +337,8 @@ class ToolTest(FolderTest):
         self.assertLess(os.path.getsize(packed), 0.99 * without)
         if SANITIZED:
             return
-        # Here the source is a .shm file. The tool can read the mesh of such a source only once, so it copies
-        # the mesh to temporary storage before it encodes the mesh.
+        # If the source is a .shm file, the tool can read the mesh only once. It therefore copies the mesh to
+        # temporary storage before it encodes the mesh.
         again = self.path("again.shm")
         self.shm("compress", local, "-o", again)
         self.assertIn(delay_of(again, "--order", "stream"), (256, 1024))

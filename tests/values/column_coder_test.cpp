@@ -114,7 +114,8 @@ struct Plan {
   std::vector<char> covers;
   Level level = Level::standard;
   bool copies = true;
-  /// Returns the level of the group with a given index. If empty, `level` applies to all groups.
+  /// Function that returns the level of the group with the given index. If the function is empty,
+  /// `level` applies to all groups.
   std::function<Level(std::size_t)> level_of;
 };
 struct Coded {
@@ -533,8 +534,8 @@ std::vector<double> standing_again(const Elements& elements, std::mt19937_64& ra
   return values;
 }
 
-// Elements whose values occurred before need almost no bytes, even if the earlier element is in
-// another group.
+// An element that has the same values as an earlier element needs almost no bytes, even if the
+// earlier element is in another group.
 TEST(ColumnCoder, ElementsThatStoodBeforeAreCopied) {
   const ArrayInfo info = info_of(ScalarType::float64, 3);
   for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -754,9 +755,10 @@ TEST(ColumnCoder, RandomBytesDoNoHarm) {
     }
 }
 
-// Each group has one element, and its domain differs from that of the previous group. Each change
-// of the domain would require translating the states of very many other elements. The coder must
-// limit this work.
+// Each group has a single element. Its value suggests a different domain (the way in which values
+// are mapped to integers) from that of the previous group. If the coder changed the domain for each
+// group, it would have to translate the states of very many other elements each time. The coder
+// must limit this work.
 TEST(ColumnCoder, DomainsChangeInProportionToElements) {
   constexpr std::uint32_t kSlots = 1 << 16;
   constexpr int kGroups = 200;
@@ -780,8 +782,8 @@ TEST(ColumnCoder, DomainsChangeInProportionToElements) {
   }
   EXPECT_GT(under_zstd, 0);
 
-  // The encoder of this test ignores the limit on changes of the domain. The reader must accept the
-  // groups up to the limit and refuse the first group that exceeds it.
+  // This encoder ignores the limit on the number of domain changes. The reader must accept groups
+  // until the limit is reached, and refuse the next group.
   const auto shared = std::make_shared<const ArrayInfo>(info);
   ComponentCoder<SplitEncoder> careless(shared, 0, true);
   ComponentCoder<SplitDecoder> reader(shared, 0, true);

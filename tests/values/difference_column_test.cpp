@@ -115,9 +115,9 @@ Numbers shuffled(Numbers numbers) {
   std::shuffle(numbers.begin(), numbers.end(), random);
   return numbers;
 }
-/// Returns numbers such that most neighbouring numbers are unknown to the coder. The coder keeps
-/// recent numbers in a table of kMostPlaces places, and some of these numbers replace others there.
-/// Some numbers occur more than once.
+/// Returns element numbers that are far apart, so that the coder knows few elements with numbers
+/// close to that of the current element. Some numbers occur more than once. Some numbers use the
+/// same place in the coder's table of kMostPlaces recent numbers and overwrite each other.
 Numbers sparse() {
   Numbers numbers;
   std::mt19937_64 random(2);
@@ -341,8 +341,8 @@ TEST(DifferenceColumn, OddFloats) {
     wide.push_back(std::uint64_t{it} << 32 | (it & 1 ? 0xffffffff : 0));
   expect_back_all(ScalarType::float32, narrow);
   expect_back_all(ScalarType::float64, wide);
-  // In the first call below, all doubles fit into float32. In the second call, some do not. In the
-  // third call, the values are multiples of a decimal step, and -0.0.
+  // In the first call below, all doubles can be represented exactly as float32. In the second call,
+  // some cannot. In the third call, the values are multiples of 0.1, and -0.0.
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 3e38f, 1e-40f, -0.0});
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 1e39, 1e-50});
   expect_back_all<double>(ScalarType::float64, {.1, .2, -0.0});

@@ -81,7 +81,8 @@ TEST(Lossy, FieldsAreWhatFloatsAndHasNoRole) {
       EXPECT_LT(array.quantization.step(), .0201);
     }
   }
-  lossy = named({"weight:abs=.125"});  // arrays with a role are quantized only by name
+  // An array that is not a field (it has a role) is quantized only if an option names it.
+  lossy = named({"weight:abs=.125"});
   EXPECT_EQ(schema_of(mesh, lossy).arrays.back().quantization.max_abs, .125);
 }
 
@@ -95,7 +96,7 @@ TEST(Lossy, NamesBeatTheRest) {
   EXPECT_EQ(schema.arrays[1].quantization.bits, 9u);
   EXPECT_EQ(schema.arrays[1].quantization.minimum, (std::vector<double>{-0.0, 0, 0}));
   EXPECT_FALSE(schema.arrays[2].quantization.lossy());
-  // Over all steps, the values of the array stress range from 1/3 to the number of wedges.
+  // Across all steps, the values of the array stress range from 1/3 to the number of wedges.
   const double most = static_cast<double>(mesh.mesh.block_cells[1]);
   EXPECT_NEAR(schema.arrays[5].quantization.max_abs, .001 * (most - 1.0 / 3), 1e-9);
 }

@@ -1,6 +1,6 @@
-// Tests of SortedValues, a sorted list of the magnitudes of earlier values. The rank of each
-// magnitude, the nearest magnitude, and the value stored with each magnitude must be the same as in
-// a plain list.
+// Tests of SortedValues, a sorted list of the magnitudes of earlier values. Compares SortedValues
+// with a simple list: the rank of each magnitude, the nearest magnitude, and the value stored with
+// each magnitude must be equal.
 #include "codecs/surface/values/column_state.h"
 
 #include <gtest/gtest.h>

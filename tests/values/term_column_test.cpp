@@ -1,5 +1,6 @@
-// Tests of values that are coded by terms. At the beginning of each group, the state inherited from
-// the previous group must be the same in encoder and decoder.
+// Tests of values that are predicted from terms (known vertices of the same cell). At the beginning
+// of each group, the state inherited from the previous group must be the same in encoder and
+// decoder.
 #include "codecs/patterns/term_column.h"
 #include "codecs/shared/codec_id.h"
 
@@ -21,8 +22,9 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-/// Returns `count` new vertices in consecutive slots, beginning with slot `first`. The term of each
-/// vertex refers to the vertex before it; the term of the first vertex refers to slot 0.
+/// Returns `count` new vertices in consecutive slots, beginning with slot `first`. Each vertex has
+/// one term, the vertex from which its value is predicted: the vertex before it, or the vertex in
+/// slot 0 for the first new vertex. A vertex in slot 0 has no term.
 std::vector<VertexTerms> chain(std::uint32_t first, std::uint32_t count) {
   std::vector<VertexTerms> vertices(count);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -61,7 +63,8 @@ std::vector<Codec> there_and_back(ScalarType type, const std::vector<std::vector
   return codecs;
 }
 
-/// Returns `count` values chosen from `words` in pseudorandom order, which terms cannot predict.
+/// Returns `count` values, each chosen pseudorandomly from `words`, so that terms cannot predict
+/// them.
 template <class T>
 std::vector<T> some_of(std::span<const T> words, std::size_t count) {
   std::vector<T> values;
@@ -74,9 +77,9 @@ std::vector<T> some_of(std::span<const T> words, std::size_t count) {
 }
 
 TEST(TermColumn, StatesBehindAShuffledGroupAreTranslatedToATable) {
-  // The second group stores each value as its rank in a table, and the value 0 has rank 1. After
-  // the first group, which is coded with shuffled_zstd, vertices can also have the state 1, but it
-  // does not mean this rank. It must therefore be translated.
+  // The second group stores each value as its rank in a table, in which the value 0 has rank 1.
+  // After the first group, which is coded with shuffled_zstd, a vertex can also have the state 1,
+  // but with another meaning. This state must therefore be translated.
   using Limits = std::numeric_limits<std::int64_t>;
   const std::vector<std::int64_t> words{Limits::min(), 0, 1, Limits::max() / 2, Limits::max()};
   std::vector<std::int64_t> names;
@@ -115,8 +118,8 @@ bool refers(const std::vector<float>& values, const std::vector<float>& referenc
   EXPECT_TRUE(decoder.decode(elements, decoded, scratch));
   EXPECT_EQ(decoded, Bytes(bytes.begin(), bytes.end()));
   EXPECT_EQ(decoder.refers(), encoder.refers());
-  // If a group is coded relative to the reference, it cannot be decoded without the reference.
-  // Other groups can.
+  // If the values of a group are coded relative to the reference values, the group cannot be
+  // decoded without them. Any other group can.
   elements.reference = {};
   decoded.clear();
   EXPECT_TRUE(decoder.begin_group(Codec::terms, encoded, bytes.size(), scratch));
@@ -146,8 +149,8 @@ TEST(TermColumn, ReferencesAreTakenWhereTheyHelp) {
   EXPECT_FALSE(refers(ramp, noise));
 }
 
-/// Returns values of three components that differ little from element to element, and all special
-/// values.
+/// Returns 3 * count values. Most values differ little from the previous value; about one in 37 is
+/// a special value such as NaN, infinity or -0.
 template <class T>
 std::vector<T> special_walk(std::size_t count, std::uint32_t seed) {
   using Limits = std::numeric_limits<T>;

@@ -1,6 +1,6 @@
-// Tests of value spaces, translators and the choice of a domain. Every value must have an index,
-// indices must be in the order of the values, and each value must be computable from its index. If
-// a value has no index, the functions must report it.
+// Tests of value spaces, translators and the choice of a domain. A domain maps values to integer
+// indices. Indices must be in the order of the values, and each value must be computable from its
+// index. If a value has no index in the domain, the functions must report it.
 
 #include <gtest/gtest.h>
 
@@ -275,8 +275,8 @@ TEST(ValueTranslator, Quantized) {
   }
 }
 
-// The values that a coder keeps are stored as indices of a domain. They can be translated to
-// another domain.
+// A coder stores earlier values as indices in a domain. These indices can be translated to another
+// domain.
 TEST(ValueTranslator, StatesMove) {
   const auto cents = translator(kDoubles, DomainKind::decimal, 2);
   const auto eighths = translator(kDoubles, DomainKind::binary, 3);

@@ -49,9 +49,9 @@
    - A vertex or cell is identified by its number, a 64-bit integer. Numbers and indices begin at 0.
      Values are in host byte order and packed; the components of an element are adjacent. The nodes
      of a cell are in VTK's order.
-   - Strings are UTF-8 and end with a zero byte. If a name in a file contains a zero byte, it ends
-     there. Pointers that a call returns are valid until the handle is closed or freed, unless the
-     comment of the function says otherwise.
+   - Strings are UTF-8 and end with a zero byte. If a name in a file contains a zero byte, the
+     name ends at this byte. Pointers that a call returns are valid until the handle is closed or
+   freed, unless the comment of the function says otherwise.
    - Handles are independent. Any thread may use a handle, but only one thread at a time. A callback
      such as progress() must not use the handle of the call that is running.
    - The library trusts no byte of a file. The limits and the true size of the file bound the memory
@@ -59,8 +59,8 @@
    - No function prints, exits, throws C++ exceptions, or changes the locale, signals or the
      environment. If memory runs out, the returned status is SHMF_NO_MEMORY, and nothing leaks.
    - This header keeps source and binary compatibility within a major version of the library (its
-     soname): functions, enumerators and struct members are added, never changed or removed. Until
-     the format is 1.0 this promise may still be changed. */
+     soname): functions, enumerators and struct members are added, never changed or removed. This
+     promise may still be changed before the format reaches version 1.0. */
 #ifndef SHMFORMAT_H
 #define SHMFORMAT_H
 
@@ -219,12 +219,12 @@ typedef struct shmf_source {
   void (*prefetch)(void* context, const shmf_range* ranges, size_t count);
 } shmf_source;
 
-/* Opens a file: reads its end, its index (one entry per chunk) and its schema, but no values.
-   `options` may be NULL. On failure *file is NULL. */
+/* Opens a file: reads the end of the file, the index (one entry per chunk) and the schema, but no
+   values. `options` may be NULL. On failure *file is NULL. */
 SHMF_API shmf_status shmf_open_path(const char* path, const shmf_open_options* options,
                                     shmf_file** file, shmf_error* error);
 /* Opens a file in memory. The library does not copy `bytes`: the memory must stay valid until the
-   file and all members opened from it are closed. */
+   file is closed and, for an archive, all members opened from it are closed. */
 SHMF_API shmf_status shmf_open_memory(const void* bytes, uint64_t count,
                                       const shmf_open_options* options, shmf_file** file,
                                       shmf_error* error);
@@ -311,7 +311,7 @@ SHMF_API int64_t shmf_find_array(const shmf_file* file, int32_t location, const 
 /* A segment: a run of cells that can be decoded independently. */
 typedef struct shmf_segment {
   size_t struct_size;
-  /* Ranges of cells and vertices in the segment. Cells and vertices are counted in the order in
+  /* Ranges of cells and vertices in the segment. Cells and vertices are numbered in the order in
      which the file stores them. */
   uint64_t first_cell, cells, first_vertex, vertices;
   uint64_t bytes; /* Size of the segment in the file, in bytes. */
@@ -495,12 +495,11 @@ typedef struct shmf_boundary_options {
 } shmf_boundary_options;
 
 /* Finds the boundary of the cells chosen by shmf_select(), in one pass. Memory grows with the
-   active surface and the boundary. For selections and damaged files, memory grows with the size of
-   the selection instead. shm/surface.h describes which sides of cells are part of the boundary, and
-   how degenerate cells are treated. The call fails with SHMF_MISUSE if an array has no values at
-   its step. `options` and `run` may be NULL. On failure *boundary is NULL. The result stays valid
-   after the file is
-   closed. */
+   active surface (the vertices that later cells still use) and the boundary. For selections and
+   damaged files, memory grows with the size of the selection instead. shm/surface.h describes which
+   sides of cells are part of the boundary, and how degenerate cells are treated. The call fails
+   with SHMF_MISUSE if an array has no values at its step. `options` and `run` may be NULL. On
+   failure *boundary is NULL. The result stays valid after the file is closed. */
 SHMF_API shmf_status shmf_find_boundary(shmf_file* file, const shmf_boundary_options* options,
                                         const shmf_run_options* run, shmf_boundary** boundary,
                                         shmf_error* error);
@@ -509,7 +508,7 @@ SHMF_API shmf_status shmf_find_boundary(shmf_file* file, const shmf_boundary_opt
 typedef struct shmf_surface {
   size_t struct_size;
   uint64_t vertices, faces, corners;
-  /* Number of cells missing from the surface because the library does not know their faces
+  /* Number of cells missing from the surface because the faces of their shape are not known
      (SHMF_OTHER, SHMF_POLYHEDRON ...). */
   uint64_t left_out;
   const uint64_t* vertex_numbers; /* For each vertex: its number in the whole mesh. */
@@ -518,7 +517,7 @@ typedef struct shmf_surface {
   /* Vertex indices of each face, counter-clockwise as seen from outside. A line has 2 indices, a
      point has 1. */
   const uint32_t* face_corners;
-  const uint64_t* cell_numbers; /* For each face: the number, in the whole mesh, of its cell. */
+  const uint64_t* cell_numbers; /* For each face: number of its cell in the whole mesh. */
   const uint32_t* cell_blocks;  /* For each face: index of the block of its cell. */
   /* For each face: the side of its cell, numbered from 1 as in Exodus; 0 if the face is the cell
      itself. */
@@ -568,7 +567,7 @@ typedef struct shmf_item {
   /* For each cell: number of vertices of this item that precede the cell in the stream. The cell
      uses only these vertices and vertices of earlier items. */
   const uint64_t* vertices_before_cell;
-  /* For each array of the file: its values for this item; NULL if the array has no values here. */
+  /* For each array of the file: its values for this item; NULL if it has none. */
   const void* const* array_values;
   const uint64_t* array_bytes; /* For each array of the file: size of its values in bytes. */
   /* For SHMF_STEP: values of `array` at time step `step`, from element first_element on. Elements
@@ -690,15 +689,17 @@ SHMF_API shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint
 
 /* Writes the values of an array at a time step, after the mesh. Point data has one element per
    vertex, in ascending order of the vertex numbers. Cell data has one element per cell of the
-   array's blocks, in the order in which the cells were added. The steps of an array must ascend. */
+   array's blocks, in the order in which the cells were added. Write the steps of an array in
+   ascending order. */
 SHMF_API shmf_status shmf_writer_values(shmf_writer* writer, uint32_t array, uint64_t step,
                                         const void* values, uint64_t bytes, shmf_error* error);
 /* Writes the times of all steps, after the mesh, at most once. */
 SHMF_API shmf_status shmf_writer_times(shmf_writer* writer, const double* times, uint64_t count,
                                        shmf_error* error);
-/* Writes an extra, after the mesh. If its values are vertex or cell numbers, pass the numbers that
-   were used in the calls above: vertex numbers as passed, and cells numbered from 0 in the order in
-   which they were added. The library converts them to the numbers that readers see. */
+/* Writes an extra, after the mesh. If its values are vertex or cell numbers, pass the same numbers
+   as for the mesh: the vertex numbers that the caller passed with the vertices, and cell numbers
+   from 0 in the order in which the cells were added. The library converts them to the numbers that
+   readers see. */
 SHMF_API shmf_status shmf_writer_extra(shmf_writer* writer, const shmf_extra* extra,
                                        shmf_error* error);
 /* Writes all sets. Call this function at most once. `sets` is an array of `count` structs of

@@ -123,8 +123,8 @@ Result<void> BoundaryPass::read_step(const shm::BoundaryArray& wanted,
   auto status = reader != nullptr ? reader->begin({wanted.array, wanted.step, std::nullopt, false})
                                   : file_->mesh->begin_values(wanted.array, wanted.step);
   if (!status) return status;
-  // Adds an empty list first, so that the finder knows this array and step even if no values
-  // follow: the selection may be empty, and the values of a damaged file may be lost.
+  // Adds an empty list of values first, so that `finder` knows this array and step even if no
+  // values follow. The selection may be empty, and the values of a damaged file may be lost.
   if (auto none = finder.add(wanted.array, wanted.step, shm::StepValues()); !none) return none;
   while (true) {
     const auto values = reader != nullptr ? reader->next() : file_->mesh->next_values();

@@ -94,7 +94,8 @@ Result<shmf_item> next_item(shmf_decoder& decoder) {
   }
 }
 
-/// Runs `call(schema)` as guarded() does. Fails if the schema of the stream is not known yet.
+/// Like guarded(), runs `call(schema)` and stores errors in *error. Fails if the schema of the
+/// stream has not been decoded yet.
 template <class Call>
 shmf_status with_schema(const shmf_decoder* decoder, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> Result<void> {

@@ -47,7 +47,8 @@ shm::ReadOptions read_options(const shmf_run_options& run) {
 shm::Result<void> Watch::tell(double done, double all) {
   if (run_.progress == nullptr) return {};
   const double now = all > 0 ? std::min(done / all, 1.0) : 1.0;
-  // progress() is called only if the completed fraction has grown by at least kStep
+  // progress() is called only if the completed fraction has grown by at least kStep since the
+  // previous call
   constexpr double kStep = 1.0 / 256;
   if (now < 1 && now < told_ + kStep) return {};
   told_ = now;

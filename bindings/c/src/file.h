@@ -75,9 +75,10 @@ struct shmf_file {
 
 namespace shmf {
 
-/// Runs `call` as guarded() does, and adds the name of the file to errors. Fails with misuse if the
-/// file is an archive, or if another call for this file is still running: in another thread, or
-/// because a callback of that call makes this call.
+/// Like guarded(), runs `call` and stores errors in *error, and also adds the name of the file to
+/// them. Fails with misuse if the file is an archive, or if another call for this file is still
+/// running. The other call may run in another thread, or it may have called a callback that makes
+/// this call.
 template <class Call>
 shmf_status with_mesh(const shmf_file* file, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> shm::Result<void> {

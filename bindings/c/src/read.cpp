@@ -42,8 +42,8 @@ class MeshPass {
   const std::vector<std::uint32_t>& cell_blocks() const { return cell_blocks_; }
 
  private:
-  /// A target with two counts: `count` elements of the target have been filled; for a static cell
-  /// array, `taken` values of the current block have been used.
+  /// A target that is being filled. `count`: number of its elements that have been filled. `taken`:
+  /// for a static cell array, number of values of the current block that have been used.
   struct Filled {
     Target* target;
     std::uint64_t count = 0;
@@ -81,7 +81,7 @@ class MeshPass {
   // VTK cell type of the cells of each block; 0: the type depends on the number of nodes of each
   // cell
   std::vector<std::uint8_t> types_;
-  // for each vertex of the current block: its index in the piece
+  // for each vertex of the current block: its index in the selected piece
   std::vector<std::uint64_t> places_;
   std::uint64_t vertices_done_ = 0, next_cell_ = 0, next_corner_ = 0;
   std::vector<std::uint32_t> cell_blocks_;
@@ -211,7 +211,7 @@ Result<void> MeshPass::append_waiting() {
   while (!waiting_.empty()) {
     const MeshBlock& next = waiting_.begin()->second;
     if (!follows(next, 0, 0)) break;
-    // this block contains a single cell, so its values begin at 0
+    // `next` contains a single cell, so the values of this cell are the first values of the block
     std::vector<Filled> cells = cells_;
     for (Filled& filled : cells) filled.taken = 0;
     if (auto status = append(next, 0, 1, cells); !status) return status;
@@ -318,8 +318,8 @@ Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, 
 /// Fills the targets for values of arrays with time steps.
 class StepPass {
  public:
-  /// All arguments are borrowed. `cell_blocks` contains the block index of each cell of the piece.
-  /// It is used only for targets without SHMF_FILL whose cell array does not cover all blocks.
+  /// All arguments are borrowed. `cell_blocks` contains the block index of each selected cell. It
+  /// is used only for targets without SHMF_FILL whose cell array does not cover all blocks.
   StepPass(shmf_file& file, std::span<Target> targets,
            const std::vector<std::uint32_t>& cell_blocks);
   /// Returns the number of elements of all targets together.
@@ -338,7 +338,7 @@ class StepPass {
   // targets, sorted by array and time step: reading the steps of an array in ascending order is
   // fastest
   Wanted wanted_;
-  // indices, in the piece, of the cells that have values in the current array
+  // indices of the selected cells that have values in the current array
   std::vector<std::uint64_t> covered_;
   std::uint64_t placed_ = 0;
 };
@@ -452,8 +452,9 @@ Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf
     mesh = mesh || !target.is_stepped();
   }
   mesh = mesh || blocks || (stepped && !file.piece.whole);
-  // The values of a vertex at a time step are stored in the segment that owns the vertex. For a
-  // selection, the coordinates are read to find these segments.
+  // The values of a vertex at a time step are stored in the segment that owns the vertex (the first
+  // segment that contains it). For a selection, the coordinates are read to find the owners of the
+  // vertices.
   MeshPass mesh_pass(file, targets, stepped_points && !file.piece.whole, blocks);
   StepPass step_pass(file, targets, mesh_pass.cell_blocks());
   const double in_mesh =

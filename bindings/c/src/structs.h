@@ -28,8 +28,8 @@ shm::Result<Struct> taken(const Struct* from, const char* name) {
   return own;
 }
 
-/// Returns a copy of an optional struct of the caller, as taken() does. If `from` is null, all
-/// members of the copy except struct_size are 0.
+/// Like taken(), returns a copy of a struct of the caller, but the struct is optional: if `from` is
+/// null, all members of the copy except struct_size are 0.
 template <class Struct>
 shm::Result<Struct> taken_or_default(const Struct* from, const char* name) {
   if (from != nullptr) return taken(from, name);

@@ -13,7 +13,7 @@
 
 namespace shmf {
 
-/// A target of shmf_read(). Its type and size have been checked for the selected cells.
+/// A target of shmf_read() whose type and size are suitable for the selected cells.
 class Target {
  public:
   /// Fails if the target is invalid for the file or too small. `number` is the index of the target
@@ -56,7 +56,8 @@ class Target {
   /// Marks `count` elements from `first` on as elements without values: sets them to NaN, or to 0
   /// for integers.
   void put_nothing(std::uint64_t first, std::uint64_t count);
-  /// Returns the size in bytes of an element in the type of the file.
+  /// Returns the size in bytes of an element of the array in the file, which may have another type
+  /// than the target.
   std::size_t stride() const { return components_ * shm::scalar_bytes(from_); }
 
  private:

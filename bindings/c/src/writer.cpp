@@ -71,8 +71,8 @@ struct shmf_writer {
   std::unique_ptr<shm::FileRandomSource> old;
   std::optional<shm::Appender> appender;
   shmf::Stage stage = shmf::Stage::schema;
-  bool keeps_blocks = false;               // true: an array with time steps covers only some blocks
-  std::vector<std::uint32_t> cell_blocks;  // block index of each cell; filled if keeps_blocks
+  bool keeps_blocks = false;  // true: some array with time steps does not cover all blocks
+  std::vector<std::uint32_t> cell_blocks;  // block index of each cell; used only if keeps_blocks
   bool has_sets = false;
   /// Index of the most recently written array, and the indices of its elements in coding order.
   std::optional<std::uint32_t> ordered_array;
@@ -168,8 +168,8 @@ Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
   return coded_elements.empty() ? add_coded_values(array, step, {}) : Result<void>();
 }
 
-/// Adds an extra. Its references are vertex and cell numbers as used by the caller; when steps are
-/// appended, they are the numbers that readers see.
+/// Adds an extra. The vertex and cell numbers in it are those with which the caller wrote the mesh;
+/// when steps are appended to a file, they are the numbers that readers see.
 Result<void> shmf_writer::add_extra(shm::Extra extra) {
   if (appender) return appender->add_extra(extra);
   if (schema.order != shm::Order::keep)
@@ -212,8 +212,8 @@ Result<void> shmf_writer::read_order() {
 namespace shmf {
 namespace {
 
-/// Runs `call` as guarded() does. After the first failure for a writer, all later calls fail with
-/// the same error.
+/// Like guarded(), runs `call` and stores errors in *error. After the first failure for a writer,
+/// all later calls fail with the same error.
 template <class Call>
 shmf_status with_writer(shmf_writer* writer, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> Result<void> {

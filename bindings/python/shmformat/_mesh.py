@@ -95,7 +95,7 @@ class Boundary:
     blocks: np.ndarray  # For each face: index of the block of its cell.
     # For each face: the side of its cell, numbered from 1 as in Exodus; 0 if the face is the cell itself.
     sides: np.ndarray
-    left_out: int  # Number of cells missing from the surface because their faces are unknown.
+    left_out: int  # Number of cells missing from the surface because the faces of their cell type are not known.
     point_data: dict[str, np.ndarray] = field(default_factory=dict)
     cell_data: dict[str, np.ndarray] = field(default_factory=dict)  # Values of cell arrays, one element per face.
 
@@ -485,7 +485,7 @@ class Mesh:
         if cells is not None:
             selection.first_cell, selection.end_cell = cells
             if tuple(cells) == (0, 0):
-                blocks = ()  # (0, 0) selects no cells, but means "all" in C
+                blocks = ()  # selects no cells; in C, the range (0, 0) would select all cells
         if blocks is not None:
             listed = sorted(set(blocks))
             keep.append(ffi.new("uint32_t[]", listed or [0]))
@@ -592,8 +592,8 @@ class Mesh:
     def boundary(self, *, point_data: Sequence[str] = (), cell_data: Sequence[str] = (), step: int | None = None,
                  max_bytes: int = 0, progress: Callable[[float], Any] | None = None, threads: int = 1) -> Boundary:
         """Returns the boundary surface of the mesh or selection: the sides that belong to exactly one volume cell, and
-        all cells of lower dimension. Memory grows with the active surface and the result. For a selection, memory grows
-        with the size of the selection instead.
+        all cells of lower dimension. Memory grows with the active surface (the vertices that later cells still use) and
+        the result. For a selection, memory grows with the size of the selection instead.
 
         point_data, cell_data: names of the arrays whose values on the boundary are returned. step: the time step at
         which arrays with time steps are read. max_bytes: memory limit in bytes; 0: 4 GiB. progress, threads: the same

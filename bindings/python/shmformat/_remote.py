@@ -23,7 +23,7 @@ _MOST_KEPT = 64 << 20  # Maximum size of the cache in bytes.
 _MOST_PIECES = 1 << 12  # Maximum number of pieces in the cache.
 _MOST_REDIRECTS = 5
 
-Range = tuple[int, int]  # offset of the first byte, and offset of the byte after the last byte
+Range = tuple[int, int]  # offset of the first byte of the range, and offset of the byte after its final byte
 
 
 def _error(url: str, sentence: str) -> Error:

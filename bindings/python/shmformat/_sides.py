@@ -24,7 +24,8 @@ _SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
 }
 _CORNERS = {"triangle": 3, "quad": 4, "tetrahedron": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 
-# In the node list of a second-order cell, the corners are followed by the midpoints of these edges, in VTK's order.
+# The edges of each shape, as pairs of corners. In the node list of a second-order cell, the corners are followed by the
+# midpoints of the edges in this order, which is VTK's.
 _EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "triangle": ((0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
@@ -33,8 +34,8 @@ _EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "wedge": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
     "hexahedron": ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
 }
-# The midpoints of the edges are followed by the midpoints of these quads, which are given by their corners. A
-# triangular side has no midpoint in the result.
+# The quadrilateral sides of each shape, as sorted lists of corners. In the node list of a second-order cell, the
+# midpoints of the edges are followed by the midpoints of these sides. Midpoints of triangular sides are not supported.
 _MIDDLES: dict[str, tuple[tuple[int, ...], ...]] = {
     "quad": ((0, 1, 2, 3),),
     "pyramid": ((0, 1, 2, 3),),

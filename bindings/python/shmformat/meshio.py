@@ -34,7 +34,7 @@ def _name(shape: str, nodes: int) -> str:
 # meshio has no type for pyramids with 19 nodes
 _SHAPES = {_name(*kind): kind for kind in KINDS if kind != ("pyramid", 19)}
 _NAMES = {vtk_type(*kind): name for name, kind in _SHAPES.items()}
-# meshio lists the corners of a linear wedge in the opposite orientation from VTK.
+# The corner order of linear wedges in meshio has the opposite orientation from that in VTK.
 _ORDERS = {"wedge": [0, 2, 1, 3, 5, 4]}
 
 
@@ -87,8 +87,8 @@ def _sets(mesh: Mesh, cells: Cells, runs: list[tuple[int, int]]) -> tuple[dict[s
 
 
 def read(filename: str | os.PathLike[str], step: int | None = None) -> meshio.Mesh:
-    """Reads a file as a meshio mesh, with the values at one time step. Arrays without values at this step are left
-    out."""
+    """Reads a file as a meshio mesh, with the values at one time step. Arrays without values at this step are
+    omitted."""
     with open_shm(filename) as mesh:
         if not isinstance(mesh, Mesh):
             raise meshio.ReadError(f"{filename} is an archive of several meshes")

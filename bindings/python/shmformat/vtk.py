@@ -7,7 +7,7 @@
 
 The library decodes arrays directly into VTK's memory. Only the points and the values of node sets and side sets are
 copied. Arrays, blocks and sets that are switched off are not read. In a parallel pipeline, each process reads a
-separate piece of the mesh, a run of segments.
+separate piece of the mesh, which consists of consecutive segments.
 """
 from __future__ import annotations
 
@@ -186,8 +186,8 @@ class Reader(VTKPythonAlgorithmBase):
 
     Points of blocks and element sets have global ids, "shm_vertex_number", which identify vertices that several blocks
     use. The cell array "block" contains the block index of each cell. Side sets have two cell arrays: for each side,
-    "shm_cell_number" is the number of its cell in the file, and "shm_side" is its number in that cell, from 1. Sides
-    of lines, polygons and polyhedra are unknown and left out.
+    "shm_cell_number" is the number of its cell in the file, and "shm_side" is its number in that cell, from 1. Sides of
+    lines, polygons and polyhedra are not supported and are omitted.
     """
 
     def __init__(self, blocks: bool = False, sets: bool = False):
@@ -301,8 +301,8 @@ class Reader(VTKPythonAlgorithmBase):
 
     @staticmethod
     def _piece(mesh: Mesh, information: Any) -> tuple[Mesh, int, int]:
-        """Returns a tuple: the requested piece of the mesh (the cells of a run of segments), the number of its first
-        cell, and the number of the cell after its final cell."""
+        """Returns (piece, first, end): the requested piece of the mesh, which consists of consecutive segments, and the
+        range of its cell numbers, first to end - 1."""
         pieces = information.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()) or 1
         number = information.Get(Pipeline.UPDATE_PIECE_NUMBER()) or 0
         if pieces <= 1:
@@ -321,7 +321,7 @@ class Reader(VTKPythonAlgorithmBase):
 
     def _grid(self, mesh: Mesh, step: int) -> vtkUnstructuredGrid:
         wanted = _Wanted(mesh)
-        # a file written by `shm extract` contains the array of original vertex numbers already
+        # a file written by `shm extract` already contains the array of original vertex numbers
         if self._blocks and VERTEX_NUMBERS not in mesh.point_data:
             wanted.add_numbers()
         for index in self._arrays_at(mesh, step):
@@ -492,7 +492,7 @@ def _in_groups_of_sets(assembly: vtkDataAssembly | None) -> set[int]:
 
 @dataclass(frozen=True)
 class _Joined:
-    """One grid, or several grids joined into one mesh, in the form that write() needs."""
+    """One grid, or several grids joined into one mesh, with all data that write() needs."""
     points: np.ndarray
     cells: Cells
     blocks: list[Block]
@@ -527,9 +527,9 @@ def _joined(leaves: list[tuple[str, vtkUnstructuredGrid]]) -> _Joined:
 
 
 def _named(block: Block, name: str, others: list[Block]) -> Block:
-    """Returns a copy of the block that has the name of its grid. If this name is "block N", as Reader names unnamed
-    blocks, the copy has the id N and no name. If the id is already used by a block in `others`, the copy has an unused
-    id."""
+    """Returns a copy of a block, named `name` after its grid. If `name` has the form "block N", which Reader gives to
+    unnamed blocks, the copy has the id N and no name. If a block in `others` already has this id, the copy has an
+    unused id."""
     number = re.fullmatch(r"block (\d+)", name)
     wanted = int(number[1]) if number else block.id
     used = {other.id for other in others}
@@ -537,7 +537,7 @@ def _named(block: Block, name: str, others: list[Block]) -> Block:
 
 
 def _common(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Joins the arrays of all parts. An array is left out unless all parts have it, with the same number of
+    """Joins the arrays of all parts. An array is omitted unless all parts have it, with the same number of
     components."""
     return {name: np.concatenate([part[name] for part in parts]) for name, first in parts[0].items()
             if all(name in part and part[name].shape[1:] == first.shape[1:] for part in parts)}

@@ -66,7 +66,7 @@ class Scratch {
   }
 }
 
-/** A WebAssembly instance of the decoder. After a trap, it cannot be used again. */
+/** A WebAssembly instance of the decoder. After a trap, the instance cannot be used again. */
 class Wasm {
   static async make(module, page) {
     const wasm = new Wasm();
@@ -208,8 +208,8 @@ export class Engine {
     };
   }
 
-  /** Reports progress to the caller. Reports nothing while a repeated call has not yet completed
-   *  more than was reported before the repetition. */
+  /** Reports progress to the caller. When a call is repeated, reports nothing until the completed
+   *  fraction exceeds the fraction that was reported before. */
   tell(done) {
     const all = this.run.from + this.run.share * done;
     if (all <= this.run.told) return;

@@ -1,5 +1,5 @@
 /** The failure of a call. `message` is a human-readable sentence. If the library reported the
- *  failure, it is the message of the library. */
+ *  failure, `message` is the message of the library. */
 export class ShmError extends Error {
   /**
    * @param {string} status "io", "truncated", "corrupt", "unsupported", "over limit", "misuse",

@@ -40,7 +40,7 @@ export class Remote {
    *  running. */
   async start() {
     let worker;
-    // Do not change these expressions: bundlers recognize them and find worker.js by them.
+    // Do not change these expressions: bundlers search for them to find worker.js.
     if (typeof Worker === "function") {
       worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
       worker.onmessage = ({ data }) => this.take(worker, data);
@@ -61,7 +61,9 @@ export class Remote {
       const worker = await this.worker;
       worker?.ref?.();
       worker?.postMessage(message);
-    } catch (cause) { // for example, the Content-Security-Policy of the page forbids workers
+    } catch (cause) {
+      // The worker cannot be started, for example because the page's Content-Security-Policy
+      // forbids workers.
       this.worker = null;
       const error = new ShmError("io", `the worker cannot be started: ${cause.message}`, { cause });
       this.calls.get(message.id)?.reject(error);

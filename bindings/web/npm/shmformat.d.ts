@@ -2,7 +2,7 @@
  *  2^53, the call rejects with a RangeError. */
 
 /** The failure of a call. `message` is a human-readable sentence. If the library reported the
- *  failure, it is the message of the library. */
+ *  failure, `message` is the message of the library. */
 export class ShmError extends Error {
   readonly status: "io" | "truncated" | "corrupt" | "unsupported" | "over limit" | "misuse"
     | "no memory" | "cancelled";
@@ -62,11 +62,11 @@ export interface OpenOptions extends Run {
 }
 
 /**
- * Opens a file. Reads its end, its index and its schema, but no values. For a URL, only the needed
- * ranges are fetched. A server that does not support range requests sends the whole file, which may
- * have up to 256 MiB. The bytes that a call reads stay in memory while the call runs. If `source`
- * is an ArrayBuffer or a view, its bytes are copied once. In Node.js, a string that is not a URL is
- * a path.
+ * Opens a file. Reads the end of the file, the index and the schema, but no values. For a URL, only
+ * the needed ranges are fetched. A server that does not support range requests sends the whole
+ * file, which must not exceed 256 MiB. The bytes that a call reads stay in memory while the call
+ * runs. If `source` is an ArrayBuffer or a view, its bytes are copied once. In Node.js, a string
+ * that is not a URL is a path.
  *
  * Rejects with a ShmError on failure, or with a TypeError if `source` has none of these types.
  */
@@ -99,7 +99,8 @@ export interface ArrayInfo {
   readonly elements: number;
   /** For cell data: indices of the blocks whose cells have values; null: all blocks. */
   readonly blocks: number[] | null;
-  /** Error bound: largest possible difference between a value and the source; 0: lossless. */
+  /** Error bound: largest possible difference between a value and the original value; 0:
+   *  lossless. */
   readonly error: number;
   /** Time steps at which the array has values, ascending; null: the array is static. */
   readonly steps: number[] | null;
@@ -144,8 +145,8 @@ export interface Wanted extends LongRun {
   /** Whether to return `vertexNumbers` and `cellNumbers`: the numbers that the vertices and cells
    *  have in the whole mesh. Default: false. */
   numbers?: boolean;
-  /** Cells to read, with their vertices, which are then renumbered from 0. Default: all cells and
-   *  all vertices, even vertices that no cell uses. */
+  /** Cells to read, together with their vertices. The selected cells and vertices are renumbered
+   *  from 0. Default: all cells and all vertices, even vertices that no cell uses. */
   select?: Selection;
 }
 
@@ -202,7 +203,8 @@ export interface WantedBoundary extends LongRun {
 export interface Boundary {
   readonly vertexCount: number;
   readonly faceCount: number;
-  /** Number of cells left out because their faces are unknown, such as polyhedra. */
+  /** Number of cells missing from the surface because the faces of their cell type are not known,
+   *  e.g. polyhedra. */
   readonly leftOut: number;
   /** Coordinates of the points that the faces use. Length: 3 * number of vertices. */
   readonly points: Float32Array | Float64Array;
@@ -242,8 +244,8 @@ export interface MeshSet {
   readonly numbers: Numbers;
   /** For side sets: the side of each cell, numbered from 1 as in Exodus. null for other sets. */
   readonly sides: Int32Array | null;
-  /** For element sets: indices of blocks of which all cells belong to the set; null if there are
-   *  none. */
+  /** For element sets: indices of blocks whose cells all belong to the set; null if there are no
+   *  such blocks. */
   readonly blocks: Uint32Array | null;
   /** Distribution factors; null if all are 1. */
   readonly factors: Float64Array | null;
@@ -267,7 +269,8 @@ export interface Mesh {
   readonly segmentCount: number;
   readonly fileBytes: number;
   readonly coordinateType: "float32" | "float64";
-  /** Error bound: largest possible difference between a coordinate and the source; 0: lossless. */
+  /** Error bound: largest possible difference between a coordinate and the original coordinate; 0:
+   *  lossless. */
   readonly coordinateError: number;
   /** Order of vertices and cells. With "keep", they have the same numbers as in the source. */
   readonly order: "keep" | "stream" | "free";
@@ -282,7 +285,7 @@ export interface Mesh {
   read(wanted?: Wanted): Promise<Arrays>;
   /** Finds the boundary surface: the sides that belong to a single volume cell, and all cells of
    *  lower dimension. The search needs one pass over the cells. Memory grows with the active
-   *  surface and the boundary. */
+   *  surface (the vertices that later cells still use) and the boundary. */
   boundary(wanted?: WantedBoundary): Promise<Boundary>;
   /** Returns the segments: runs of cells that can be decoded independently. */
   segments(run?: Run): Promise<Segment[]>;

@@ -8,21 +8,23 @@ import { ShmError } from "./errors.js";
 // usually contain its schema.
 const FRONT = 1 << 12;
 // Sizes in bytes that control fetching: FAR is for files on a server, HERE is for local files.
-// - guess: number of bytes fetched if the missing bytes were not announced. The last `guess` bytes
+// - guess: number of bytes to fetch if the missing bytes were not announced. The last `guess` bytes
 //   of a file usually contain the index.
-// - near: ranges with a gap of at most this size between them are fetched as one range. It is
-//   larger for local files, because reading a gap costs less there than another fetch, which
-//   repeats the decoder call.
+// - near: ranges with a gap of at most this size between them are fetched as one range. HERE.near
+//   is larger, because reading the gap in a local file costs less than another fetch, after which
+//   the decoder call must be repeated.
 const FAR = { guess: 1 << 14, near: 1 << 11 };
 const HERE = { guess: 1 << 20, near: 1 << 16 };
-// If there are more than MANY ranges, `near` is doubled repeatedly until there are fewer or `near`
-// reaches NEAR_OF_MANY bytes.
+// If there are more than MANY ranges to fetch, larger gaps are allowed, too: `near` (see above) is
+// doubled until there are at most MANY ranges or `near` has reached NEAR_OF_MANY bytes.
 const NEAR_OF_MANY = 1 << 16;
 const MANY = 24;
-const MOST_AT_ONCE = 6; // maximum number of requests at the same time
+const MOST_AT_ONCE = 6; // maximum number of simultaneous requests
 const MOST_KEPT = 64 << 20; // maximum number of bytes kept from one call to the next
-const MOST_WHOLE = 256 << 20; // maximum size in bytes of a file on a server without range requests
-const MOST_GUESSED = 16 << 20; // maximum of `guess`, which doubles with each unannounced read
+const MOST_WHOLE = 256 << 20; // maximum size in bytes of a file that a server sends as a whole
+// Maximum number of bytes to fetch for an unannounced read. The number of bytes is `guess` for the
+// first unannounced read, and doubles with each further one.
+const MOST_GUESSED = 16 << 20;
 
 /** Every .shm file begins with these bytes. */
 const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
@@ -109,8 +111,8 @@ class UrlBytes {
     return file;
   }
 
-  /** Returns the size of the file, from the header Content-Range. If a server of another origin
-   *  does not expose this header, a HEAD request returns the size. */
+  /** Returns the size of the file, from the header Content-Range. A server with another origin than
+   *  the page may not expose this header; in this case, a HEAD request returns the size. */
   async total(answer, signal) {
     const range = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(answer.headers.get("Content-Range") ?? "");
     if (range !== null) {
@@ -145,8 +147,8 @@ class UrlBytes {
     }
     throw this.error(`the server answers ${status}`);
   }
-  /** Returns an error for a failed connection. If the server is of another origin, the browser
-   *  hides the reason from the page, so the message mentions a possible reason. */
+  /** Returns an error for a failed connection. If the origin of the server differs from that of the
+   *  page, the browser hides the reason from the script, so the message mentions a possible one. */
   failed(cause) {
     const { origin } = globalThis.location ?? {};
     const isOther = origin !== undefined && origin !== new URL(this.url).origin;
@@ -238,8 +240,8 @@ function opened(source, isDamaged, signal) {
   return url.protocol === "file:" ? FileBytes.open(url) : UrlBytes.open(url, isDamaged, signal);
 }
 
-/** The fetched pieces of a file, in ascending order and without overlaps. If there are too many
- *  bytes, the oldest pieces are dropped first. */
+/** The fetched pieces of a file, in ascending order and without overlaps. At the end of each call,
+ *  the oldest pieces are dropped until at most MOST_KEPT bytes remain. */
 class Pieces {
   constructor() {
     this.pieces = []; // {first, end, bytes, age}
@@ -312,7 +314,7 @@ export class Source {
     file.kept = new Pieces();
     if (file.from.front !== undefined) file.kept.add(0, file.from.front);
     file.told = [];
-    // the first range that was needed in the last call but had not been fetched
+    // the first range that the previous decoder call needed but that had not been fetched
     file.missing = null;
     file.misses = 0;
     return file;
@@ -354,7 +356,8 @@ export class Source {
     const fetchSome = async () => {
       for (const [from, to] of next) {
         const bytes = await this.from.fetch([from, to], signal);
-        // A run can contain bytes that were fetched earlier, so only the missing bytes are added.
+        // A merged range can contain bytes that were fetched earlier, so only the missing bytes are
+        // added to the fetched pieces.
         for (const [first, end] of this.kept.gaps(from, to)) {
           this.kept.add(first, bytes.subarray(first - from, end - from));
         }

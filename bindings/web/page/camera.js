@@ -5,7 +5,7 @@
 /** Default direction of view: the viewer looks from the right, the front, and above. */
 export const USUAL_VIEW = [1, -2, 1];
 
-/** Limits of the zoom factor. At 1, the mesh fits the picture. */
+/** Limits of the zoom factor. At a factor of 1, the mesh fits the picture. */
 const MOST_ZOOM = 1e5;
 const LEAST_ZOOM = 0.05;
 
@@ -13,9 +13,9 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
   a[0] * b[1] - a[1] * b[0]];
 
-/** Returns a camera that looks at the middle of the frame. `view` is the direction from there to
- *  the viewer, and must not be 0. A camera shows its `target` at a height of `lift` above the
- *  middle of the picture; the unit is half the smaller side of the picture. */
+/** Returns a camera that looks at the middle of the mesh. `view` is the direction from the middle
+ *  to the viewer, and must not be 0. A camera shows the point `target` at a height of `lift` above
+ *  the middle of the picture; the unit of `lift` is half the smaller side of the picture. */
 export function cameraFrom(view) {
   const across = Math.hypot(view[0], view[1]);
   const high = Math.atan2(view[2], across);
@@ -47,7 +47,7 @@ export function turned(camera, round, high) {
 export function moved(camera, across, upwards) {
   const { right, up } = axesOf(camera);
   const size = 1 / (camera.scale * camera.zoom);
-  const most = 10; // limit of the movement, so that the user does not lose sight of the mesh
+  const most = 10; // limits the movement, so that the user does not lose sight of the mesh
   return { ...camera,
     target: camera.target.map((coordinate, i) =>
       Math.min(Math.max(coordinate - size * (across * right[i] + upwards * up[i]), -most), most)) };
@@ -63,9 +63,9 @@ export function zoomed(camera, times, across = 0, upwards = 0) {
   return { ...near, zoom };
 }
 
-/** Returns the camera that fits a box {least, most} of frame coordinates into the picture.
- *  `aspect`: width of the picture divided by its height. `below`: fraction of the picture's height
- *  that stays free at the bottom. */
+/** Returns the camera that fits a box into the picture. The box is {least, most}, in frame
+ *  coordinates (surface.js). `aspect`: width of the picture divided by its height. `below`:
+ *  fraction of the picture's height that stays free at the bottom. */
 export function fitted(camera, { least, most }, aspect, below = 0) {
   const { right, up } = axesOf(camera);
   const half = most.map((to, i) => (to - least[i]) / 2);
@@ -77,7 +77,8 @@ export function fitted(camera, { least, most }, aspect, below = 0) {
     target: most.map((to, i) => (to + least[i]) / 2) };
 }
 
-/** Returns the matrix from frame coordinates to WebGL's clip coordinates, in column-major order. */
+/** Returns the matrix that converts frame coordinates (surface.js) to WebGL's clip coordinates, in
+ *  column-major order. */
 export function matrixOf(camera, aspect) {
   const { right, up, view } = axesOf(camera);
   const size = camera.scale * camera.zoom;

@@ -1,5 +1,5 @@
 // Choices: lists the options that a mesh offers to the user, and converts the user's choices to
-// arguments of the package.
+// arguments of calls to the npm package.
 
 /** Returns the arrays that can be shown as colours (arrays with field data), as a list of {name,
  *  location, components, steps, parts}. `parts` contains indices of arrays in the file: cell arrays
@@ -22,7 +22,8 @@ export function colourings(arrays) {
   return [...found.values()];
 }
 
-/** Returns the index, in `steps`, of the last step that is not later than `step`. */
+/** Returns the index, in the ascending list `steps`, of the latest step that is not after `step`; 0
+ *  if there is none. */
 export function nearStep(steps, step) {
   let place = 0;
   while (place + 1 < steps.length && steps[place + 1] <= step) ++place;
@@ -30,7 +31,7 @@ export function nearStep(steps, step) {
 }
 
 /**
- * Returns the cells to show as a Selection of the package, or undefined for all cells.
+ * Returns the cells to show as a Selection (see shmformat.d.ts), or undefined for all cells.
  *
  * hidden: a Set of the indices of hidden blocks. segment: an element of segments(), or null. clip:
  * null, or {axis, from, sign}; only cells with a vertex at sign * coordinate <= sign * from are

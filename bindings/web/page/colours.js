@@ -14,7 +14,8 @@ const STEPS = 17; // number of interpolation steps between two adjacent colours 
 /** Colour of elements without a value. */
 export const NO_VALUE = [150, 150, 150];
 
-/** Interpolates between the colours `a` and `b`: returns the colour after `part` of `of` steps. */
+/** Interpolates between the colours `a` and `b`: returns the colour at the fraction `part` / `of`
+ *  of the way from `a` to `b`. */
 function between(a, b, part, of) {
   const half = Math.floor(of / 2);
   return a.map((from, i) => Math.floor((from * (of - part) + b[i] * part + half) / of));

@@ -1,6 +1,6 @@
 // Drawing: draws a surface on a canvas with WebGL 2. Textures store the data of vertices and faces.
-// A corner of a triangle consists of a vertex index and a face index, by which the shader finds
-// this data. A new time step changes only the texture of values.
+// For each corner of a triangle, the shader receives a vertex index and a face index, with which it
+// looks up this data. A new time step changes only the texture of values.
 import { BLOCK_COLOURS, NO_VALUE, blockColour, valueTable } from "./colours.js";
 import { axesOf, matrixOf } from "./camera.js";
 
@@ -68,9 +68,9 @@ void main() {
     float shade = colouredBy == 0 ? .6 : .4;
     light = 1.0 - shade * (1.0 - .6 * abs(normal.z) - .4 * sideways);
     if (hasEdges) {
-      // away: distance in pixels from each side of the triangle. high: height in pixels of the
-      // triangle over each side. The edges of narrow triangles fade, as in the
-      // pictures of shm preview.
+      // away: distance of the fragment from each side of the triangle. high: height of the triangle
+      // above each side. Both are in pixels. The edges of narrow triangles fade, as in the pictures
+      // of shm preview.
       vec3 away = across / max(slope, 1e-20), high = 1.0 / max(slope, 1e-20);
       vec3 isEdge = vec3(edges >> 1 & 1u, edges >> 2 & 1u, edges & 1u);
       vec3 dark = isEdge * (1.0 - smoothstep(.5, 1.5, away)) * clamp((high - 4.0) / 4.0, 0.0, 1.0);
@@ -218,8 +218,8 @@ export class Drawing {
   }
 
   /** Changes some settings, and redraws with the next animation frame. edges: whether edges are
-   *  drawn. clip: null, or [x, y, z, most]; only points p in frame coordinates with x * p.x + y *
-   *  p.y + z * p.z <= most are drawn. camera: a camera of camera.js. */
+   *  drawn. clip: null, or [x, y, z, most]; only points p, in frame coordinates (surface.js), with
+   *  x * p.x + y * p.y + z * p.z <= most are drawn. camera: a camera of camera.js. */
   change(settings) {
     Object.assign(this.set, settings);
     if (this.wanted) return;

@@ -72,15 +72,15 @@ export function factsOf(mesh) {
   return parts;
 }
 
-/** Returns a table of the sets that the package's sets() returned, or a sentence if there are
- *  none. */
+/** Returns a table of the sets of a mesh, as sets() in shmformat.d.ts returns them, or a sentence
+ *  if there are none. */
 export function setsOf(sets) {
   if (sets.length === 0) return [element("p", "No sets.")];
   return [table(plural(sets.length, "set", "sets"), ["kind", "id", "name", "members"],
     sets.map(({ kind, id, name, numbers }) => [kind, String(id), nameText(name), numbers.length]))];
 }
 
-/** Returns a table of the segments that the package's segments() returned. */
+/** Returns a table of the segments of a mesh, as segments() in shmformat.d.ts returns them. */
 export function segmentsOf(segments) {
   return [table(plural(segments.length, "segment", "segments"), ["", "cells", "vertices", "bytes"],
     segments.map(({ cells, vertices, bytes }, i) =>

@@ -26,7 +26,7 @@ EXPORTED = re.compile(r"^export \{([^}]*)\};\n", re.M)
 WORKER = 'new URL("./worker.js", import.meta.url), { type: "module" }'
 NODES_WORKER = 'new URL("./worker.js", import.meta.url)'
 # The expression that locates the decoder. It is replaced by null, because the page passes its embedded decoder to the
-# package.
+# npm package.
 DECODER = 'new URL("./shmformat.wasm", import.meta.url)'
 
 
@@ -109,7 +109,7 @@ def main():
     if len(sys.argv) != 5:
         sys.exit(__doc__)
     page, modules, package, out = map(Path, sys.argv[1:])
-    # The package normally loads its decoder and its worker from files in its own folder. In the page, opening.js
+    # The npm package normally loads its decoder and its worker from files in its own folder. In the page, opening.js
     # supplies them instead.
     script = "\n" + script_of(page / "main.js", "globalThis.shmWorkerUrl()")
     style = "\n" + (page / "style.css").read_text(encoding="utf-8")

@@ -136,8 +136,9 @@ function fit() {
 
 // --- the surface
 
-/** Returns the clip plane in frame coordinates. While the user moves the slider, the graphics card
- *  clips the surface at this plane. When the slider stops, the remaining cells are read again. */
+/** Returns the clip plane in frame coordinates (surface.js). While the user moves the slider, the
+ *  graphics card clips the surface at this plane. When the slider stops, the remaining cells are
+ *  read again. */
 function clipInFrame(clip) {
   if (clip === null) return null;
   const plane = [0, 0, 0, 0];
@@ -240,8 +241,8 @@ async function lookOnce(mesh, choice, place) {
     if (mesh !== state.mesh || choice !== state.choice) return;
     if (!drawing.isLost) $("error").hidden = true;
     putSurface(read);
-    // Once the remaining cells have been read, they are shown as a whole, even if the clip plane
-    // intersects them.
+    // Once the remaining cells have been read, the clip plane no longer cuts them: whole cells are
+    // shown, even those that the plane intersects.
     if (state.clip === clip) drawing.change({ clip: null });
     putColours();
     drawLegend();
@@ -399,8 +400,8 @@ function showStep() {
 function chooseArray(index) {
   const before = state.choice;
   const choice = index === "" ? null : state.choices[Number(index)];
-  // The new array may have other steps than the old array: chooses the last step that is not later
-  // than the shown step.
+  // The new array may have values at other steps than the old array. Chooses the latest step of the
+  // new array that is not after the step shown before.
   let place = 0;
   if (choice !== null && choice.steps !== null) {
     place = before?.steps ? nearStep(choice.steps, before.steps[state.place])
@@ -501,8 +502,8 @@ function connectControls() {
   $("clip-at").addEventListener("change", () => chooseClip(false));
   $("segment").addEventListener("change", ({ target }) => {
     state.segment = target.value === "" ? null : Number(target.value);
-    // null: frame coordinates are defined again for the chosen segment, which may be much smaller
-    // than the mesh
+    // null: the frame coordinates (surface.js) are recomputed for the chosen segment, which may be
+    // much smaller than the mesh
     state.frame = null;
     state.clip = null;
     $("clip").value = "";

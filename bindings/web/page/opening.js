@@ -1,5 +1,5 @@
-// Opens files with the package. The page contains the decoder and the script of its worker; a page
-// made by `shm view` also contains a file.
+// Opens files with the npm package shmformat. The page contains the decoder and the script of its
+// worker; a page made by `shm view` also contains a file.
 import { open } from "../npm/shmformat.js";
 
 // The first bytes of every .shm file.
@@ -60,8 +60,8 @@ async function checkBeginning(file, name) {
   }
 }
 
-/** Opens a file with the package. Returns a Mesh or an Archive. `source` is a Blob or an absolute
- *  URL. */
+/** Opens a file with the npm package shmformat. Returns a Mesh or an Archive. `source` is a Blob or
+ *  an absolute URL. */
 export async function opened(source, name) {
   if (source instanceof Blob) await checkBeginning(source, name);
   return open(source, { wasm: await decoder() });

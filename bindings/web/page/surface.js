@@ -1,6 +1,6 @@
-// Surface: converts the result of the package's boundary() to arrays for the graphics card.
-// Coordinates and values in a file may be any numbers. Points with coordinates that are not finite
-// are not drawn, and values that are not finite are shown as missing.
+// Surface: converts the boundary surface that boundary() in shmformat.d.ts returns to arrays for
+// the graphics card. Coordinates and values in a file may be any numbers. Points with coordinates
+// that are not finite are not drawn, and values that are not finite are shown as missing.
 
 /** Returns the frame of the mesh, which defines frame coordinates: the middle of the bounding box
  *  of all finite points is 0, and the largest side of the box is -1..1. */
@@ -31,7 +31,7 @@ export function inFrame(frame, axis, coordinate) {
   return Math.min(Math.max((coordinate - frame.middle[axis]) / frame.half, -2), 2);
 }
 
-/** Returns the bounding box of a frame in frame coordinates, for camera.js. */
+/** Returns the bounding box of the mesh in frame coordinates, for camera.js. */
 export function boxOf(frame) {
   return { least: frame.least.map((coordinate, i) => inFrame(frame, i, coordinate)),
     most: frame.most.map((coordinate, i) => inFrame(frame, i, coordinate)) };
@@ -73,8 +73,8 @@ function fanCorner(points, connectivity, from, end) {
 
 /** Returns lists of triangles, lines and points, with two numbers per corner: the index of its
  *  vertex, and the index of its face combined with the edge bits (see EDGE). A triangle has three
- *  corners, a line has two, a point has one. Faces with a vertex that is not finite are left out.
- *  `offsets` may be a Uint32Array or a BigUint64Array. */
+ *  corners, a line has two, a point has one. Faces with a vertex whose coordinates are not finite
+ *  are omitted. `offsets` may be a Uint32Array or a BigUint64Array. */
 export function cornersOf({ points, connectivity, offsets, faceCount }, places) {
   if (faceCount > MOST_FACES) throw new RangeError(`${faceCount} faces are more than can be drawn`);
   const begin = (f) => Number(offsets[f]);

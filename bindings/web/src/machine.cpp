@@ -28,8 +28,8 @@ void page_prefetch(void* context, const shmf_range* ranges, size_t count);
 SHM_FROM_PAGE("progress")
 int page_progress(void* context, double done);
 
-// Templates of two structs, because JavaScript cannot create the function pointers in them.
-// JavaScript copies a template and sets the other members.
+// Initial values of two structs, with function pointers, which JavaScript cannot create. JavaScript
+// copies such a struct and sets the other members.
 extern const shmf_source shmf_page_source = {sizeof(shmf_source), nullptr, 0,
                                              page_read_at,        nullptr, page_prefetch};
 extern const shmf_run_options shmf_page_run = {sizeof(shmf_run_options), page_progress, nullptr, 0,

@@ -15,7 +15,8 @@ std::uint64_t elements_in(std::size_t stride) {
   return std::max<std::uint64_t>(1, kPieceBytes / std::max<std::size_t>(stride, 1));
 }
 
-// The number of an element, and the part that sent its value. Used in error messages.
+// The number of an element, and the part that sent the value of this element. Used in error
+// messages.
 struct Element {
   std::uint64_t number = 0, part = 0;
 };
@@ -168,8 +169,8 @@ void JoinedMesh::hold_cells(const CellRange& range) {
   });
 }
 
-// Appends the cells `first` to `first` + `count` - 1, which this rank must hold, to `out`. Reads
-// each run of cells that also arrived consecutively in one call.
+// Appends the cells `first` to `first` + `count` - 1, which this rank must hold, to `out`. Cells
+// that arrived consecutively are read in one call.
 void JoinedMesh::read_held(std::uint64_t first, std::uint64_t count, CellBatch& out) {
   for (std::uint64_t cell = first, end = first + count; cell < end;) {
     const std::uint64_t place = arrival_->get(cell - range_.first);
@@ -294,8 +295,8 @@ auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
 auto JoinedMesh::load_cells(std::size_t array, std::uint64_t step) -> Kept {
   const std::size_t stride = stride_of(array);
   Kept out{covered_before(array, range_.first), PagedArray(*spool_, stride)};
-  // For each block, the difference between an element's index in the array and its cell number: the
-  // number of elements in earlier blocks minus the number of cells in earlier blocks.
+  // For each block, the difference between the index of an element in the array and the number of
+  // its cell. This is the number of elements minus the number of cells in all earlier blocks.
   std::vector<std::uint64_t> shift;
   std::uint64_t covered = 0;
   for (std::uint32_t b = 0; b < block_begins_.size(); ++b) {
@@ -477,8 +478,8 @@ void JoinedMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
     return;
   }
   Kept& values = stepped ? step_values_.value() : static_.at(array);
-  // Callers read whole pages, which may extend beyond the elements that this rank holds. The values
-  // of other elements are 0.
+  // Callers read whole pages, which may contain elements that this rank does not hold. The values
+  // of these elements are 0.
   std::memset(out, 0, count * stride_of(array));
   const std::uint64_t begin = std::max(first, values.first);
   const std::uint64_t end = std::min(first + count, values.first + values.values.size());

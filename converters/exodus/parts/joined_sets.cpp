@@ -170,7 +170,7 @@ void SetJoin::finish(std::map<std::string, std::uint64_t>& lengths,
     return std::tie(a.member, a.side) < std::tie(b.member, b.side);
   });
   if (set_->of_nodes) {
-    // If several parts contain rows for the same node, keep one of these rows.
+    // If several parts contain a row for the same node, keep only one of these rows.
     const auto same = [&](const Row& a, const Row& b) {
       if (a.member != b.member) return false;
       if (!std::equal(bytes_.begin() + static_cast<std::ptrdiff_t>(a.begin),

@@ -37,8 +37,8 @@ class SetJoin {
  private:
   friend std::map<std::string, SetJoin> sets_of(const exodus::Skeleton& skeleton,
                                                 const exodus::Place& place);
-  // A variable of the set. Each row contains `outer` * `inner` bytes of its values. In the
-  // variable, these bytes are in `outer` separate runs of `inner` bytes.
+  // A variable of the set. The values of the variable for one row have `outer` * `inner` bytes. In
+  // the variable, these bytes are in `outer` separate runs of `inner` bytes.
   struct Column {
     std::string variable;
     std::size_t at = 0;  // index of the variable's dimension that counts the rows

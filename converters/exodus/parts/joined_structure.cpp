@@ -39,8 +39,8 @@ class JoinedValues final : public VariableValues {
   const ValuesByName& values_;
 };
 
-// Combines the flags (integers that are 0 or 1) of two parts: a value in `known` becomes 1 if it is
-// 1 in `known` or in `more`.
+// Combines the flags (integers that are 0 or 1) of two parts with a logical OR, and stores the
+// result in `known`.
 void unite(std::vector<std::byte>& known, const std::vector<std::byte>& more) {
   for (std::size_t i = 0; i < std::min(known.size(), more.size()); ++i) known[i] |= more[i];
 }
@@ -91,8 +91,8 @@ class Joiner {
   std::map<std::string, std::uint64_t> suppliers_;
   Skeleton skeleton_;  // structure of the whole mesh; the lengths of set dimensions are upper
                        // bounds
-  std::map<std::string, SetJoin> sets_;  // the key is the dimension that counts the members of the
-                                         // set
+  // The key is the name of the dimension that counts the members of the set.
+  std::map<std::string, SetJoin> sets_;
   ValuesByName values_;
   JoinedStructure out_;
 };

@@ -16,10 +16,10 @@ struct JoinedStructure {
   MeshInfo info;
 };
 
-// Collective. Returns the structure, which is the same on all ranks. Requires parts.find_numbers().
-// Members of sets are sorted by their numbers in the whole mesh. Each rank needs memory for the
-// sets, records and similar data of the whole mesh. Throws SharedFailure if parts contradict each
-// other, or contain data that cannot be joined.
+// Collective. Returns the structure of the whole mesh, which is the same on all ranks.
+// Precondition: parts.find_numbers() has been called. Members of sets are sorted by their numbers
+// in the whole mesh. Each rank needs memory for the sets, records and similar data of the whole
+// mesh. Throws SharedFailure if parts contradict each other, or contain data that cannot be joined.
 JoinedStructure join_structure(PartFiles& parts);
 
 }  // namespace shm::converters

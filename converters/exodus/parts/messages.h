@@ -76,11 +76,11 @@ void attempt(std::optional<Error>& error, Work&& work) {
   }
 }
 
-// Collective. Exchanges data in rounds until no rank has more data. In each round, fill(to) appends
-// the next data for each rank r to to[r]; it returns false when it has appended the rest of the
-// data. Then take(bytes) is called once for the data from each rank, in order of the ranks. fill()
-// and take() must not communicate with other ranks. If one of them throws on any rank, throws
-// SharedFailure on all ranks.
+// Collective. Exchanges data in rounds until no rank has more data. In each round, every rank calls
+// fill(to), which appends the next data for each rank r to to[r], and returns false if no data
+// remains for further rounds. Then every rank calls take(bytes) once for the data from each rank,
+// in order of the ranks. fill() and take() must not communicate with other ranks. If one of them
+// throws on any rank, throws SharedFailure on all ranks.
 template <class Fill, class Take>
 void in_rounds(Ranks& ranks, Fill&& fill, Take&& take) {
   std::optional<Error> error;

@@ -28,9 +28,9 @@ class NumberOwners {
     return std::min<std::uint64_t>(run_ * (ranks_->rank() + 1), numbers_) - first();
   }
 
-  // Collective. Sends each item to the owner of the item's number, which calls take(item). Requires
-  // item.number < numbers. Within a batch, an owner receives the items of rank 0 first, then those
-  // of rank 1 and so on; items of one rank keep their order.
+  // Collective. Sends each item to the owner of the item's number, which calls take(item).
+  // Precondition: item.number < numbers for each item. Within a batch, an owner receives the items
+  // of rank 0 first, then those of rank 1 and so on; items of one rank keep their order.
   template <class Item, class Take>
   void send(const std::vector<Item>& items, Take&& take) {
     in_batches(items.size(), [&](std::size_t begin, std::size_t end) {
@@ -75,8 +75,9 @@ class NumberOwners {
   // Maximum number of items in one batch, summed over all ranks.
   static constexpr std::size_t kBatch = std::size_t{1} << 20;
 
-  // Calls round(begin, end) for each batch of items. All ranks make the same number of calls, which
-  // is the number of batches of the rank with the most items.
+  // Calls round(begin, end) for each batch of items. All ranks make the same number of calls: the
+  // number of batches of the rank with the most items. On a rank with fewer items, the final
+  // batches are empty.
   template <class Round>
   void in_batches(std::size_t items, Round&& round) {
     const std::uint64_t rounds = ranks_->largest((items + batch_ - 1) / batch_);

@@ -47,8 +47,8 @@ std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std
   return numbers;
 }
 
-// The range of node or element numbers in the parts. Numbers normally start at 1, but some programs
-// write numbers that start at 0.
+// The range of node or element numbers in the part files. Numbers normally start at 1, but some
+// programs start at 0.
 struct NumberRange {
   std::uint64_t base = 1, end = 0;
 };

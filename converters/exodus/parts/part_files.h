@@ -25,9 +25,9 @@ struct CellRange {
 // Returns the name that decomp and nem_spread give to a part, e.g. "out.e.16.03" for part 3 of 16
 // parts of "out.e".
 std::string part_name(const std::string& whole, std::size_t parts, std::size_t part);
-// If `name` has the form NAME.COUNT and means a decomposed mesh, returns the number of parts. For
-// example, returns 4 for rotor.e.4, whose parts are rotor.e.4.0 to rotor.e.4.3. Returns 0 if a file
-// called `name` exists, or if the file of the first part does not exist.
+// If `name` has the form NAME.COUNT and refers to a decomposed mesh, returns the number of parts.
+// For example, returns 4 for rotor.e.4, whose parts are rotor.e.4.0 to rotor.e.4.3. Returns 0 if a
+// file called `name` exists, or if the file of the first part does not exist.
 std::size_t count_of_parts(const std::string& name);
 // Returns the names of the `count` part files of the decomposed mesh `name`.
 std::vector<std::string> part_files(const std::string& name, std::size_t count);

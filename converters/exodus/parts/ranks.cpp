@@ -25,7 +25,7 @@ void Ranks::together(const std::function<void()>& work) {
   try {
     work();
   } catch (const SharedFailure&) {
-    throw;  // all ranks already throw this SharedFailure, so no further agreement is needed
+    throw;  // all ranks throw this SharedFailure, so agree() need not be called
   } catch (...) {
     error = current_error();
   }

@@ -40,16 +40,17 @@ class Ranks {
   bool first() const { return rank_ == 0; }
 
   // Runs `work` on every rank. If `work` throws on any rank, SharedFailure is thrown on all ranks,
-  // with the error of the lowest rank that failed. `work` must not communicate with other ranks.
-  // There is one exception: it may call functions that communicate if all ranks call them in the
-  // same order, if they call agree() first, and if the calls are inside uninterrupted().
+  // with the error of the lowest rank that failed. `work` must not communicate with other ranks,
+  // with one exception. It may call functions that communicate if these functions call agree()
+  // before any other communication, if all ranks call them in the same order, and if the calls are
+  // inside uninterrupted().
   void together(const std::function<void()>& work);
   // Runs `calls`, a function that communicates with other ranks. If `calls` throws anything other
   // than SharedFailure, all processes are terminated. If there is only one process, any exception
   // is passed on.
   virtual void uninterrupted(const std::function<void()>& calls) { calls(); }
-  // Collective. Like together(), but for work that this rank has already done. `error` is the error
-  // of this work, or empty if it succeeded.
+  // Collective. Like together(), but the work has already been done. `error` is the error that
+  // occurred on this rank, or empty if its work succeeded.
   virtual void agree(const std::optional<Error>& error) {
     if (error) throw SharedFailure(*error);
   }
@@ -58,8 +59,8 @@ class Ranks {
   // largest value of all ranks.
   virtual std::uint64_t largest(std::uint64_t value) { return value; }
   virtual std::uint64_t smallest(std::uint64_t value) { return value; }
-  // Sums of each value across ranks: `before` is the sum for all ranks below this rank, `all` the
-  // sum for all ranks.
+  // Sums across ranks, one for each value: `before` contains the sums over all lower ranks, `all`
+  // the sums over all ranks.
   struct Sums {
     std::vector<std::uint64_t> before, all;
   };
@@ -78,7 +79,7 @@ class Ranks {
     take(0, {bytes.begin(), bytes.end()});
   }
   // Sends the items in to[r] to rank r, for each rank r. Element r of the result contains the items
-  // that rank r has sent to this rank. All items for a rank must fit in one message.
+  // that rank r has sent to this rank. All items for one rank must fit in a single message.
   template <class Item>
   std::vector<std::vector<Item>> exchange(const std::vector<std::vector<Item>>& to) {
     static_assert(std::is_trivially_copyable_v<Item>);

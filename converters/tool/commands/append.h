@@ -16,7 +16,8 @@ struct AppendCommand final : Command {
   std::string source, level = "default", cell_order;
   std::vector<std::string> steps;  // values of --step: steps to append; parsed by steps_named()
   std::optional<double> time;
-  // Maximum distance between key steps; 0 means the same as in the file.
+  // Maximum distance between key steps, i.e. time steps that are coded independently of other
+  // steps. 0 means the same distance as in the file.
   std::uint32_t key_steps = 0;
   unsigned threads = 0;  // number of threads; 0 means one per core
   bool all = false, strict = false, json = false;

@@ -35,9 +35,9 @@ double percent_of(const std::string& text) {
   return percent;
 }
 
-// Prints a hint on standard error that --order free may make the file much smaller. The hint is
-// considered only if connectivity needs many bits per cell and the mesh has many active vertices.
-// If the mesh is small enough, a trial measures the saving.
+// Prints a hint on standard error that --order free may make the file much smaller. Prints nothing
+// unless connectivity needs many bits per cell and the mesh has many active vertices. If the mesh
+// is small enough, a trial measures the saving.
 void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const CompressRun& run,
                         Spool& spool) {
   constexpr double kDearBits = 6;
@@ -290,7 +290,7 @@ ExitCode CompressCommand::run() {
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(*this);
   // With --order free, the default memory limit is higher, because the mesh is accessed in random
-  // order, and pages that were written to disk would soon have to be read again.
+  // order. With a low limit, pages that have been written to disk would soon have to be read again.
   Spool spool(spool_directory(*this), spool_memory(*this, order == "free"), mesh_limits(*this));
   line.show("reading " + input);
   ToolInput in(*this);

@@ -15,8 +15,8 @@ namespace shm::converters {
 
 struct CompressCommand final : FileCommand {
   std::string order = "keep", level = "default", codec = "auto", cell_order;
-  // Number of cells in the delay buffer. If it is empty, the default depends on `order`: with
-  // stream, a trial chooses the number; otherwise the encoder has no delay buffer.
+  // Number of cells in the delay buffer. If the user gives no number, the default depends on
+  // `order`: with stream, a trial chooses the number; otherwise the encoder has no delay buffer.
   std::optional<std::uint32_t> delay;
   std::uint32_t bits = 0;
   std::optional<std::string> abs, rel;

@@ -121,7 +121,7 @@ ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_file
   step_files.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing", step - range.first, range.size());
-    // Each file has its own spool, so that the disk space of the spool is freed when the file is
+    // Each file has its own spool (temporary storage), whose disk space is freed when the file is
     // complete.
     Spool own(spool.directory(), spool.memory_budget(), spool.limits());
     Conversion conversion(mesh, step_files.format(), step_in_file(info, step), own);

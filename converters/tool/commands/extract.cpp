@@ -363,7 +363,7 @@ bool Extraction::write_each(ProgressLine& line) {
   files_.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing " + options_.output, step - range.first, range.size());
-    // Each file has its own spool, so that the disk space of the spool is freed when the file is
+    // Each file has its own spool (temporary storage), whose disk space is freed when the file is
     // complete.
     Spool own(spool_.directory(), spool_.memory_budget(), spool_.limits());
     Translation translation = translated(step_in_file(info, step), own);

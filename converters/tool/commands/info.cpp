@@ -51,9 +51,9 @@ bool InfoCommand::is_small(const MeshInfo& info) const {
   return !json && !is_one_of_many && bytes_of_mesh(info).all() <= kSmallBytes;
 }
 
-// Returns the bounding box and the value ranges of a small mesh. It is not an error if the values
-// cannot be read, because the user did not request ranges. In this case, the rest of the report is
-// still printed.
+// Returns the bounding box and the value ranges of a small mesh. If the values cannot be read, the
+// rest of the report is still printed. This is not an error, because the user did not request
+// ranges.
 InfoExtent InfoCommand::extent_of_small(ToolInput& in, const FileSummary& summary,
                                         ProgressLine& line) const {
   try {

@@ -29,7 +29,7 @@ namespace {
 struct Repair {
   bool has_parity = false;
   std::uint64_t blocks = 0, healed = 0, damaged_packets = 0;
-  std::vector<std::uint64_t> lost;  // indices of the blocks that could not be repaired
+  std::vector<std::uint64_t> lost;  // indices of protected blocks that could not be repaired
   DamageReport damage;              // damage that parity could not repair
   bool new_index = false;
   std::optional<SalvageReport> salvaged;
@@ -40,8 +40,8 @@ struct Repair {
   }
 };
 
-// Formats the byte ranges of the file that the blocks cover, such as "0-4095, 12288-20479". Lists
-// at most 8 ranges.
+// Formats the byte ranges that `blocks` (indices of protected blocks) cover in the file, such as
+// "0-4095, 12288-20479". Lists at most 8 ranges.
 std::string ranges_text(const std::vector<std::uint64_t>& blocks) {
   constexpr int kMostRanges = 8;
   std::string text;
@@ -132,8 +132,8 @@ class RepairRun {
   std::unique_ptr<LenientSource> lenient_;
   std::unique_ptr<ProtectedFile> protected_;
   std::unique_ptr<FileSink> scratch_;
-  // Initially the input file. If the input has its own parity, heal() sets this pointer to a source
-  // in which damaged blocks are repaired.
+  // The source from which the file is read. At first, this is the input file. If the input has its
+  // own parity, heal() replaces it with a source in which damaged blocks are repaired.
   RandomSource* source_ = nullptr;
   Repair repair_;
 };
@@ -153,8 +153,8 @@ void RepairRun::heal() {
   repair_.damaged_packets = protected_->damaged_packets();
   repair_.lost = protected_->heal(*scratch_, line_.callback());
   repair_.healed = protected_->damaged_blocks().size() - repair_.lost.size();
-  // If the repaired bytes are not a whole .shm file, the parity may belong to an earlier file with
-  // the same name.
+  // If the repaired bytes are not a whole .shm file, the parity may have been computed from an
+  // earlier file with the same name.
   if (repair_.lost.empty() && !is_whole_file(protected_->healed()))
     throw Failure(Error{.code = ErrorCode::corrupt,
                         .detail = "its parity does not protect a whole .shm file",

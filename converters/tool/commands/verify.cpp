@@ -32,8 +32,8 @@ ParityState parity_state(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileRandomSource::open(path), path);
   const auto protected_file = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
   if (!protected_file) return {};
-  // If the protected bytes are not a whole .shm file that ends with the trailer, the parity belongs
-  // to another file.
+  // If the bytes that the parity protects are not a whole .shm file that ends with the trailer, the
+  // parity belongs to another file.
   SectionSource itself(*file, 0, protected_file->shape().protected_bytes);
   if (!is_whole_file(itself)) return {};
   protected_file->check(progress);

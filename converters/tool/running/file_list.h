@@ -12,7 +12,7 @@
 namespace shm::converters {
 
 struct FileTask {
-  std::string input, output;  // paths; `output` is empty if no output is written
+  std::string input, output;  // paths of the files; `output` is empty if no output is written
   std::uint64_t bytes = 0;    // size of the input in bytes
   std::string passed_over;    // reason for skipping the input; empty if it is not skipped
   Result<void> refusal;       // error if the task is refused before work starts

@@ -18,8 +18,8 @@ namespace shm::converters {
 CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string& name,
                       const std::string& description, const std::string& examples);
 
-// Functions that add the options of commands with several files. add_files() adds the list of files
-// (described by `what`), -r and -T. add_output() adds -o (described by `output`), -f and -c.
+// Functions that add options to a command that accepts several files. add_files() adds the list of
+// files (described by `what`), -r and -T. add_output() adds -o (described by `output`), -f and -c.
 void add_files(CLI::App& command, FileCommand& options, const std::string& what);
 void add_output(CLI::App& command, FileCommand& options, const std::string& output,
                 const std::string& type);

@@ -1,5 +1,6 @@
 // Processes each file in a separate process. A crash of one process does not affect the work on
-// other files. Libraries without thread support (HDF5) can be used for several files in parallel.
+// other files. Several files can be processed in parallel even with libraries that are not thread
+// safe, such as HDF5.
 #pragma once
 
 #include <functional>

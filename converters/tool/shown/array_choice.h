@@ -18,9 +18,10 @@ std::string array_label(const ArrayInfo& array);
 struct ArrayChoice {
   std::string name;  // name that the user gave, without location and step
   Location location = Location::point;
-  // Each list contains the indices of arrays whose components together form one value, e.g. v_x,
-  // v_y and v_z. If several arrays have the same name, for example on different blocks, there are
-  // several lists. The value of a cell comes from the first list whose arrays cover the cell.
+  // The chosen arrays. Each inner list contains the indices of arrays whose components together
+  // form one value, e.g. v_x, v_y and v_z. If several arrays have the same name, for example on
+  // different blocks, there are several lists. The value of a cell comes from the first list whose
+  // arrays cover the cell.
   std::vector<std::vector<std::uint32_t>> layers;
   std::optional<std::uint64_t> step;  // chosen time step; empty if none of the arrays has steps
 };

@@ -191,8 +191,8 @@ std::vector<std::byte> no_value(const ArrayInfo& array) {
   return value;
 }
 
-// Returns the value of each face, which is the value of its cell. `cells` are the cells of the
-// faces, in ascending order, so one pass over the mesh is enough.
+// Returns the value of each face, which is the value of its cell. `cells` contains the cell of each
+// face, in ascending order, so that one pass over the mesh is enough.
 std::vector<std::byte> values_of_faces(MeshSource& mesh, const BoundaryArray& array,
                                        const std::vector<std::uint64_t>& cells) {
   const Schema& schema = mesh.info().schema;

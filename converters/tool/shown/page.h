@@ -43,7 +43,7 @@ class FileInPage final : public ByteSink {
   Result<void> put(std::string_view text);
 
   const std::string& page_;
-  std::string head_;  // part of the page before the file; cleared when it has been written
+  std::string head_;  // part of the page before the .shm file; cleared when it has been written
   ByteSink& out_;
   std::uint64_t bytes_ = 0, written_ = 0;
   // Up to two bytes that are not yet encoded, because base64 encodes groups of three bytes as four

@@ -47,10 +47,10 @@ inline constexpr std::string_view kXmlOnlyAttributes[] = {"Tangents", "RationalW
 // and the title in an XML file that was converted from a legacy file.
 inline constexpr std::string_view kLegacyTime = "TIME", kXmlTime = "TimeValue", kXmlTitle = "Title";
 
-// Extras that are derived from the extras of a mesh, because the file to be written needs the
-// values in another form.
+// Extras that are derived from the extras of a mesh, because the other format needs the values in
+// another form. The skeleton of the new file (the file without its numbers) refers to them.
 struct MadeExtras {
-  std::deque<Extra> data;     // values of the arrays that the new skeleton calls x0, x1, ...
+  std::deque<Extra> data;     // values of arrays, which the skeleton calls x0, x1, ...
   std::deque<Extra> strings;  // lists of strings of arrays
   void register_in(std::map<std::string, const Extra*>& extras) const {
     for (const auto* made : {&data, &strings})
@@ -77,7 +77,8 @@ inline bool is_range_key(std::string_view name) {
 // 5.1 of legacy files and version 2.1 of XML files.
 bool has_renumbered_cells(const MeshInfo& info);
 // Key of an extra that marks a piece of a mesh as using the newer node order. A whole mesh does not
-// need this extra, because its skeleton contains the file version, but a piece has no skeleton.
+// need this extra, because its skeleton (the file without its numbers) contains the file version. A
+// piece has no skeleton.
 inline constexpr const char* kNewNumbering = "vtk/new_numbering";
 
 }  // namespace shm::converters::vtk

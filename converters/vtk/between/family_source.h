@@ -24,13 +24,13 @@ class FamilySource : public SourceFormat {
   std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
                                                     StepRange steps) const override;
   std::vector<Extra> extras_of_series(const MeshInfo& info) const override;
-  // Returns true if an extra with this key describes a file: field data, or the skeleton, which
-  // contains the title and the order of arrays.
+  // Returns true if an extra with this key describes the file itself: field data, or the skeleton
+  // (the file without its numbers), which contains the title and the order of arrays.
   bool is_about_file(std::string_view key) const override;
-  // Returns the extras of the mesh `old` after the file `more` is appended to it. They do not
-  // change. An extra of the appended file that differs but describes only that file is listed as a
-  // loss. Returns nothing if any other extra differs, or if `old` does not come from a series of
-  // files with one step each.
+  // Determines the extras of the mesh `old` after the file `more` is appended to it. The result
+  // keeps the extras of `old` unchanged. If an extra of `more` differs from that of `old` but only
+  // describes the file, it is listed as a loss. Returns nothing if any other extra differs, or if
+  // `old` does not come from a series of files with one step each.
   std::optional<AppendedExtras> joined_extras(const MeshInfo& old, const MeshInfo& more,
                                               const std::vector<Extra>& extras,
                                               std::span<const std::uint64_t> steps) const override;
@@ -45,7 +45,7 @@ class FamilySource : public SourceFormat {
   void mark_piece(const MeshInfo& whole, MeshInfo& piece) const override;
 
  protected:
-  // Returns the skeleton of a mesh (its file without the numbers), and omits the value ranges of
+  // Returns the skeleton of a mesh (its file without the numbers) without the value ranges of
   // arrays.
   virtual std::string skeleton_without_ranges(const MeshInfo& info) const = 0;
 

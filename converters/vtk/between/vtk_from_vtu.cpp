@@ -24,8 +24,8 @@ using vtu::ValuesWord;
 
 constexpr std::size_t kLongestTitle = 255;  // limit of VTK's readers
 
-// Returns the text in an InformationKey element, or in a Value element inside it, as a word of a
-// legacy file.
+// Returns the text in an InformationKey element, or in a Value element inside it, encoded as a
+// single word for a legacy file.
 std::string word_in(const Node& node) {
   for (const Node& each : node.children) {
     if (each.kind != NodeKind::text) continue;
@@ -308,9 +308,9 @@ class LegacyBuilder {
     }
   }
 
-  // Adds values of points or cells that are stored as an extra, not as an array of the mesh. The
-  // values are in file order. If the mesh was stored in another order (not Order::keep), the values
-  // are dropped and reported as lost.
+  // Adds an array of points or cells whose values are stored as an extra, not as an array of the
+  // mesh. The values of an extra are in file order. If the mesh was stored in another order (not
+  // Order::keep), they are dropped and reported as lost.
   void add_other_values(Node& array, const ValuesWord& word, Location location,
                         std::vector<Entry>& others) {
     const std::uint64_t elements = location == Location::cell ? info_.cells() : info_.vertices;

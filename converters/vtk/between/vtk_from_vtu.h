@@ -19,8 +19,9 @@ struct LegacyParts {
   std::set<std::size_t> placed;  // indices of the mesh's arrays to which the skeleton refers
   MadeExtras made;
 };
-// Converts the skeleton of an XML file to that of a legacy file. Adds descriptions of the data that
-// the legacy file cannot store to `losses`, which may be null.
+// Converts the skeleton of an XML file (the file without its numbers) to the skeleton of a legacy
+// file. Adds descriptions of the data that the legacy file cannot store to `losses`, which may be
+// null.
 LegacyParts legacy_of_xml(const MeshInfo& info, LossList* losses);
 
 // Returns descriptions of the data that is lost if a mesh from an XML file is written as a legacy

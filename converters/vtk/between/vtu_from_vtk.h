@@ -20,13 +20,14 @@ struct XmlParts {
   vtk::MadeExtras made;
 };
 
-// Converts the skeleton of a legacy file to elements of an XML file. `format` is the encoding of
-// the arrays, such as "appended". Adds descriptions of the data that the XML file cannot store to
-// `losses`, which may be null.
+// Converts the skeleton of a legacy file (the file without its numbers) to elements of an XML file.
+// `format` is the encoding of the arrays, such as "appended". Adds descriptions of the data that
+// the XML file cannot store to `losses`, which may be null.
 XmlParts xml_of_legacy(const MeshInfo& info, const std::string& format, LossList* losses);
 
 // Returns the XML element of a field data array that contains strings and has one component.
-// `values` contains the strings, each terminated by a zero byte, and is stored in `made`.
+// `values` contains the strings, each terminated by a zero byte. strings_element() adds `values` to
+// `made` as an extra, to which the element refers.
 Node strings_element(const std::string& name, std::string values, const std::string& format,
                      vtk::MadeExtras& made);
 

@@ -16,7 +16,7 @@ constexpr std::string_view kKnown[] = {
     "VTKFile", "UnstructuredGrid", "Piece", "PointData", "CellData",       "Points",
     "Cells",   "DataArray",        "Array", "Value",     "InformationKey", "AppendedData"};
 
-// Adds the markup in a node and its descendants to `losses` if it is lost when the mesh is written
+// Adds to `losses` the markup of a node and its descendants that is lost when the mesh is written
 // in another format.
 void add_markup(const Node& node, bool of_grid, LossCollector& losses) {
   switch (node.kind) {

@@ -15,7 +15,8 @@ namespace shm::converters::vtu {
 
 class Contents {
  public:
-  // Parses the skeleton of a mesh. Returns nothing if the mesh has no skeleton of an XML file.
+  // Parses the skeleton of a mesh. Returns nothing if the mesh has no valid XML skeleton, e.g.
+  // because it did not come from an XML file.
   static std::optional<Contents> of(const MeshInfo& info);
 
   Node& grid() { return *document_.root().child("UnstructuredGrid"); }

@@ -144,8 +144,8 @@ void Parser::add_array(Entry& entry, Values column_values, std::string_view role
 // mesh.
 std::optional<std::size_t> Parser::written_before(EntryKind kind, const ArrayInfo& array,
                                                   Values& values) {
-  // An array is compared with at most this number of earlier arrays of the same name. If there are
-  // more, later arrays with this name become separate arrays.
+  // Maximum number of earlier arrays of the same name with which an array is compared. If a name
+  // occurs more often, the array may be stored again although it equals an earlier array.
   constexpr std::size_t kMostOfAName = 4;
   const auto& arrays = info_.schema.arrays;
   auto& of_name = named_[{array.location, array.name}];

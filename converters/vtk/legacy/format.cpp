@@ -1,5 +1,5 @@
-// The Format of VTK legacy files: functions that recognize, open and write files, and the
-// capabilities and losses of the format.
+// The Format of VTK legacy files: functions that recognize, open and write such files, a list of
+// the features that the format supports, and functions that list the data that a conversion loses.
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -16,7 +16,8 @@ namespace shm::converters {
 namespace vtk {
 namespace {
 
-// Returns true if the lines of a METADATA section contain anything other than ranges of values.
+// Returns true if the lines of a METADATA section contain anything other than the value ranges of
+// the array.
 bool has_more_than_ranges(const std::string& metadata) {
   std::istringstream lines(metadata);
   std::string line;
@@ -68,7 +69,7 @@ void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList
     }
     if (entry.origin != Origin::extra || used.contains(data_key(entry.index))) continue;
     if (entry.kind >= EntryKind::x_coordinates && entry.kind <= EntryKind::z_coordinates)
-      continue;  // not a loss, because the points of the mesh contain the coordinates of the axes
+      continue;  // no values are lost, because the points contain the coordinates of the axes
     const bool table = entry.kind == EntryKind::lookup_table;
     losses.push_back((table ? "lookup table" : "field data") + quoted(name));
   }

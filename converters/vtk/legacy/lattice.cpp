@@ -55,8 +55,9 @@ bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   return true;
 }
 
-// Sets a property of evenly spaced axes to the values in `entry`. The property is the number of the
-// first point, the origin or the spacing.
+// Sets one property of three evenly spaced axes from an entry of the file: the number of the first
+// point (EXTENT), the origin (ORIGIN) or the spacing (SPACING, ASPECT_RATIO). Other entries change
+// nothing.
 void place_axes(const Entry& entry, std::array<Axis, 3>& axes) {
   std::array<std::int64_t, 6> ranges{};
   std::array<double, 3> words{};
@@ -127,9 +128,10 @@ std::optional<Lattice> Lattice::of(const std::array<std::uint64_t, 3>& dimension
     lattice.cell_dimensions_[axis] = std::max<std::uint64_t>(size - 1, 1);
     lattice.cells_ *= lattice.cell_dimensions_[axis];
     if (size == 1) continue;
-    // Each axis copies the previous corners, shifted along the axis. The second axis copies the two
-    // corners in reverse order, so that the four corners go around the face. The third axis copies
-    // the four corners in the same order, which yields the opposite face.
+    // Each axis doubles the number of corners: the existing corners are copied and shifted along
+    // the axis. For the second axis, the two corners are copied in reverse order, so that the four
+    // corners go around a face. For the third axis, the four corners are copied in the same order,
+    // and form the opposite face.
     const std::size_t n = lattice.nodes_;
     for (std::size_t i = 0; i < n; ++i)
       lattice.offsets_[n + i] = lattice.offsets_[n == 2 ? 1 - i : i] + stride;

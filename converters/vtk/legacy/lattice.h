@@ -27,7 +27,7 @@ class Lattice {
   std::uint64_t dimension(std::size_t axis) const { return dimensions_[axis]; }
   std::uint64_t points() const { return points_; }
   std::uint64_t cells() const { return cells_; }
-  // Returns the block that contains all cells of the lattice. Requires cells() > 0.
+  // Returns the block that contains all cells of the lattice. Precondition: cells() > 0.
   BlockInfo block() const;
   // Returns the corners of a cell in VTK's order. The returned span is valid until the next call.
   std::span<const std::uint64_t> corners(std::uint64_t cell);
@@ -65,13 +65,14 @@ struct LatticePoints {
   void read(const Lattice& lattice, std::uint64_t first, std::uint64_t count, std::byte* out) const;
 };
 
-// Returns the lattice whose size is stated by `entry`, a DIMENSIONS or EXTENT entry of a skeleton.
-// Returns nothing if the numbers of the entry are invalid.
+// Returns the lattice whose size is stated by `entry`, a line DIMENSIONS or EXTENT of the file.
+// Returns nothing if the numbers in this line are invalid.
 std::optional<Lattice> lattice_of(const Entry& entry);
 
-// Computes the points of rectilinear or image data from the dimensions and axes in its skeleton.
-// `extra(key)` returns the extra with this key, or null if no such extra exists. If dimensions and
-// axes are inconsistent, returns nothing and describes the problem in `problem`.
+// Computes the points of rectilinear or image data from the dimensions and axes in `skeleton`,
+// which describes the file without its numbers (see vtk.h). `extra(key)` returns the extra with
+// this key, or null if no such extra exists. If dimensions and axes are inconsistent, returns
+// nothing and describes the problem in `problem`.
 using FindExtra = std::function<const Extra*(const std::string& key)>;
 std::optional<LatticePoints> lattice_points_of(const Skeleton& skeleton, const FindExtra& extra,
                                                std::string& problem);

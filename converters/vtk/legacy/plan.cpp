@@ -33,8 +33,8 @@ FilePlan::FilePlan(MeshSource& mesh) : CellPlan(mesh) {
   choose_layout();
 }
 
-// Throws Failure if a skeleton is damaged: it has the same list of cells twice, or a list that this
-// kind of data set cannot have.
+// Throws Failure if the skeleton contains a cell list (CELLS, POLYGONS, ...) twice, or a cell list
+// that its kind of data set cannot have.
 void FilePlan::check_lists() const {
   std::set<EntryKind> listed;
   for (const Entry& each : skeleton_.entries) {
@@ -157,8 +157,9 @@ bool FilePlan::plan_polydata() {
   return fits;
 }
 
-// Finds the array to which an entry refers. Returns false if the array is missing or no longer has
-// the properties that the entry states.
+// Checks that the mesh array to which a skeleton entry refers can be written, and records that the
+// skeleton contains it. Returns false if the array is missing, if its location, type or size
+// differs from the entry, or if an earlier entry already has the same array and role.
 bool FilePlan::place_array(const Entry& entry, Location location) {
   if (entry.index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& array = info_.schema.arrays[entry.index];
@@ -237,8 +238,8 @@ void FilePlan::plan_for_foreign() {
   add_block_ids();
 }
 
-// Returns the skeleton entries of a separate FIELD that contains the time of the last step. Stores
-// the time as the extra vtk/data/<index>; this key must be unused.
+// Returns skeleton entries for a new FIELD with one array, which contains the time of the final
+// step. Stores the time as the extra vtk/data/<index>; this key must be unused.
 std::vector<Entry> FilePlan::time_entries(std::size_t index) {
   time_ = Extra{data_key(index), ScalarType::float64, Reference::nothing, {1, 1}, {}};
   time_.data.resize(sizeof(double));
@@ -254,9 +255,9 @@ std::vector<Entry> FilePlan::time_entries(std::size_t index) {
            .tuples = 1}};
 }
 
-// Adds the time of the last step if the skeleton does not contain a time. This is the case, for
-// example, if the source is a series of files whose times are in a collection file. The time is
-// added to the first field of the data set if there is one, because readers keep only one field.
+// Adds the time of the final step if the skeleton does not contain a time, for example because the
+// source is a series of files whose times are in a collection file. If the data set already has a
+// field, the time becomes an array of the first field, because readers keep only one field.
 void FilePlan::add_missing_time() {
   auto& entries = skeleton_.entries;
   const auto end = std::find_if(entries.begin(), entries.end(), [](const Entry& each) {

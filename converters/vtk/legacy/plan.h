@@ -1,7 +1,8 @@
 // FilePlan: the layout of the VTK legacy file for a mesh, determined before the first byte is
-// written. The plan consists of the skeleton, the type of each cell, and the point numbers of each
-// cell. If the mesh came from a VTK file, its skeleton is derived from the skeleton of that file;
-// otherwise, it is a default skeleton.
+// written. The plan consists of the type and the point numbers of each cell, and of the skeleton,
+// which lists the sections and arrays of the file in order (see vtk.h). If the mesh came from a VTK
+// file, the skeleton is derived from the skeleton of that file; otherwise, it is a default
+// skeleton.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +19,8 @@ namespace shm::converters::vtk {
 
 class FilePlan : public CellPlan {
  public:
-  // Borrows `mesh`. Reads the cells of `mesh` if the sizes of the lists of cells in the file cannot
-  // be determined without them.
+  // Borrows `mesh`. Reads all cells of `mesh` if the sizes of the cell lists in the file cannot be
+  // computed from the block sizes.
   explicit FilePlan(MeshSource& mesh);
 
   const Skeleton& skeleton() const { return skeleton_; }
@@ -63,7 +64,7 @@ class FilePlan : public CellPlan {
   Skeleton skeleton_;
   Extra time_, names_;
   MadeExtras made_;               // extras with values in the form that legacy files need
-  std::set<std::size_t> placed_;  // indices of the arrays that have an entry in the skeleton
+  std::set<std::size_t> placed_;  // indices of the mesh arrays to which the skeleton refers
 
   // Pairs (array, role) that have occurred so far. An array may occur only once with each role.
   std::set<std::pair<std::size_t, EntryKind>> roles_;

@@ -139,7 +139,7 @@ bool Parser::section_keyword(const std::string& word) {
   if (word == "cell_data" || word == "point_data") {
     begin_section(word == "cell_data" ? EntryKind::cell_data : EntryKind::point_data);
   } else if (word == "metadata") {
-    std::string ignored;  // metadata that does not follow an array; VTK ignores it too
+    std::string ignored;  // VTK, too, ignores metadata that does not follow an array
     input_.skip_line();
     read_metadata(0, ignored);
   } else if (word == "field") {
@@ -175,8 +175,8 @@ std::uint64_t Parser::product(std::uint64_t a, std::uint64_t b) {
   return result;
 }
 
-// Reads the next `count` numbers of the file as a column (see Values). If `count` is 0, does not
-// skip the end of the current line, because VTK does not skip it either.
+// Reads the next `count` numbers of the file as a column (see Values). If `count` is 0, stays
+// before the newline of the current line, as VTK does.
 Values Parser::column(ScalarType type, std::uint64_t count) {
   if (count > 0) next_line_is_binary();
   return Values(input_, binary_file_, spool_, type, count);
@@ -306,7 +306,7 @@ Values Parser::cell_numbers(const char* keyword, std::string& word, std::uint64_
   if (!type || is_float(*type))
     input_.fail(ErrorCode::corrupt, "'" + word.substr(0, 40) + "' is not an integer type");
   Values result = column(*type, count);
-  std::string ignored;  // metadata with ranges, which VTK computes itself
+  std::string ignored;  // value ranges; VTK computes them when it writes a file
   metadata(1, ignored);
   return result;
 }

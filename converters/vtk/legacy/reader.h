@@ -35,8 +35,8 @@ class VtkSource : public MeshSource {
 
  private:
   friend class Parser;
-  // Maximum number of lists of cells. Polygonal data have four lists, in the order in which VTK
-  // numbers their cells; other data sets have one list.
+  // Maximum number of cell lists in a data set. Polygonal data has four lists, in the order in
+  // which VTK numbers their cells; all other data sets have one list.
   static constexpr std::size_t kLists = 4;
 
   MeshInfo info_;
@@ -44,7 +44,8 @@ class VtkSource : public MeshSource {
   LatticePoints lattice_points_;  // points of a data set without a POINTS section
   std::array<CellTable, kLists> lists_;
   std::optional<Lattice> lattice_;
-  std::uint64_t lattice_cell_ = 0;  // next cell that next_cells() returns; structured data only
+  // Index of the cell that next_cells() returns next; used only for structured data.
+  std::uint64_t lattice_cell_ = 0;
   bool makes_points_ = false;
   std::vector<Values> arrays_;
 };

@@ -10,7 +10,7 @@
 // hexahedra, quads if one dimension is 1, lines if two dimensions are 1, or a single vertex.
 //
 // A file with rectilinear or image data does not contain points. The points are computed when they
-// are read, in the same way as in VTK: from the values of the axes, or as origin + number * spacing
+// are read, in the same way as in VTK: from the values of the axes, or as origin + index * spacing
 // in double precision. The points are float32 if all three axes are float32.
 //
 // Cells of polygonal data are numbered as in VTK: VERTICES, LINES, POLYGONS, TRIANGLE_STRIPS. A
@@ -35,7 +35,7 @@
 //                            of the file; for variants, and for strings of a text file, the words
 //                            of the file, one value per line; for bits of a text file, 0 or 1
 //   vtk/strings/<i>          uint8: the distinct strings of array i of the schema, one after the
-//                            other, in the form of vtk/data/<k>
+//                            other, encoded as in vtk/data/<k>
 // Polyhedra have the shape `faces`. However, if a polyhedron has a face without points, or a face
 // whose first point occurs twice, all polyhedra have the shape polyhedron, and there are these
 // extras:
@@ -85,11 +85,12 @@ std::unique_ptr<MeshSource> open_vtk(const std::string& path, Spool& spool);
 
 // Writes a mesh front to back.
 // - If the mesh came from VTK, the file has the data set, version, encoding, title and arrays of
-// its source. If points or cells are no longer in the order that the dimensions or lists state
-// (Order::stream and free), the data set becomes an unstructured grid.
-// - A mesh of another format becomes a binary file of version 4.2 (5.1 beyond 2^31 entries), with
-// the values and the time of the last time step. If the mesh came from a VTU file, everything that
-// a legacy file can store is kept (vtk_from_vtu.h).
+// its source. The data set becomes an unstructured grid if points or cells were renumbered
+// (Order::stream and free), so that the dimensions or lists no longer describe them.
+// - A mesh of another format becomes a binary file of version 4.2 (5.1 if it has more than 2^31 - 1
+// points or needs more than 2^31 - 1 integers for its cells), with the values and the time of the
+// final time step. If the mesh came from a VTU file, everything that a legacy file can store is
+// kept (vtk_from_vtu.h).
 //
 // Throws Failure (output) on a disk error.
 void write_vtk(MeshSource& mesh, const std::string& path, Spool& spool);

@@ -94,8 +94,9 @@ void CellCollector::mark_steps(Node& cells) {
   }
 }
 
-// Marks the arrays in the Cells element that have not been read. Those named offsets, connectivity
-// or types contain no data; all others are kept as extras.
+// Handles the arrays in the Cells element that have not been read. Arrays named offsets,
+// connectivity or types are unread only if the piece has no cells; they have no values, and are
+// only marked. All other arrays are kept as extras.
 void CellCollector::mark_rest(Node& cells) {
   for (Node& each : cells.children) {
     if (!each.is_array()) continue;
@@ -233,8 +234,8 @@ void CellCollector::add_stream_face(Node& array, Column& nodes, std::uint64_t be
 
 // Reads the faces in files up to version 2.2. For each polyhedron, the array `faces` contains the
 // number of faces, then the size and the points of each face. For each cell, the array `ends`
-// contains the position in `faces` after the faces of the cell, or -1 if the cell is not a
-// polyhedron. Returns false if `faces` contains additional numbers.
+// contains the end of its data in `faces`, or -1 if the cell is not a polyhedron. Returns false if
+// `faces` contains additional numbers.
 bool CellCollector::face_streams(Node& faces, Node& ends, const PieceRange& piece) {
   Column numbers(*this, faces, kNoLimit), cell_ends(*this, ends, piece.cells);
   if (cell_ends.size() != piece.cells)

@@ -31,11 +31,11 @@ constexpr std::uint64_t most_compressed_bytes(std::uint64_t size) {
 }
 
 // Decompresses a block and stores the result at `out`. Returns false if the result does not have
-// exactly `size` bytes. Requires size <= kMostBlockBytes.
+// exactly `size` bytes. Precondition: size <= kMostBlockBytes.
 bool decompress(Compressor compressor, const std::vector<std::byte>& block, std::byte* out,
                 std::size_t size);
-// Compresses `size` bytes and returns the result. Requires `size` > 0. Throws Failure (output) if
-// there is not enough memory.
+// Compresses `size` bytes and returns the result. Precondition: size > 0. Throws Failure (output)
+// if there is not enough memory.
 std::vector<std::byte> compress(Compressor compressor, const std::byte* values, std::size_t size);
 
 // Appends the base64 form of `count` bytes to `text`: four characters for three bytes, padded with

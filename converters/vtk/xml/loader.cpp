@@ -153,8 +153,9 @@ bool ArrayLoader::same_values(Node& a, Node& b, Spool& spool) {
   if (same_place(a, b)) return true;
   const auto type = type_of(a);
   if (!type || type != type_of(b)) return false;
-  // Read all values of `b` into `second`, and then at most one value more from `a`, which is enough
-  // to find a difference. `a` may be long, and may be compared with many arrays.
+  // Read all n values of `b`, and then at most n + 1 values of `a`, which is enough to find any
+  // difference. Reading all of `a` could take long, because `a` may be much longer than `b`, and
+  // may be compared with many arrays.
   const std::size_t width = scalar_bytes(type->stored);
   PagedArray second(spool, width);
   read(b, *type, kNoLimit, [&](std::span<const std::byte> values) {

@@ -40,8 +40,9 @@ class ArrayLoader {
                      const PayloadReader::Take& take);
   // Reads exactly `count` numbers of an array and appends them to `out`.
   void load(Node& array, const ArrayType& type, std::uint64_t count, PagedArray& out);
-  // Returns true if both arrays refer to the same bytes of the file. VTK writes an array that does
-  // not change only once; the arrays of all time steps then refer to these bytes.
+  // Returns true if both arrays refer to the same bytes of the file. If an array is the same at
+  // several time steps, VTK writes its values only once, and the arrays of these steps all refer to
+  // the same bytes.
   static bool same_place(const Node& a, const Node& b);
   // Returns true if both arrays have the same values, even if their encodings differ.
   bool same_values(Node& a, Node& b, Spool& spool);
@@ -52,9 +53,8 @@ class ArrayLoader {
   // Stores the first `most` values of an array as an extra, or all values if `most` is kNoLimit.
   // Throws Failure if an array of numbers or bits has fewer than `most` values.
   void keep_as_extra(Node& array, std::uint64_t most);
-  // Sets the word that is stored in the skeleton (the XML without its numbers, see vtu.h) in place
-  // of the numbers of an array. Precondition: a caller that needs the numbers has already read
-  // them.
+  // Replaces the numbers of an array with `word` in the skeleton (the XML without its numbers, see
+  // vtu.h). If the caller needs the numbers, it must read them before this call.
   void mark(Node& array, const std::string& word);
   // Like mark(), for an array that has the same numbers as an array that was marked before. `text`
   // is the text that mark() stored for that earlier array.
@@ -77,7 +77,8 @@ class ArrayLoader {
   // the word that mark() stored for it. Arrays that refer to the same bytes thus share one extra.
   std::map<std::string, std::string> kept_;
   std::uint64_t extras_ = 0, extra_bytes_ = 0;
-  // Block size in bytes of each array that has been read.
+  // For each array that has been read: the size in bytes of its compressed blocks before
+  // compression, or 0 if it is not compressed.
   std::map<const Node*, std::uint64_t> block_bytes_;
 };
 

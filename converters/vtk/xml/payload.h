@@ -48,7 +48,8 @@ class PayloadReader {
 
  private:
   class Bytes;
-  using TakeBytes = std::function<bool(std::span<const std::byte>)>;  // returns false to stop
+  using TakeBytes =
+      std::function<bool(std::span<const std::byte>)>;  // returning false stops the decoding
   [[noreturn]] void fail(ErrorCode code, const PayloadPlace& place, std::string detail) const;
   void spend(const PayloadPlace& place, std::uint64_t bytes);
   void decode(const PayloadPlace& place, const TakeBytes& take);

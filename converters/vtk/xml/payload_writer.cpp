@@ -48,8 +48,8 @@ void PayloadWriter::begin(const Head& head) {
     emit(header.data(), header.size());
     return;
   }
-  // Reserve space for the compressed sizes of the blocks. They are written at the end of the array,
-  // when all of them are known.
+  // Reserve space for the header, which contains the compressed size of each block. It is filled in
+  // after all blocks have been compressed.
   const std::uint64_t blocks = bytes / head_.block_bytes + (bytes % head_.block_bytes != 0);
   const std::uint64_t room = (3 + blocks) * form_.header_bytes;
   header_at_ = out_.position();

@@ -81,8 +81,8 @@ void VtuPlan::read_head() {
   }
 }
 
-// Determines which points and cells belong to each <Piece> element. If the pieces of the source
-// file do not match the mesh (any more), joins them into one piece.
+// Determines which points and cells belong to each <Piece> element. Joins the pieces into one if
+// the pieces of the source file no longer match the mesh, e.g. because it was renumbered.
 void VtuPlan::find_pieces() {
   PieceRange next;
   bool valid = true;
@@ -168,8 +168,8 @@ bool VtuPlan::is_written(std::size_t array) const {
   return info.role.empty() && (!info.per_step || !info_.step_times.empty());
 }
 
-// Removes the arrays in <Points> that the mesh cannot provide. The arrays for the points, and for
-// the points of later time steps, remain.
+// Removes arrays from <Points> that the mesh cannot provide. Only the coordinates remain, and the
+// arrays with the coordinates of later time steps.
 void VtuPlan::fit_points(Node& points) {
   std::erase_if(points.children, [&](Node& each) {
     if (!each.is_array()) return false;
@@ -199,7 +199,7 @@ void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
     for (Node& each : points.children)
       if (each.is_array()) forget_ranges(each);
   if (own_ && range.cells == 0) return;
-  Node& cells = child_of(piece, "Cells");  // VTK requires this element even if no cells exist
+  Node& cells = child_of(piece, "Cells");  // VTK requires a <Cells> element even if no cells exist
   const auto need = [&](std::string_view name, const char* type) {
     Node* found = array_named(cells, name);
     if (found == nullptr)

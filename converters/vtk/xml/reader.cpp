@@ -361,7 +361,8 @@ void Parser::data(Location location, const char* element_name) {
     else
       load_column(location, parts.list, {});
   }
-  // The remaining arrays cannot be arrays of the schema, so they are kept as extras.
+  // The remaining arrays cannot become arrays of the mesh, e.g. because some pieces lack them. They
+  // are kept as extras.
   for (std::size_t p = 0; p < pieces_.size(); ++p) {
     Node* node = pieces_[p].node->child(element_name);
     if (node == nullptr) continue;

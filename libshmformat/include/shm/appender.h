@@ -2,8 +2,8 @@
 // the old file without decoding them. It then writes the new steps, encoded exactly as the Writer
 // of the old file would have encoded them. The old file does not change. If a caller replaces the
 // old file only after finish() has succeeded (a FileSink does so), either the old or the new file
-// is in place at every instant. The memory that an Appender needs is that of a Writer after
-// end_mesh(), plus that of a StepReader that has read the final steps of the old file.
+// is in place at every instant. An Appender needs the memory of a Writer after end_mesh(), plus the
+// memory of a StepReader that has read the final steps of the old file.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
@@ -47,8 +47,8 @@ class SHM_API Appender {
   const Schema& schema() const;
   /// Returns the time of each step of the old file; empty if the file has no times.
   const std::vector<double>& step_times() const;
-  /// Returns the number of steps of the old file: the number of its times, or its highest step
-  /// number + 1 if that is larger.
+  /// Returns the number of steps of the old file: the size of step_times(), or the highest step
+  /// number in the file + 1 if that is larger.
   std::uint64_t steps() const;
   /// Returns the number of elements of a stepped array.
   std::uint64_t elements(std::uint32_t array) const;
@@ -64,7 +64,8 @@ class SHM_API Appender {
   Result<void> drop_extras();
   /// Adds values of a stepped array at a step, as Writer::add_step_values() does. The number of a
   /// new step must be higher than all step numbers that the array has in the old file. Quantized
-  /// arrays keep their error bound, even for values outside the box of an N-bit quantization.
+  /// arrays keep their error bound. This also holds for values outside the range (minimum to
+  /// maximum) of an array that is quantized to N bits.
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
   /// Sets the time of every step, including the steps of the old file. Call this function at most
@@ -72,8 +73,8 @@ class SHM_API Appender {
   Result<void> set_step_times(std::span<const double> times);
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes the index and the totals, and commits the sink. The new file is valid only if finish()
-  /// succeeds.
+  /// Writes the index, which includes the totals (the counts of vertices, cells, ...), and commits
+  /// the sink. The new file is valid only if finish() succeeds.
   Result<SizeReport> finish();
 
  private:

@@ -19,7 +19,7 @@ namespace shm {
 
 /// File in an archive.
 struct ArchiveMember {
-  std::string name;          ///< file name of the member, for which is_member_name() is true
+  std::string name;          ///< file name of the member; is_member_name() returns true for it
   std::uint64_t offset = 0;  ///< offset of the member's first byte in the archive
   std::uint64_t bytes = 0;
 };
@@ -63,7 +63,7 @@ SHM_API bool looks_like_archive(std::span<const std::byte> head);
 /// are independent.
 class SHM_API ArchiveReader {
  public:
-  /// Reads the list of members, whose size is limited by limits.max_chunk_bytes. `source` is
+  /// Reads the list of members. The list may have at most limits.max_chunk_bytes bytes. `source` is
   /// borrowed during the call.
   static Result<ArchiveReader> open(RandomSource& source, const ReadLimits& limits = {});
   /// Returns the members in file order. All names are valid member names and distinct.

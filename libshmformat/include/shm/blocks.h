@@ -16,8 +16,8 @@
 
 namespace shm {
 
-/// Converts the bytes `from`, which are numbers of type `type` in host byte order, to T with
-/// static_cast.
+/// Converts each number in `from` to T, as static_cast does. The numbers have type `type` and host
+/// byte order.
 template <class T>
 std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
   std::vector<T> to;
@@ -44,15 +44,15 @@ std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
   return to;
 }
 
-/// A run of vertices and cells in coding order. Cell i uses only vertices of this block with an
-/// index below `vertices_before_cell[i]`, and vertices of earlier blocks that have not been
-/// finalized.
+/// A run of vertices and cells in coding order. Cell i uses only the first vertices_before_cell[i]
+/// vertices of this block, and vertices of earlier blocks that have not been finalized.
 struct MeshBlock {
   std::uint64_t first_vertex = 0;             ///< stream number of the first vertex
   std::vector<std::uint64_t> vertex_numbers;  ///< original numbers (Order::keep) or stream numbers
   std::vector<std::byte> xyz;                 ///< 3 coordinates of each vertex
   std::uint64_t first_cell = 0;               ///< position of the first cell in coding order
-  /// Original cell numbers (Order::keep) or positions of the cells in coding order.
+  /// Number of each cell: its original number if the order is Order::keep, otherwise its position
+  /// in coding order.
   std::vector<std::uint64_t> cell_numbers;
   std::vector<std::uint32_t> cell_blocks;
   /// The corners of cell i are corners[corner_begin[i]] to corners[corner_begin[i + 1] - 1]. The
@@ -66,9 +66,9 @@ struct MeshBlock {
   /// owns it), otherwise 0. Empty if a whole file or a piece of a mesh is read, because each vertex
   /// then occurs only once.
   std::vector<std::uint8_t> imported;
-  /// Values of static arrays, indexed by array. A point array has a value for each vertex of this
-  /// MeshBlock. A cell array has a value for each of its cells that belongs to an element block
-  /// that the array covers. For stepped arrays, the entry is empty.
+  /// Values of static arrays, indexed by array. A point array has one value for each vertex of this
+  /// MeshBlock. A cell array has one value for each cell of this MeshBlock whose element block the
+  /// array covers. The entries of stepped arrays are empty.
   std::vector<std::vector<std::byte>> arrays;
 
   std::size_t vertex_count() const { return vertex_numbers.size(); }
@@ -79,7 +79,7 @@ struct MeshBlock {
 /// match this description.
 struct SegmentInfo {
   std::uint64_t first_cell = 0, cells = 0;  ///< range of cells in coding order
-  /// Range of stream numbers of the vertices that the segment owns.
+  /// Range of the vertices that the segment owns, as stream numbers (positions in coding order).
   std::uint64_t first_vertex = 0, vertices = 0;
   std::uint64_t bytes = 0;  ///< size in bytes of the segment's groups in the file
   /// Smallest x y z and largest x y z of the segment's vertices, imported vertices included; +inf
@@ -92,7 +92,7 @@ struct SegmentInfo {
 struct StepPiece {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
-  std::uint64_t first = 0;  ///< position of the first element in the array's coding order
+  std::uint64_t first = 0;  ///< index of the first element, counted in the array's coding order
   std::vector<std::byte> values;
 };
 struct StepTimes {

@@ -67,7 +67,7 @@ SHM_API Result<BoundarySurface> read_boundary(RandomSource& source,
                                               const ReadOptions& reading = {});
 /// Finds the boundary of a stream. The function reads the stream to its end or, if it has time
 /// steps, until all requested values have arrived. It has to decode all static arrays, and all time
-/// steps before the requested ones, because a stream cannot be skipped.
+/// steps before the requested ones, because no part of a stream can be skipped.
 SHM_API Result<BoundarySurface> read_boundary(ByteSource& source,
                                               const BoundaryOptions& options = {},
                                               const ReadLimits& limits = {},

@@ -36,9 +36,9 @@ struct Damage {
   std::uint64_t chunks = 1;
   /// Number of the segment to which a group or step values belong, if known.
   std::optional<std::uint32_t> segment{};
-  /// First damaged cell in coding order, if known, and the number of damaged cells. If the header
-  /// of the chunk and the index are lost, both numbers are derived from the groups before and after
-  /// it.
+  /// First damaged cell in coding order, if known, and the number of damaged cells. If both the
+  /// header of the chunk and the index are lost, the two numbers are derived from the groups before
+  /// and after the chunk.
   std::optional<std::uint64_t> first_cell{};
   std::uint64_t cells = 0;
   /// Damaged arrays (indices into Schema::arrays). For step values this is the array to which the

@@ -113,8 +113,8 @@ class SHM_API FileSink final : public ByteSink {
   Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
   /// Completes the file. After commit() has succeeded, further calls do nothing, and nothing more
   /// can be written. If commit() fails, the file does not appear under its final name, with one
-  /// exception: flushing the folder to the disk happens afterwards. If this fails, the error
-  /// message says that the file exists.
+  /// exception: if only the final step fails, which flushes the folder to the disk, the file
+  /// exists, and the error message says so.
   Result<void> commit() override;
 
   /// Returns a path under which this process can open the file before commit(), e.g. to write to it
@@ -233,8 +233,8 @@ class SHM_API FileRandomSource final : public RandomSource {
   std::string path_;
 };
 
-/// Range of bytes of another source, usable as a separate source, sequentially or with random
-/// access.
+/// Presents a range of bytes of another source as a source of its own, for sequential reading or
+/// random access.
 class SHM_API SectionSource final : public RandomSource, public ByteSource {
  public:
   /// `whole` is borrowed and must outlive the section. Reading beyond the end of `whole` fails.

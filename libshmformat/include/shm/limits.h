@@ -58,8 +58,8 @@ struct ReadOptions {
   /// the caller, together. The group that each thread is decoding does not count. Without threads
   /// this limit has no effect.
   std::uint64_t max_ahead_bytes = std::uint64_t{256} << 20;
-  /// Memory limit in bytes for the neighbourhoods of the mesh, from which step values are
-  /// predicted. See WriteOptions::kept_topology_bytes.
+  /// Memory limit in bytes for neighbourhoods of the mesh, which are used to predict step values.
+  /// See WriteOptions::kept_topology_bytes.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
 };
 

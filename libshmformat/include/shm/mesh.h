@@ -37,9 +37,9 @@ struct Mesh {
   /// if that array is stepped. A point array has one element per vertex. A cell array has one
   /// element per cell of the blocks that it covers, in cell order.
   std::vector<std::vector<std::byte>> arrays;
-  /// steps[a][s] contains the values of the stepped array with index a at step s. Its elements are
-  /// the same as for a static array. It is empty if the array is static or has no values at that
-  /// step.
+  /// steps[a][s] contains the values of the stepped array with index a at step s. A stepped array
+  /// has values for the same elements as a static array. steps[a][s] is empty if the array is
+  /// static or has no values at that step.
   std::vector<std::vector<std::vector<std::byte>>> steps;
   std::vector<double> step_times;
   std::vector<Extra> extras;

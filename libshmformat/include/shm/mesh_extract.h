@@ -41,9 +41,9 @@ class SHM_API MeshExtractor {
   ///
   /// After this call, segments() lists the segments that are at least partly intact. vertices(),
   /// cells() and block_cells() return the counts for the whole file, as far as they are known. A
-  /// request for all cells returns all intact cells. open_damaged() reads the whole file once;
-  /// requests then read their parts again. Undamaged files are accepted too. Fails if every copy of
-  /// the schema is lost or the file cannot be read.
+  /// request for all cells returns all intact cells. open_damaged() reads the whole file once. Each
+  /// later request reads the parts that it needs again. Undamaged files are accepted too. Fails if
+  /// every copy of the schema is lost or the file cannot be read.
   static Result<MeshExtractor> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   MeshExtractor(MeshExtractor&&) noexcept;
   MeshExtractor& operator=(MeshExtractor&&) noexcept;
@@ -52,8 +52,8 @@ class SHM_API MeshExtractor {
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
   /// Returns the static arrays (indices into Schema::arrays) that are lost in the segment with
-  /// index `segment` in segments(). Parts of the piece that come from this segment contain NaN, or
-  /// 0 for integers, as the values of these arrays. The value of a vertex can still be intact in
+  /// index `segment` in segments(). In the parts of the piece that come from this segment, all
+  /// values of these arrays are NaN (0 for integers). The value of a vertex can still be intact in
   /// another segment that contains the same vertex. Empty unless the file is damaged.
   std::span<const std::uint32_t> lost_arrays(std::size_t segment) const;
   /// Returns the number of a segment in the original file. It differs from the index of the segment
@@ -79,8 +79,8 @@ class SHM_API MeshExtractor {
   Result<std::vector<std::uint64_t>> steps(std::uint32_t array);
 
   /// Returns a reader of the file's steps that uses the same index. The first call creates the
-  /// reader, which lives as long as this object. A request to that reader cancels a request of
-  /// begin_values(), and vice versa.
+  /// reader, which lives as long as this object. A request to that reader cancels a request that
+  /// was started with begin_values(), and vice versa.
   Result<StepReader*> step_reader();
 
   /// Starts a request for a piece, and cancels the previous request. next() then returns the parts

@@ -35,9 +35,9 @@ struct WriteOptions {
   /// another, so neither the Writer nor the Reader needs to keep earlier steps in memory.
   /// Schema::step_references can restrict references further.
   std::uint32_t key_steps = 8;
-  /// Memory limit in bytes for the neighbourhoods of the mesh, from which step values are
-  /// predicted. If the neighbourhoods of all cells and vertices need more memory, they are derived
-  /// again for each array and step, which takes longer. If an array covers only a few elements, the
+  /// Memory limit in bytes for neighbourhoods of the mesh, which are used to predict step values.
+  /// If the neighbourhoods of all cells and vertices need more memory, they are derived again for
+  /// each array and step, which takes longer. If an array covers only a few elements, the
   /// neighbourhoods of these elements are also kept in memory. A second limit of the same size (at
   /// least 1 MiB) applies to them. The file does not depend on this limit.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
@@ -50,9 +50,9 @@ struct WriteOptions {
   // A segment is a run of cells that can be decoded independently of other segments, also by
   // several threads at the same time. If a segment uses vertices that an earlier segment owns, the
   // segment codes these vertices again ("imports" them).
-  /// Maximum ratio of the vertices that a segment may have to import to the vertices that the
-  /// previous segment introduced. A new segment begins if the ratio is not above this limit and the
-  /// current segment is long enough. If the limit is 0, no new segment begins.
+  /// A new segment begins if the current segment is long enough and the new segment would have to
+  /// import few vertices: at most restart_budget times the number of vertices that the current
+  /// segment has introduced. If restart_budget is 0, no new segment begins.
   double restart_budget = .002;
   /// Number of cells of every segment. If it is not 0, it overrides restart_budget.
   std::uint64_t segment_cells = 0;
@@ -71,8 +71,9 @@ struct SizeReport {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
   std::uint64_t segments = 0;
-  std::uint64_t imported_vertices = 0;  ///< number of vertices coded again by a segment that does
-                                        ///< not own them, summed over all segments
+  /// Number of imports in all segments: a vertex counts once for each segment that codes it again
+  /// because an earlier segment owns it.
+  std::uint64_t imported_vertices = 0;
   std::uint64_t total_bytes = 0;
   /// Size in bytes of each kind of stream. The keys are "connectivity", "corner order", "vertex
   /// numbers", "cell numbers", "geometry", the array_stream_name() of each array, "extras" and

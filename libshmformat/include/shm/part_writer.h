@@ -15,8 +15,8 @@
 // previous part.
 // - begin_steps(): begins the time steps.
 // - begin_step(), add_step_values(), end_step(), for each array and step: code the values. For each
-//   array, one part chooses to which earlier steps the values refer; pass its choice to the other
-//   parts.
+//   array, one part chooses the earlier steps that the values refer to; pass its choice to the
+//   other parts.
 // - end_steps(): ends the time steps. Returns chunks, as end_step() does.
 // Calls for the single PartJoiner, which can be in any process:
 // - create(): writes everything before the parts.
@@ -42,11 +42,12 @@ namespace shm {
 struct PartStart {
   std::uint32_t segment = 0;     ///< number of its first segment
   std::uint64_t first_cell = 0;  ///< number of cells in all earlier parts
-  /// Number of vertices that earlier parts own: the vertices that cells of earlier parts use.
+  /// Number of vertices that earlier parts own. Earlier parts own all vertices that their cells
+  /// use.
   std::uint64_t first_vertex = 0;
 };
 
-/// Finished chunks of a part, in the order of the file.
+/// Finished chunks of a part, in file order.
 struct PartChunks {
   std::vector<std::byte> bytes;  ///< data of the chunks, complete after place()
   std::vector<std::byte> index;  ///< index entries of these chunks; pass them to PartJoiner::add
@@ -90,8 +91,8 @@ class SHM_API PartWriter {
   /// segment 0.
   Result<void> add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                    std::span<const std::byte> data = {});
-  /// Adds a vertex that no cell uses, as Writer::add_unused_vertex() does. Allowed only in the last
-  /// part.
+  /// Adds a vertex that no cell uses, as Writer::add_unused_vertex() does. Allowed only in the
+  /// final part.
   Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                  std::span<const std::byte> data = {});
   /// Adds a cell, as Writer::add_cell() does; `last_use` refers to the cells of the whole mesh. A
@@ -112,20 +113,20 @@ class SHM_API PartWriter {
   /// Begins the time steps. Call this function after mesh_chunks, before the first step.
   Result<void> begin_steps(const PartSteps& steps);
   /// Returns true if this part contains the first element of the array. The part that contains the
-  /// first element (the choosing part) chooses, for each step of the array, to which earlier steps
-  /// the values of all parts refer.
+  /// first element (the choosing part) chooses, for each step of the array, the earlier steps that
+  /// the values of all parts refer to.
   bool chooses(std::uint32_t array) const;
   /// Begins a step of an array. All parts must process the arrays and steps in the same order, and
-  /// the steps of each array must ascend. `basis` states to which earlier steps the values refer.
+  /// the steps of each array must ascend. `basis` states which earlier steps the values refer to.
   /// Pass the result of step_basis() of the choosing part (see chooses()). In the choosing part
   /// itself, pass std::nullopt. If a part has no elements of the array, `basis` is ignored.
   Result<void> begin_step(std::uint32_t array, std::uint64_t step,
                           std::optional<StepReference> basis = std::nullopt);
   /// Adds values of the elements that the part owns, in coding order, in pieces of any size.
   Result<void> add_step_values(std::span<const std::byte> values);
-  /// Returns to which earlier steps the values of the current step refer. Only for the choosing
-  /// part (see chooses()). The part chooses after it has received the values of one group. Until
-  /// then the result is std::nullopt.
+  /// Returns the earlier steps that the values of the current step refer to. Only for the choosing
+  /// part (see chooses()). This part chooses the steps as soon as it has received the values of one
+  /// group. Until then the result is std::nullopt.
   std::optional<StepReference> step_basis() const;
   /// Ends the step, and returns the chunks that are finished. If the step has few values, they are
   /// held back, so that they can share a chunk with later values.
@@ -139,10 +140,10 @@ class SHM_API PartWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Writes all of the file that the PartWriters do not write: the beginning, the end, and everything
-/// between the parts. Order of calls: create; add the mesh chunks of all parts, then the chunks of
-/// each step; then times and extras; then finish. After the first error every call returns that
-/// error.
+/// Writes everything in the file that the PartWriters do not write: the beginning, the end, and
+/// everything between the parts. Order of calls: create; add the mesh chunks of all parts, then the
+/// chunks of each step; then times and extras; then finish. After the first error every call
+/// returns that error.
 class SHM_API PartJoiner {
  public:
   /// Writes everything before the parts. `sink` is borrowed. It receives only the bytes that the

@@ -86,7 +86,7 @@ class SHM_API Reader {
   ~Reader();
 
   const Schema& schema() const;
-  /// Returns the next item; null at the end, also on further calls. The item is valid until the
+  /// Returns the next item; null at the end and in all later calls. The item is valid until the
   /// next call.
   Result<Item*> next();
 

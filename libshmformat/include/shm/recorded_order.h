@@ -38,8 +38,8 @@ struct SHM_API RecordedOrder final : public CodingOrder {
   Result<std::vector<std::uint64_t>> elements(const Schema& schema, std::size_t array,
                                               std::span<const std::uint32_t> cell_blocks) const;
 
-  /// Replaces the vertex or cell numbers in an extra, which are those that the Writer received,
-  /// with the numbers that a Reader will return. This is necessary unless the order is Order::keep.
+  /// Replaces the vertex or cell numbers in an extra: the numbers that the Writer received become
+  /// the numbers that a Reader will return. This is necessary unless the order is Order::keep.
   /// Numbers that do not refer to an existing vertex or cell are not changed. Needs 8 bytes per
   /// vertex or cell during the call. Fails with ErrorCode::misuse if the references are neither
   /// int32 nor int64, or under the same conditions as elements().

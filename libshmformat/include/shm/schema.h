@@ -48,7 +48,8 @@ constexpr std::size_t scalar_bytes(ScalarType type) {
   }
   return 0;
 }
-/// Returns the scalar type of T: an integer or a floating-point number of 1, 2, 4 or 8 bytes.
+/// Returns the scalar type that corresponds to T, an integer or floating-point type of 1, 2, 4 or 8
+/// bytes.
 template <class T>
 constexpr ScalarType scalar_type_of() {
   static_assert(std::is_arithmetic_v<T> && !std::is_same_v<T, bool> && sizeof(T) <= 8);
@@ -108,22 +109,22 @@ enum class Location : std::uint8_t { point = 0, cell = 1 };
 
 /// Uniform quantization of floating-point values. A value v of component c is stored as the integer
 /// k nearest to (v - minimum[c]) / step(). It is restored as minimum[c] + k * step(), rounded to
-/// the stored type. Non-finite values, and finite values whose restored value would exceed
-/// `max_error()`, are stored exactly; -0.0 may be restored as 0.0. The step is defined in one of
-/// two ways. If the values are quantized to N bits, step = (largest side of the box from `minimum`
-/// to `maximum`) / (2^N - 1). If an absolute error bound is required, the step is given explicitly,
-/// see `absolute()`.
+/// the stored type. A value is stored exactly if it is not finite, or if its restored value would
+/// differ from it by more than `max_error()`; -0.0 may be restored as 0.0. The step is defined in
+/// one of two ways. If the values are quantized to N bits, step = (largest side of the box from
+/// `minimum` to `maximum`) / (2^N - 1). If an absolute error bound is required, the step is given
+/// explicitly, see `absolute()`.
 struct Quantization {
   static constexpr std::uint32_t kAbsolute = 64;  ///< value of `bits` for an absolute bound
 
   /// Number of bits N (1..52) if values are quantized to N bits; kAbsolute if an absolute error
   /// bound defines the step; 0 for lossless storage.
   std::uint32_t bits = 0;
-  /// Lower corner of the box (one number per component); finite. For an absolute error bound, the
-  /// value that k = 0 represents.
+  /// For N bits: the lower corner of the box of values. For an absolute error bound: the value that
+  /// k = 0 represents. One finite number per component.
   std::vector<double> minimum;
-  /// Upper corner of the box (one number per component); finite and not less than `minimum`. Empty
-  /// for an absolute error bound.
+  /// For N bits: the upper corner of the box of values, with one finite number per component, each
+  /// not less than that of `minimum`. Empty for an absolute error bound.
   std::vector<double> maximum;
   double max_abs = 0;  ///< maximum error for an absolute bound; otherwise 0
   double spacing = 0;  ///< quantization step for an absolute bound; otherwise 0
@@ -131,9 +132,10 @@ struct Quantization {
 
   /// Returns a quantization that guarantees |restored - v| <= max_abs for every finite value.
   /// Precondition: 0 < max_abs < 1e300. Restored values are multiples of a step slightly smaller
-  /// than 2 * max_abs. Values that would exceed the bound after rounding to the stored type are
-  /// stored exactly; because the step is a little smaller, these are only a few. A caller who knows
-  /// the values may change `spacing`, because the bound holds for any step.
+  /// than 2 * max_abs. If rounding to the stored type would make the error of a value exceed
+  /// max_abs, the value is stored exactly. Few values need this, because the step is smaller than 2
+  /// * max_abs. A caller who knows the values may change `spacing`, because the bound holds for any
+  /// step.
   SHM_API static Quantization absolute(double max_abs, std::uint32_t components);
   bool lossy() const { return bits != 0; }
   SHM_API double step() const;
@@ -184,13 +186,13 @@ enum class ConnectivityCodec : std::uint8_t {
   mixed = 4,
   /// A cell is coded as the previous cell plus constant offsets (spec "Shifts"). This codec is many
   /// times faster than the others if vertices are numbered in rows and layers. Values are also
-  /// coded as differences from earlier values, which makes files larger. The codec supports any
-  /// order without a delay buffer, cells of 1 to 64 nodes, and no stepped array with more than 32
-  /// components.
+  /// coded as differences from earlier values, which makes files larger. The codec requires cells
+  /// of 1 to 64 nodes, no delay buffer, and at most 32 components in each stepped array. It
+  /// supports any Order.
   shifts = 5,
   /// A cell is coded by the positions of its vertices in earlier cells, which is fast for all kinds
-  /// of meshes (spec "Patterns"). The codec supports any order without a delay buffer, and cells of
-  /// 1 to 64 nodes.
+  /// of meshes (spec "Patterns"). The codec requires cells of 1 to 64 nodes and no delay buffer. It
+  /// supports any Order.
   patterns = 6,
 };
 /// Returns "automatic", "paper", "rows", "replay", "mixed", "shifts" or "patterns".
@@ -206,7 +208,7 @@ enum class Level : std::uint8_t {
   best = 2,  ///< as `standard`, but several predictions of each value are mixed, which is slower
 };
 
-/// Earlier steps to which the values of a stepped array at one step refer.
+/// The earlier steps that the values of a stepped array at one step refer to.
 enum class StepReference : std::uint8_t {
   nothing = 0,
   before = 1,  ///< the previous step
@@ -226,13 +228,13 @@ struct Schema {
   std::vector<ArrayInfo> arrays;
   std::string source_format;  ///< format from which the mesh was converted: "exodus", "vtk",
                               ///< "gmsh", ...; may be empty
-  /// The highest StepReference that step values may use. Writer and Reader keep in memory the
-  /// number of earlier steps that this reference needs (0, 1 or 2), for all stepped arrays. A
-  /// Writer lowers this value if WriteOptions::key_steps rules out such references.
+  /// The highest StepReference that step values may use. For each stepped array, Writer and Reader
+  /// keep in memory the earlier steps that this reference needs (0, 1 or 2 steps). A Writer lowers
+  /// this value if WriteOptions::key_steps rules out such references.
   StepReference step_references = StepReference::trend;
-  /// True if values may be coded by reference to earlier values, and if the other features of
-  /// format 0.10 may be used. False in files of versions 0.9 and 0.1. Readers set this member. A
-  /// Writer ignores it: in a new file it is always true.
+  /// True if the file may use the features of format 0.10, such as values that are coded by
+  /// reference to earlier values. False in files of versions 0.9 and 0.1. Readers set this member.
+  /// A Writer ignores it: in a new file it is always true.
   bool earlier_values = true;
   bool operator==(const Schema&) const = default;
 
@@ -245,11 +247,11 @@ struct Schema {
 /// Returns the name under which reports list the size of an array: "array:point/NAME" or
 /// "array:cell/NAME". If the name occurs again at the same location, "#2", "#3", ... is appended.
 SHM_API std::string array_stream_name(const Schema& schema, std::size_t array);
-/// Returns the array_stream_name() of all arrays. This is faster than array_stream_name() for each
-/// array, which scans all arrays before it.
+/// Returns the array_stream_name() of each array. This is faster than calling array_stream_name()
+/// for each array, since each of these calls scans all earlier arrays.
 SHM_API std::vector<std::string> array_stream_names(const Schema& schema);
 
-/// The kind of objects to which the numbers in an Extra refer. If the mesh is renumbered, numbers
+/// The kind of objects that the numbers in an Extra refer to. If the mesh is renumbered, numbers
 /// that refer to vertices or cells are changed too.
 enum class Reference : std::uint8_t {
   nothing = 0,

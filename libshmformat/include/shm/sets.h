@@ -30,8 +30,8 @@ struct MeshSet {
   std::int64_t id = 0;  ///< number of the set; need not be unique, even within a kind
   std::string name;     ///< name of the set; may be empty
   /// Numbers of the members, from 0, in any order. The members of a node set are vertices, those of
-  /// other sets are cells. If the mesh is renumbered, the member numbers stored in its extras are
-  /// changed too.
+  /// other sets are cells. If the mesh is renumbered, the member numbers in the extras that store
+  /// the set are changed too.
   std::vector<std::uint64_t> members;
   /// Sides of the member cells, for side sets: one side for each member, from 1 to 2^31 - 1,
   /// numbered as in Exodus. Sides of a hexahedron: 1 {0 1 5 4}, 2 {1 2 6 5}, 3 {2 3 7 6}, 4 {0 4 7
@@ -63,12 +63,12 @@ SHM_API Result<std::vector<MeshSet>> sets_of_extras(std::span<const Extra> extra
 SHM_API Result<std::vector<MeshSet>> sets_of(const Mesh& mesh);
 
 /// Returns the extras that store the sets: id, name (if there is one), members, sides, blocks,
-/// factors. The id is not stored if it is the set's number in the keys plus 1, unless the set has
-/// neither members nor blocks. (Without any of these extras, the file would not show that the set
-/// exists.) The sets of each kind are numbered from 0, in the order of `sets`. Integers are stored
-/// with 32 bits if all numbers of an extra fit. Factors are stored as float32 if no precision is
-/// lost. Fails with ErrorCode::misuse if the number of sides differs from the number of members, or
-/// if a set has data that its kind cannot have.
+/// factors. The id is omitted if it equals 1 plus the number of the set in the keys. The id of a
+/// set with neither members nor blocks is always stored, because otherwise the file would not show
+/// that the set exists. The sets of each kind are numbered from 0, in the order of `sets`. Integers
+/// are stored with 32 bits if all numbers of an extra fit. Factors are stored as float32 if no
+/// precision is lost. Fails with ErrorCode::misuse if the number of sides differs from the number
+/// of members, or if a set has data that its kind cannot have.
 SHM_API Result<std::vector<Extra>> extras_of_sets(std::span<const MeshSet> sets);
 
 // Functions that convert single sets, for callers that continue after an invalid set.

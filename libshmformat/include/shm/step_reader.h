@@ -36,7 +36,7 @@ struct StepRequest {
 
 /// Values of one array at one step, for the elements of one chunk group.
 struct StepValues {
-  std::uint64_t first = 0;        ///< position of the first element in the array's coding order
+  std::uint64_t first = 0;  ///< index of the first element, counted in the array's coding order
   std::vector<std::byte> values;  ///< values of the elements, packed
   /// Number of the vertex or cell of each value, as in MeshBlock::vertex_numbers and
   /// MeshBlock::cell_numbers. Empty if not requested.

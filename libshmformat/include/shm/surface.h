@@ -32,12 +32,12 @@ struct BoundaryOptions {
 ///
 /// Nodes of second-order cells that are not corners are ignored. Two sides are equal if they go
 /// around the same vertices in the same order, in either direction.
-/// - A side of three or more cells is not part of the boundary.
+/// - A side that three or more cells share is not part of the boundary.
 /// - If a vertex occurs twice in a row in a side, the repetition is ignored. A side with fewer than
 ///   three corners after that is ignored, so a collapsed hexahedron matches the wedge next to it.
 /// - If a side occurs twice in one cell, as in a hexahedron with zero volume, the two occurrences
-///   cancel each other, since the cell is on both sides. A side that occurs three times in one cell
-///   therefore counts once.
+///   cancel each other, since the cell lies on both sides of the face. A side that occurs three
+///   times in one cell therefore counts once.
 /// - A triangle or quad that coincides with a side of a volume cell does not affect this side: both
 ///   the triangle or quad and, if it belongs to one cell only, the side are part of the boundary.
 struct BoundarySurface {
@@ -67,8 +67,8 @@ struct BoundarySurface {
   /// vertex. Cell arrays have one element per face: the value of the face's cell, or NaN (0 for
   /// integers) if the cell has no value.
   std::vector<std::vector<std::byte>> arrays;
-  /// Number of cells whose faces are unknown: cells of shape `other` or `polyhedron`, and cells
-  /// with too few nodes for their shape.
+  /// Number of cells that were skipped because their faces cannot be determined: cells of shape
+  /// `other` or `polyhedron`, and cells with too few nodes for their shape.
   std::uint64_t left_out = 0;
   bool operator==(const BoundarySurface&) const = default;
 

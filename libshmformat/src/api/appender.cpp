@@ -23,7 +23,8 @@ using container::ChunkKind;
 using container::IndexEntry;
 
 constexpr std::uint32_t kLeastKeySteps = 8;
-/// Maximum size in bytes of a chunk of step values to which the Appender may add parts.
+/// The Appender adds parts (values of further steps) to the final chunk of step values only if this
+/// chunk has at most this size in bytes.
 constexpr std::uint64_t kMostUnfinished =
     container::kLongHeaderBytes + container::kMostStepHeadBytes + container::kPartBytesTogether;
 
@@ -247,7 +248,7 @@ Result<std::vector<std::byte>> Appender::Impl::read_step(std::uint32_t array, st
   }
 }
 
-/// Passes to the encoder those existing steps of the array to which the next step may refer.
+/// Passes existing steps of the array to the encoder: those that the next step may refer to.
 Result<void> Appender::Impl::remember(std::uint32_t array) {
   Array& known = arrays_[array];
   if (std::exchange(known.remembered, true) || !known.last_step) return {};

@@ -18,7 +18,8 @@ namespace {
 
 constexpr std::size_t kLongestName = 255;
 
-/// Parses the file start that `head` begins with. Returns false if it is invalid.
+/// Parses the file start, which is at the beginning of `head`. Returns false if the file start is
+/// invalid.
 bool file_start(std::span<const std::byte> head, container::FileStart& start) {
   ByteReader in(head);
   return container::get(in, start);

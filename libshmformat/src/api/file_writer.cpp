@@ -14,7 +14,7 @@ namespace {
 
 using container::ChunkKind;
 
-/// Minimum size in bytes of a file that contains a second copy of the schema, before the index. The
+/// Files of at least this size in bytes contain a second copy of the schema, before the index. The
 /// second copy helps to repair the file.
 constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
 /// Limit in bytes for the extras that are packed into one chunk. A damaged byte makes all extras of

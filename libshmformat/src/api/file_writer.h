@@ -46,7 +46,8 @@ class Calls {
 
 class FileWriter {
  public:
-  /// Creates a writer. `sink` and `schema` are borrowed. Precondition: `schema` has been checked.
+  /// Creates a writer. `sink` and `schema` are borrowed. Precondition: `schema` has passed
+  /// check_schema().
   FileWriter(ByteSink& sink, const Schema& schema)
       : schema_(&schema), chunks_(sink), array_keys_(array_stream_names(schema)) {}
   FileWriter(const FileWriter&) = delete;
@@ -54,7 +55,7 @@ class FileWriter {
 
   /// Starts a new file of the current version: writes the file start and the schema.
   Result<void> start();
-  /// Continues a file if the sink already contains its first chunks. `schema` is the payload of the
+  /// Continues a file whose first chunks are already in the sink. `schema` is the payload of the
   /// schema chunk of this file; further chunks are written in the version that it states. `streams`
   /// lists the coded size in bytes of the existing chunks by stream name, as in the index.
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
@@ -71,9 +72,9 @@ class FileWriter {
   /// of these chunks, as returned by take_part(); its totals are ignored. Fails with
   /// ErrorCode::corrupt if the sizes of the chunks do not add up to `bytes` bytes.
   Result<void> adopt(const container::Index& part, std::uint64_t bytes);
-  /// Adds to `totals` the index entries and the stream sizes collected since the start or the
-  /// previous call, and returns the result. Then clears the collected entries and sizes.
-  /// Precondition: no step of an array is being written.
+  /// Returns `totals` with the index entries and stream sizes of the chunks that were written since
+  /// the previous call (initially: since the start). Precondition: no step of an array is being
+  /// written.
   container::Index take_part(container::Index totals);
   std::uint64_t offset() const { return chunks_.offset(); }
   std::uint32_t chunks() const { return chunks_.count(); }
@@ -137,8 +138,8 @@ class FileWriter {
   std::vector<std::byte> schema_payload_;
   std::optional<StepEncoder> step_values_;  // encoder of step values; set by begin_steps()
   bool times_set_ = false;
-  // Number of steps, computed from the chunks that were adopted or continued, and from the step
-  // times.
+  // Number of steps according to the step times and to the chunks that this object did not write
+  // itself (see adopt() and go_on()).
   std::uint64_t steps_ = 0;
 };
 

@@ -148,8 +148,8 @@ const std::byte* MeshFeed::data_of_cell(std::uint32_t block) {
   return data_.data();
 }
 
-/// Returns a bit mask of some nodes of the current cell: those from node 0 to node `last` whose
-/// vertex has the encoder's entry `entry`.
+/// Returns the bit mask of the nodes of the current cell, from node 0 to node `last`, that use the
+/// vertex with the entry `entry`.
 std::uint64_t MeshFeed::nodes_with(std::uint32_t entry, std::size_t last) const {
   std::uint64_t nodes = 0;
   if (entries_.size() == 8) {  // a loop with a fixed number of iterations, since that is faster

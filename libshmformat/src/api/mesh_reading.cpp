@@ -38,13 +38,12 @@ void move_elements(void* elements, const CompactNumbers& from, std::size_t strid
   }
 }
 
-/// Returns the number of elements for which to allocate memory now, if `size` elements are needed
-/// now and `expected` elements in total. `expected` comes from the index, which may be wrong. It is
-/// therefore trusted only up to 256 * size; if it exceeds 2^24, only up to 4 * size or 2^24,
-/// whichever is larger.
+/// Returns the number of elements to allocate memory for now. `size` elements are needed now, and
+/// `expected` elements are needed in total according to the index. Because the index may be wrong,
+/// the result is at most max(min(256 * size, 2^24), 4 * size).
 std::uint64_t believed(std::uint64_t size, std::uint64_t expected) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max() / 256;
-  // Number of elements beyond which the index is trusted only up to 4 times `size`.
+  // Above this number of elements, the index is trusted only up to 4 * size.
   constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;
   if (size >= expected || expected > kMost) return size;
   return std::min(expected, std::max(std::min(size * 256, kMuch), size * 4));

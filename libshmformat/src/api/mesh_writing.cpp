@@ -22,7 +22,7 @@ std::vector<std::byte> gather(const std::vector<std::byte>& in,
   return out;
 }
 
-/// Records the coding order, and passes it to the caller's object if there is one.
+/// Records the coding order, and passes it on to the caller's CodingOrder if there is one.
 class PassedOrder final : public CodingOrder {
  public:
   PassedOrder(RecordedOrder& record, CodingOrder* other) : record_(&record), other_(other) {}

@@ -196,8 +196,8 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   std::uint32_t key_steps_;
   Level level_;
   std::size_t kept_topology_bytes_;
-  // Topology of the part, for step values. Set if the schema has steps, at the latest by
-  // begin_steps().
+  // Topology of the part, from which step values are predicted. Set if the schema has stepped
+  // arrays, at the latest by begin_steps().
   std::optional<StepTopology> topology_;
   StepEncoder* steps_ = nullptr;  // encoder of step values; set by begin_steps()
   std::vector<std::uint64_t> first_elements_, all_elements_;

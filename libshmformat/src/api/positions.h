@@ -7,8 +7,8 @@
 
 namespace shm {
 
-/// Returns positions with positions[order[i]] == i. Returns an empty vector unless `order` contains
-/// each number from 0 to order.size() - 1 exactly once.
+/// Returns the inverse permutation of `order`: positions[order[i]] == i. Returns an empty vector
+/// unless `order` contains each number from 0 to order.size() - 1 exactly once.
 inline std::vector<std::uint64_t> positions_in(const std::vector<std::uint64_t>& order) {
   constexpr std::uint64_t kUnset = ~std::uint64_t{0};
   std::vector<std::uint64_t> positions(order.size(), kUnset);

@@ -28,7 +28,8 @@ constexpr std::string_view kId = "id", kName = "name", kMembers = "members", kSi
                            kBlocks = "blocks", kFactors = "factors";
 constexpr std::array kFields{kId, kName, kMembers, kSides, kBlocks, kFactors};
 
-// Parses a number without sign or leading zeros, so that no two keys can refer to the same set.
+// Parses a number. Rejects signs and leading zeros, so that no two spellings can refer to the same
+// set.
 std::optional<std::uint64_t> number_of(std::string_view text) {
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);

@@ -19,7 +19,7 @@
 namespace shm {
 namespace {
 
-/// Topology of one segment, and the elements of arrays in that segment.
+/// Topology of one segment, and for each stepped array the elements that are in this segment.
 struct SegmentMesh {
   SegmentMesh(const Schema& schema, std::uint64_t most_bytes, const ElementNeeds& needs,
               std::size_t most_kept, const CellBytes& cell_bytes)
@@ -30,7 +30,8 @@ struct SegmentMesh {
   }
 
   StepTopology topology;
-  // Elements of arrays in the segment. Created as soon as the topology contains all groups.
+  // For each stepped array, its elements in the segment. Created as soon as the topology contains
+  // all groups.
   std::optional<StepElements> elements;
 };
 
@@ -70,11 +71,11 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   StepIndex index_;
   std::vector<double> times_;
   StepReference most_ = StepReference::nothing;
-  CellBytes cell_bytes_;  // size of a cell's data, by block
+  CellBytes cell_bytes_;  // size of a cell's data, indexed by block
   CoverNumbers covers_;
-  std::map<std::size_t, SegmentMesh> meshes_;  // meshes in memory, by segment
-  std::size_t kept_bytes_ = 0;                 // bytes used by all of meshes_ except mesh_
-  // Values kept in memory between requests, by array and segment.
+  std::map<std::size_t, SegmentMesh> meshes_;  // meshes in memory, keyed by segment
+  std::size_t kept_bytes_ = 0;                 // memory in bytes that meshes_ uses, without mesh_
+  // Values kept in memory between requests, keyed by array and segment.
   std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;
 
   // State of the current request.

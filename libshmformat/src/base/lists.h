@@ -1,8 +1,8 @@
 // Functions for vectors that grow in small steps. Many lists are indexed by slot. They contain data
 // of the vertices and cells of the active surface, or of the elements of a group. While such a list
 // is small, growing doubles its size, but adds at most 128 KiB. A large list grows by an eighth.
-// The lists therefore need only a little more memory than the surface and the group, which stop
-// growing early in a file.
+// The lists therefore need only a little more memory than their contents. The contents stop growing
+// early in a file, because the active surface and the groups do.
 #pragma once
 
 #include <algorithm>

@@ -163,8 +163,8 @@ class OrderedTasks {
   bool has_output() {
     while (!jobs_.empty() && jobs_.front().is_done()) {
       jobs_.pop_front();
-      // Another task is now the first task, which may continue even if the outputs exceed their
-      // limit.
+      // Another task is now the first task. The first task may continue even if the outputs exceed
+      // their limit.
       wake_workers_.notify_all();
     }
     return !jobs_.empty() && (!jobs_.front().outputs.empty() || jobs_.front().failed());

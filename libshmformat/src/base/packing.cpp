@@ -18,16 +18,15 @@ namespace {
 /// Method codes of packed blobs, as stored in the file.
 constexpr std::uint8_t kRaw = 0, kFrame = 1, kPlanes = 2, kWithDictionary = 3;
 /// Largest unpacked size in bytes of a blob that is packed with the dictionary. Larger blobs would
-/// hardly profit from the dictionary.
+/// hardly benefit from the dictionary.
 constexpr std::uint64_t kMostWithDictionary = std::uint64_t{1} << 20;
 /// Magic number at the start of every zstd frame. Frames that use the dictionary are stored without
 /// the magic number.
 constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                              std::byte{0xfd}};
 
-/// Returns a context that zstd has created. If memory runs out, zstd returns null or a zstd error
-/// code. made_by_zstd() and zstd_failed() turn both into std::bad_alloc, like any other failed
-/// allocation (shm/result.h).
+/// Returns `context`, which a zstd function has created. If it is null, zstd has run out of memory,
+/// and the function throws std::bad_alloc, as for any other failed allocation (shm/result.h).
 template <class Context>
 Context* made_by_zstd(Context* context) {
   if (context == nullptr) throw std::bad_alloc();
@@ -93,8 +92,8 @@ std::vector<std::byte> in_planes(std::span<const std::byte> blob, std::size_t wi
   return planes;
 }
 
-/// Returns the number of byte planes with which a sample of the blob becomes smallest. The result
-/// is 1 if planes do not help.
+/// Returns the number of byte planes for which the compressed size of a sample of the blob is
+/// smallest. The result is 1 if planes do not help.
 std::size_t best_width(std::span<const std::byte> blob) {
   constexpr std::size_t kSample = std::size_t{1} << 18;
   constexpr int kLevel = 3;

@@ -35,7 +35,7 @@ class BoundarySearch {
   /// stored vertices.
   std::size_t open_sides() const { return sides_.size(); }
   std::size_t kept_vertices() const { return vertices_.size() - free_vertices_.size(); }
-  /// Returns the number of cells whose sides are unknown.
+  /// Returns the number of cells that were skipped because their sides cannot be determined.
   std::uint64_t left_out() const { return left_out_; }
   /// Returns the surface, which is complete after end_mesh().
   SurfaceBuilder& found() { return found_; }
@@ -127,7 +127,8 @@ class BoundarySearch {
   std::uint32_t kept_as_ = kNone;
   std::vector<std::uint32_t> nodes_;         // vertex slots of the cell's nodes
   std::array<std::uint64_t, 8> ordinals_{};  // ordinals of the corners of a solid
-  bool is_mirrored_ = false;   // true if the sides of the cell are ordered as seen from inside
+  bool is_mirrored_ = false;   // true if the corners of each side are in counter-clockwise order as
+                               // seen from inside the cell
   std::vector<Cycle> cycles_;  // sides of the cell; only the first collected_ entries are valid
   std::size_t collected_ = 0;
 };

@@ -13,9 +13,10 @@ namespace shm {
 
 struct CellForm {
   enum Kind : std::uint8_t {
-    unknown,     ///< the sides of the cell are not known
-    itself,      ///< the cell itself is a face, an edge or a point; its corners are its first nodes
-    solid,       ///< the cell has sides; its corners are its first nodes
+    unknown,  ///< the sides of the cell cannot be determined
+    itself,  ///< the cell itself is a face, an edge or a point; the first nodes of the cell are its
+             ///< corners
+    solid,   ///< the cell has sides; the first nodes of the cell are its corners
     polyhedron,  ///< the nodes of the cell list its faces; each face repeats its first vertex at
                  ///< its end
   };

@@ -83,7 +83,7 @@ class SideTable {
   static constexpr std::uint32_t kMostListed = 32;
   struct Hung {
     std::uint32_t first = kNone, more = kNone;
-    std::uint32_t listed = 0;  // number of sides in the list that begins with `first`
+    std::uint32_t listed = 0;  // length of the list that begins with side `first`
   };
   /// List links of a hashed side.
   struct Link {
@@ -117,7 +117,7 @@ class SideTable {
   std::uint64_t long_bytes_ = 0;
   // First side of each chain of the hash table. The number of chains is a power of two.
   std::vector<std::uint32_t> heads_;
-  std::vector<Link> links_;  // link of each hashed side in its chain, by index of the side
+  std::vector<Link> links_;  // for each hashed side: its link; indexed by side
   std::size_t hashed_ = 0;
   Scatter scatter_;
   std::array<std::uint32_t, 4> short_{};  // cycle that take() passes to visit()

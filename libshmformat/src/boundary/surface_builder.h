@@ -18,7 +18,7 @@ struct RecordLayout {
   struct Column {
     std::size_t request = 0;  ///< index among the requested arrays
     std::uint32_t array = 0;
-    /// Position and size in bytes of the column within the record.
+    /// Position of the array's value in the record, and size of the value, in bytes.
     std::size_t offset = 0, bytes = 0;
 
     /// True for a stepped cell array. Its values are read later. Until then the record contains a

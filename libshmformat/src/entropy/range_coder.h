@@ -1,5 +1,5 @@
 // Range coder: converts yes/no decisions to bytes, and bytes back to decisions.
-//   AdaptiveBit                   the probability of a decision, learnt from its past values
+//   AdaptiveBit                   the probability of a decision, estimated from its past outcomes
 //   RangeEncoder, RangeDecoder    code decisions with known probabilities
 //   SplitEncoder, SplitDecoder    do the same, and store unpredictable data in a separate part as
 //                                 plain bits, which can be read very fast
@@ -24,8 +24,9 @@ namespace shm {
 
 /// Probability of a decision (22 bits) and a count of decisions (10 bits), stored in one word of 32
 /// bits. The first decisions change the probability by 2/3, 2/5, ... of its error, later decisions
-/// by about 1/kLimit of its error. Small meshes therefore learn quickly, and large meshes forget
-/// slowly. Only integers are used, so that the results are the same on all machines.
+/// by about 1/kLimit of its error. Probabilities therefore adapt quickly at first, which suits
+/// small meshes, and become stable later, which suits large meshes. Only integers are used, so that
+/// the results are the same on all machines.
 class AdaptiveBit {
  public:
   static constexpr std::uint32_t kLimit = 160;  // largest count. Frozen: part of the format
@@ -207,7 +208,8 @@ class RangeDecoder {
     range_ >>= count;
     std::uint32_t value = code_ / range_;
     if (value >> count != 0)
-      value = (1u << count) - 1;  // such a large value occurs only in damaged streams
+      value =
+          (1u << count) - 1;  // a value with more than `count` bits occurs only in damaged streams
     code_ -= value * range_;
     while (range_ < kRangeTop) {
       range_ <<= 8;
@@ -226,8 +228,8 @@ class RangeDecoder {
 };
 
 // Format of a split stream: a varint with the size in bytes of the range coder's data, then these
-// data, then the plain bits. The low bits of a byte come first. A reader that reaches the end of a
-// part continues with zeros.
+// data, then the plain bits. The low bits of a byte come first. After the end of a part, a reader
+// reads zeros.
 
 class SplitEncoder {
  public:

@@ -18,7 +18,7 @@ namespace shm::container {
 
 class ChunkCopy {
  public:
-  /// Prepares a copy of the chunks for which `keep` returns true. `entries` are all chunks of
+  /// Prepares to copy the chunks for which `keep` returns true. `entries` are all chunks of
   /// `source`, as listed by its index at `index_offset`. Reads only the headers of the chunks, not
   /// the payloads. Fails with ErrorCode::corrupt if the index does not match the chunks.
   static Result<ChunkCopy> of(RandomSource& source, std::span<const IndexEntry> entries,
@@ -30,7 +30,8 @@ class ChunkCopy {
   const ChunkWriter::State& state() const { return state_; }
   /// Returns the payload size in bytes of each copied chunk, in the order of state().entries.
   const std::vector<std::uint64_t>& payload_bytes() const { return payload_bytes_; }
-  /// Returns a source of the copied bytes followed by `tail`. `source` is borrowed.
+  /// Returns a ByteSource from which the bytes of the copy can be read, followed by `tail`.
+  /// `source` is borrowed.
   std::unique_ptr<ByteSource> read(RandomSource& source, std::vector<std::byte> tail) const;
 
  private:

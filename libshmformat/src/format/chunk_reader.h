@@ -38,9 +38,9 @@ class ChunkReader {
   void expect_trailer();
   /// Decodes the payload of a schema chunk.
   Result<Schema> read_schema(std::span<const std::byte> payload);
-  /// Reads from the beginning of `bytes` until the schema is complete. Removes the bytes that it
-  /// has read from `bytes`. Returns nullopt if more bytes are needed. In the next call, pass the
-  /// remaining bytes again, followed by more bytes.
+  /// Reads from the beginning of `bytes` until the schema is complete. On return, `bytes` contains
+  /// only the bytes that have not been read. Returns nullopt if more bytes are needed. In the next
+  /// call, pass the remaining bytes again, followed by more bytes.
   Result<std::optional<Schema>> find_schema(std::span<const std::byte>& bytes);
   /// Unpacks a blob. The blob is not counted against the budget, since the caller frees it soon.
   /// Fails if the blob is larger than `limit` or than the remaining budget.
@@ -53,7 +53,7 @@ class ChunkReader {
   std::uint64_t offset() const { return offset_; }
   /// Returns the number of chunk headers read so far.
   std::uint32_t count() const { return next_sequence_; }
-  /// Returns the name of the current part of the file, for errors.
+  /// Returns the name of the current part of the file, for use in errors.
   const std::string& section() const { return section_; }
   /// Returns how many bytes of ReadLimits::max_unpacked_bytes are left.
   std::uint64_t budget() const { return budget_.left(offset_); }

@@ -34,7 +34,8 @@ class Scanner {
   }
   /// Returns true if the trailer at `position` is valid and points to the chunk at `index_offset`.
   Result<bool> is_trailer(std::uint64_t position, std::uint64_t index_offset);
-  /// Returns true if another chunk, or a trailer that points to this chunk, begins right after it.
+  /// Returns true if this chunk is directly followed by another chunk, or by a trailer that points
+  /// to this chunk.
   Result<bool> is_followed(const FoundChunk& chunk);
   Result<bool> is_whole(const FoundChunk& chunk);
   /// Records the chunk at `position`. Returns the position at which the search continues.

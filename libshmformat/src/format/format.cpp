@@ -240,9 +240,10 @@ bool get_only(ByteReader& in, StepHeader& header) {
   return in.ok() && trend <= 1;
 }
 
-/// Returns the number that encodes the reference of the values in a file: the earlier step or the
-/// trend to which they refer. It is 0 if the values have no reference. If the reference is a trend,
-/// it is twice the distance to the reference step. Otherwise it is twice that distance minus 1.
+/// Returns the number by which a file states the reference of step values: the earlier step or the
+/// trend from which they are predicted. Let d be the distance to the reference step. The number is
+/// 0 if the values have no reference, 2 * d if the reference is a trend, and 2 * d - 1 if it is an
+/// earlier step.
 std::uint64_t reference_number(const StepHeader& header) {
   const std::uint64_t back = header.step - header.reference_step;
   return 2 * back - (back > 0 && !header.trend ? 1 : 0);
@@ -311,7 +312,7 @@ StepEntry entry_of(const StepHeader& header) {
           header.group, refers_to(header), header.codec};
 }
 
-// --- the index: version 0 stores entry by entry, version 1 packs them field by field
+// --- the index: version 0 stores its entries one by one, version 1 field by field, compressed
 
 void put(ByteWriter& out, std::span<const NamedBytes> streams) {
   out.put_varint(streams.size());

@@ -69,7 +69,7 @@ enum class ChunkKind : std::uint8_t {
   step_times = 4,
   extra = 5,
   index = 6,
-  members = 9,  ///< list of the members of an archive; archives have no other chunks
+  members = 9,  ///< list of the members of an archive; this is the only chunk of the archive itself
 };
 std::string chunk_name(std::uint8_t kind);
 
@@ -108,7 +108,7 @@ HeaderState get(ByteReader& in, ChunkHeader& header);
 /// Returns the length in bytes of the header that starts with `beginning`. If these bytes do not
 /// start a header, returns kShortHeaderBytes.
 std::size_t header_bytes(std::span<const std::byte> beginning);
-/// Returns the version in which chunks of this kind are stored in a file of this version.
+/// Returns the chunk version that chunks of this kind have in a file with this file version.
 inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
   const bool has_version_1 = kind == ChunkKind::group || kind == ChunkKind::step_values ||
                              kind == ChunkKind::extra || kind == ChunkKind::index;
@@ -182,7 +182,8 @@ struct GroupChunk {
 struct StepHeader {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
-  /// Step that the values refer to. Equal to `step` if the values do not refer to another step.
+  /// The reference: the step from which the values are predicted. Equal to `step` if they are not
+  /// predicted from another step.
   std::uint64_t reference_step = 0;
   /// True if the reference is the trend, which is computed from reference_step and the step before
   /// reference_step.

@@ -46,9 +46,10 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
     return truncated("the file does not end with an end record", "end record", end);
   if (last.offset > end) return corrupt("the trailer points beyond the file", "end record", end);
   last.bytes = end - last.offset;
-  // Usually the last chunk extends up to the trailer at the end of the file. If parity data follows
-  // the first trailer, the trailer at the end is a copy of the first trailer, and only the header
-  // of the chunk states the chunk's length. The chunk itself is checked when it is read.
+  // Usually the last chunk extends up to the trailer at the end of the file. If parity data has
+  // been appended, the file has two equal trailers, one before and one after the parity data. The
+  // last chunk then ends at the first of them, and its length must be taken from its header. The
+  // chunk itself is checked when it is read.
   const auto header = header_at(source, last.offset, end, chunk_name(last.kind));
   if (!header) return header.error();
   if (!*header || (*header)->payload_bytes >= last.bytes || (*header)->chunk_bytes() >= last.bytes)

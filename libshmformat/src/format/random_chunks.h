@@ -26,9 +26,9 @@ Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t of
 Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t offset,
                                              std::uint64_t end, const std::string& section);
 
-/// Returns the position of the last chunk, which is of kind `kind`, according to the trailer. The
-/// chunk itself is not checked. Fails with ErrorCode::truncated if the file does not end with a
-/// trailer.
+/// Returns the position of the last chunk, as stated by the trailer. Assumes that the chunk is of
+/// kind `kind`; the chunk itself is not checked. Fails with ErrorCode::truncated if the file does
+/// not end with a trailer.
 Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
 
 /// Checks the header at the beginning of `chunk` against `entry` and returns it. Precondition:

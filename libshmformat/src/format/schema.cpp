@@ -262,9 +262,9 @@ std::uint32_t checksum_of(const Schema& schema) {
 
 namespace {
 
-// Memory in bytes that an object of each type counts as, in addition to its lists and strings. The
-// sizes are rounded up and are the same on all machines, so that all machines refuse the same
-// files.
+// Memory in bytes that an object of each type uses of the memory limit, in addition to its lists
+// and strings. The sizes are rounded up and do not depend on the machine, so that all machines
+// refuse the same files.
 constexpr std::uint64_t kSchemaBytes = 256, kBlockBytes = 64, kArrayBytes = 256, kExtraBytes = 128;
 static_assert(sizeof(Schema) <= kSchemaBytes && sizeof(BlockInfo) <= kBlockBytes &&
               sizeof(ArrayInfo) <= kArrayBytes && sizeof(Extra) <= kExtraBytes);
@@ -314,8 +314,8 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   schema.source_format = in.get_text();
   const std::uint64_t blocks = in.get_count(4);
   if (blocks > limits.max_blocks) return too_many_blocks(limits);
-  // The limit is not checked for the strings and lists of a single element, since they need little
-  // more memory than their bytes in the file.
+  // The strings and lists of one block or array are read before they are checked against the limit,
+  // since they need little more memory than their bytes in the file.
   if (!takes(kSchemaBytes + schema.source_format.size() + blocks * kBlockBytes)) return too_large;
   schema.blocks.reserve(static_cast<std::size_t>(blocks));
   for (std::uint64_t n = blocks; n > 0 && in.ok(); --n) {
@@ -434,7 +434,8 @@ bool is_wide_integer(ScalarType type) {
   return type >= ScalarType::int16 && type <= ScalarType::uint64;
 }
 
-/// Writes the key and the type of an extra, and the kind of objects to which its values refer.
+/// Writes the key and the type of an Extra record, and the kind of objects to which its values
+/// refer.
 void put_name(ByteWriter& out, const Extra& extra) {
   out.put_text(extra.key);
   out.put_u8(static_cast<std::uint8_t>(extra.type));
@@ -515,8 +516,9 @@ struct WrittenValues {
   std::vector<std::byte> bytes;
 };
 
-/// Encodes the values of an extra. Integers are stored as differences with distance 0, 1 or the row
-/// length. The function chooses the distance whose result zstd compresses best.
+/// Encodes the values of an extra. Integers may be stored as differences from the previous integer
+/// or from the integer one row earlier (distance 1 or the row length), or unchanged (distance 0).
+/// The function chooses the distance whose result zstd compresses best.
 WrittenValues written(const Extra& extra) {
   constexpr int kLevel = 3;
   constexpr std::uint64_t kMostColumns = 64;

@@ -1,5 +1,5 @@
 // Functions that encode, decode and check a schema, encode and decode extras, and compute the
-// totals of a mesh (the numbers of its elements, and the ranges of its values).
+// totals of a mesh (element counts and value ranges).
 // spec: "Schema", "Extras"
 #pragma once
 
@@ -46,8 +46,8 @@ void put(ByteWriter& out, const Extra& extra);
 bool get(ByteReader& in, Extra& extra);
 
 /// Returns the payload of a chunk of version 1. Precondition: there are at most kMostExtras extras.
-/// With Packing::bounded, integers are not stored as differences. The memory for each Extra is then
-/// at most its size in the blob.
+/// With Packing::bounded, integers are not stored as differences. The memory for an Extra is then
+/// never larger than the space that the Extra takes in the unpacked blob.
 std::vector<std::byte> extras_payload(std::span<const Extra> extras,
                                       Packing packing = Packing::with_dictionary);
 /// Returns the payload of a chunk of version 0.
@@ -131,8 +131,8 @@ struct DecodedParts {
   /// Returns, for each column of values, true if it is decoded. The first column is the geometry;
   /// the static arrays follow in schema order.
   std::vector<bool> columns(const Schema& schema) const;
-  /// Returns true if values of static arrays at this location are decoded. Coordinates count as
-  /// point values.
+  /// Returns true if at least one static array at this location (points or cells) is decoded.
+  /// Coordinates count as a point array.
   bool includes_values_of(const Schema& schema, Location location) const;
 };
 

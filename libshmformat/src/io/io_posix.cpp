@@ -61,9 +61,9 @@ std::string name_of_machine() {
   return machine_name(text);
 }
 
-/// State of the process that created a temporary file. process_of() determines it from `name`, the
-/// part of the file name after temporary_front(). The state of a process on another machine is
-/// unknown; the result is then may_be_gone.
+/// State of the process that created a temporary file. For a process on another machine, the state
+/// cannot be determined, and is may_be_gone. `name`: the part of the file name after
+/// temporary_front(), which identifies the process.
 enum class Process { lives, may_be_gone, gone };
 Process process_of(std::string_view name, std::string_view machine) {
   const auto maker = maker_of(name, machine);
@@ -72,8 +72,8 @@ Process process_of(std::string_view name, std::string_view machine) {
   return ::kill(maker->process, 0) != 0 && errno == ESRCH ? Process::gone : Process::lives;
 }
 
-/// Removes temporary files for the same path whose processes have been killed. Temporary files from
-/// other machines are removed when they are more than an hour old.
+/// Removes temporary files for `path` if the processes that created them have been killed.
+/// Temporary files from other machines are removed if they are more than an hour old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::int64_t now) {
   constexpr std::int64_t kOld = 3600;  // age in seconds
   const std::string folder = folder_of(path), front = temporary_front(path, name_in(path));
@@ -188,8 +188,8 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  // The modification time of the new file is the current time. It comes from the clock of the file
-  // system, which also sets the times of the other temporary files.
+  // Use the modification time of the new file as the current time. It comes from the clock of the
+  // file system, as do the modification times of the other temporary files.
   struct stat status {};
   if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
   return {};
@@ -235,8 +235,8 @@ Result<void> FileSink::commit() {
         again >= 0 && ::close(again) != 0)
       return system_error(ErrorCode::output, "cannot be closed", path_);
     if (auto result = link(); !result) return result;
-    // An error of this close can be ignored: closing the duplicate descriptor above has already
-    // reported errors.
+    // Ignore an error from this close(): write errors have already been reported when the duplicate
+    // descriptor was closed above.
     (void)close();
   }
   named_ = false;
@@ -249,10 +249,10 @@ Result<void> FileSink::close() {
   return system_error(ErrorCode::output, "cannot be closed", path_);
 }
 
-/// Sets the permissions of the file to those of the file that it replaces. Called at the end, since
-/// a writer that uses the file's name may open the file again, which the permissions could forbid.
-/// If the group cannot be set, the group's permission bits are dropped, as they would apply to a
-/// different group.
+/// Sets the permissions of the file to those of the file that it replaces. Called only when the
+/// file is complete: until then, a writer may open the file again by its name, which these
+/// permissions could forbid. If the group of the file cannot be set, the permission bits for the
+/// group are cleared, since they would apply to a different group.
 void FileSink::pass_permissions_on() const {
   if (!permissions_) return;
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
@@ -264,9 +264,9 @@ void FileSink::pass_permissions_on() const {
   if (named_) ::close(file);
 }
 
-/// Flushes all data of the file to the disk. A named file is opened again, since a writer that uses
-/// the name may have replaced the file that this sink created. If the file system cannot flush
-/// (EINVAL), does nothing.
+/// Flushes all data of the file to the disk. A named file is opened again by its name, since a
+/// library that writes through the name may have replaced the file that this sink created. If the
+/// file system cannot flush (EINVAL), does nothing.
 Result<void> FileSink::flush() const {
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
   const bool flushed = file >= 0 && (::fsync(file) == 0 || errno == EINVAL);
@@ -294,7 +294,7 @@ Result<void> FileSink::link() {
       taken = errno == EEXIST;
       continue;
     }
-    // Also removes the files of processes that were killed between linking and renaming.
+    // Remove temporary files that processes left because they were killed between link and rename.
     struct stat status {};
     if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
     if (::rename(beside.c_str(), path_.c_str()) == 0) return {};

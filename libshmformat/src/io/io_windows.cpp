@@ -157,16 +157,15 @@ std::uint64_t last_write(HANDLE file) {
 }
 
 /// Returns true if the last write to a file was more than an hour before `now`. Reads the time from
-/// the file itself, since the folder lists the time of the last write only after the file is
-/// closed.
+/// the file itself, since the time in the folder entry is updated only when the file is closed.
 bool is_old(const std::string& path, std::uint64_t now) {
   constexpr std::uint64_t kOld = 3600 * std::uint64_t{10'000'000};
   const Handle file(open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING));
   return file && last_write(file.get()) + kOld < now;
 }
 
-/// Removes temporary files for the same path if the processes that created them have been killed.
-/// Temporary files from other machines are removed when they are more than an hour old.
+/// Removes temporary files for `path` if the processes that created them have been killed.
+/// Temporary files from other machines are removed if they are more than an hour old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::uint64_t now) {
   const std::string front = temporary_front(path, name_in(path));
   const std::string folder = front.substr(0, name_in(front)), head = front.substr(folder.size());
@@ -190,8 +189,9 @@ Error taken_error(const std::string& path) {
   return Error{.code = ErrorCode::output, .detail = "exists already", .file = path};
 }
 
-/// Renames a file as POSIX systems do: a process that has the old file open can still use it. Newer
-/// versions of Windows support this on some file systems, but MoveFileExW does not always use it.
+/// Renames a file as POSIX systems do: if the new name belongs to an existing file, that file is
+/// replaced, and a process that has it open can still use it. Newer versions of Windows support
+/// this on some file systems, but MoveFileExW does not always use it.
 bool rename_over_open(const std::string& from, const std::wstring& to) {
   // These constants exist only in recent versions of winbase.h.
   constexpr auto kRenameInfoEx = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);
@@ -328,9 +328,9 @@ Result<void> FileSink::close() {
   return system_error(ErrorCode::output, "cannot be closed", path_);
 }
 
-/// Flushes all data of the file to the disk. Opens the file by name, since a writer that uses the
-/// name may have replaced the file that this sink created. If the file system cannot flush, does
-/// nothing.
+/// Flushes all data of the file to the disk. Opens the file by its name, since a library that
+/// writes through the name may have replaced the file that this sink created. If the file system
+/// cannot flush, does nothing.
 Result<void> FileSink::flush() const {
   const Handle file(open_handle(temporary_, GENERIC_WRITE, OPEN_EXISTING));
   if (file && (::FlushFileBuffers(file.get()) != 0 || ::GetLastError() == ERROR_INVALID_FUNCTION))

@@ -9,9 +9,9 @@
 
 namespace shm {
 
-/// Returns the folder and the beginning of the temporary name, which depend only on `path`, the
-/// final path. Long names are truncated. `name` is the index in `path` at which the file name
-/// begins.
+/// Returns the part of the temporary name that depends only on `path`, the final path: the folder
+/// and the beginning of the file name. Long names are truncated. `name` is the index in `path` at
+/// which the file name begins.
 std::string temporary_front(const std::string& path, std::size_t name);
 
 std::string temporary_name(const std::string& path, std::size_t name, int process,

@@ -51,10 +51,11 @@ class ActiveSurface {
     /// Links of the lists of faces; each vertex has a list of its faces.
     std::array<FaceCorner, 4> next{}, previous{};
     std::array<FaceEdge, 4> mate{};  ///< mate across the edge from quad[i] to quad[i + 1]
-    /// Number of hexahedra between this face and its mate, for each edge; at most 255.
+    /// For each edge: number of hexahedra between this face and its mate across this edge; at most
+    /// 255.
     std::array<std::uint8_t, 4> fan{};
-    /// For each vertex of the face: the index of the corner that it forms in the owner, the
-    /// hexahedron that added the face.
+    /// For each vertex of the face: which corner of the owner it is. The owner is the hexahedron
+    /// that added the face.
     std::array<std::uint8_t, 4> owner_corner{};
     std::uint32_t cell = kNone;  ///< cell slot of the owner
     std::uint8_t side = 0;       ///< index of this face in the owner, 0 to 5

@@ -1,7 +1,8 @@
 // StoredCell and CellTopology: one cell before and after its connectivity is coded.
 // - StoredCell: input of the encoder. The nodes are in the order in which the caller stores them.
-// - CellTopology: result of the connectivity coder when encoding and when decoding. The nodes are
-// in the order of the coder's frame. The coders of vertex numbers, coordinates and arrays read it.
+// - CellTopology: result of the connectivity coder, when encoding and when decoding. The coders of
+// vertex numbers, coordinates and arrays read it. The corners of a hexahedron are in the coder's
+// own order (sorted along the coder's three axes); all other nodes are in stored order.
 #pragma once
 
 #include <array>
@@ -39,19 +40,20 @@ struct StoredCell {
   std::array<std::uint64_t, 8> original{};
 };
 
-/// The topology of a cell. The *position* of a node is its index in the coder's frame. The position
-/// differs from the index in stored order only for the corners of a hexahedron.
+/// The topology of a cell. The *position* of a node is its index in the coder's order. For the
+/// corners of a hexahedron, the coder has its own order; for all other nodes, the position is the
+/// index in stored order.
 struct CellTopology {
   std::uint32_t block = 0;
-  /// True if the nodes at positions 0 to 7 are the corners of a hexahedron in the coder's frame.
+  /// True if the nodes at positions 0 to 7 are the corners of a hexahedron, in the coder's order.
   bool hexahedral = false;
 
-  /// The next three members describe the sides of the cell. `corners`: the number of corners, from
-  /// which the sides follow (mesh/cell_shapes.h). `behind`: for each side, the number of the cell
-  /// across it (OpenFaces). The sides are those of the corners in stored order. The members are set
-  /// only in meshes that also have cells other than hexahedra; otherwise `corners` is 0. If a
-  /// polyhedron is stored as a list of faces, `corners` is 0, and the first entries of `behind` are
-  /// the cells with which it shares faces.
+  /// `shape`, `corners` and `behind` describe the sides of the cell. `corners`: the number of
+  /// corners, which with `shape` determines the sides (mesh/cell_shapes.h). `behind`: for each
+  /// side, the number of the cell across it (OpenFaces). The sides are those of the corners in
+  /// stored order. The members are set only in meshes that also have cells other than hexahedra;
+  /// otherwise `corners` is 0. If a polyhedron is stored as a list of faces, `corners` is 0, and
+  /// the first entries of `behind` are the cells with which it shares faces.
   CellShape shape = CellShape::hexahedron;
   std::uint32_t corners = 0;
   std::array<std::uint64_t, OpenFaces::kMost> behind{};
@@ -66,13 +68,13 @@ struct CellTopology {
   /// Vertex numbers in the source mesh, for the corners of a hexahedron. They are set only with
   /// Order::keep, and only if the coder codes these numbers.
   std::array<std::uint64_t, 8> original{};
-  /// For each position in the coder's frame: the index of the corner in stored order.
+  /// For each position (index in the coder's order): the index of the corner in stored order.
   std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};
 
   /// Layout of the nodes that are not corners; null if the layout is unknown.
   const NodeLayout* layout = nullptr;
-  /// For each corner in stored order: its position in the coder's frame. Set only if there is a
-  /// layout.
+  /// For each corner in stored order: its position (index in the coder's order). Set only if there
+  /// is a layout.
   std::array<std::uint8_t, 8> framed{0, 1, 2, 3, 4, 5, 6, 7};
 
   /// True if the cell is a polyhedron that is stored as a list of faces, in which each face ends
@@ -86,7 +88,8 @@ struct CellTopology {
   std::uint32_t stored_position(std::uint32_t position) const {
     return hexahedral && position < 8 ? stored_corner[position] : position;
   }
-  /// Returns the position in the coder's frame of the corner with index `stored` in stored order.
+  /// Returns the position (index in the coder's order) of the corner that has index `stored` in
+  /// stored order.
   std::uint32_t framed_position(std::uint32_t stored) const {
     for (std::uint32_t i = 0; i < 8; ++i)
       if (stored_corner[i] == stored) return i;

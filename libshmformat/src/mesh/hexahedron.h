@@ -70,9 +70,9 @@ inline constexpr auto kAdjacentFace = [] {
   return table;
 }();
 
-/// kEdgesTowards[k][i] contains two faces. The first is the face towards which the edge from corner
-/// i to corner i + 1 of face k leads; the second is the same for the edge from corner i to corner i
-/// - 1.
+/// Two edges of face k meet at its corner i. kEdgesTowards[k][i] contains, for each of them, the
+/// face of the hexahedron towards which the edge leads: first for the edge to corner i + 1, then
+/// for the edge to corner i - 1.
 inline constexpr auto kEdgesTowards = [] {
   std::array<std::array<std::array<std::uint8_t, 2>, 4>, 6> table{};
   for (std::uint32_t k = 0; k < 6; ++k)

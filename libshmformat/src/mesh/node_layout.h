@@ -31,14 +31,14 @@ struct MidNode {
   std::array<std::uint8_t, 4> middle{};
   bool has_middle = false;
   /// Nodes of parallel edges or faces. Edge node: for each adjacent quadrilateral, the node of the
-  /// opposite edge, then the node of the edge that is opposite to both of these edges. Face node:
-  /// the node of the cell's opposite face.
+  /// opposite edge; then, in a hexahedron, the node of the diagonally opposite edge. Face node: the
+  /// node of the cell's opposite face.
   std::array<std::uint8_t, 3> parallel{};
   std::array<std::uint8_t, 3> beside{};  ///< for each entry of `parallel`: the corner that
                                          ///< corresponds to corner[0] of this mid node
   std::uint8_t parallels = 0;
-  /// Edge node: indices in NodeLayout::sides of the cell's two faces that meet at the edge. Valid
-  /// only if has_sides is set.
+  /// Edge node: the two faces of the cell that meet at the edge, as indices in NodeLayout::sides.
+  /// Valid only if has_sides is set.
   std::array<std::uint8_t, 2> side{};
   bool has_sides = false;
 };

@@ -17,11 +17,11 @@ namespace {
 /// Cells need so few bits only if most vertex numbers continue regularly from cell to cell.
 constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 constexpr std::size_t kFirstPieces = 3;
-/// Limits on the excess size of the shifts codec, used if size matters more than speed. The segment
-/// may be larger than with another codec by one part in kShiftShare, or by one part in
-/// kShiftShareOfLayer if all cells of the sample are in the first layer of cells. Shifts predict
-/// from earlier rows and layers. The first layer has no earlier layers, so such a sample
-/// overestimates the size of the segment.
+/// Limits on the excess size of the shifts codec, used if size matters more than speed. With
+/// shifts, the sample may be larger than with another codec by 1/kShiftShare of the other codec's
+/// size, or by 1/kShiftShareOfLayer if all its cells are in the first layer of cells. The limit is
+/// wider in the second case because shifts predict from earlier rows and layers, and the first
+/// layer has no earlier layers.
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
 /// Largest saving expected from the codec `mixed`, in tenths of the size of connectivity and vertex
 /// numbers.
@@ -32,11 +32,12 @@ struct Round {
   std::size_t pieces;   ///< number of pieces of the sample that are coded; a piece usually has 1024
                         ///< cells
   std::uint64_t share;  ///< allowed excess: a codec drops out if its size exceeds the smallest size
-                        ///< by more than one part in `share`, plus `bytes`
+                        ///< by more than 1/share of it plus `bytes`
   /// Further allowed excess in bytes, because adaptive models need some bytes to learn.
   std::uint64_t bytes;
   bool values;  ///< true if the size of values is estimated for each codec
-  bool mixes;  ///< true if the mixed codec takes part; its models learn too little from a few cells
+  bool mixes;   ///< true if the codec `mixed` takes part, which needs many cells until its models
+                ///< have adapted
 };
 constexpr std::array<Round, 3> kRounds = {
     {{1, 10, 256, false, false}, {3, 20, 256, true, true}, {10, 50, 128, true, true}}};
@@ -200,8 +201,8 @@ auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
       if (runner && runner->size.all() > least + least * times / round.share + round.bytes)
         drop(runners, codec);
     }
-    // A round with the codec `mixed` codes enough cells to estimate the saving on the remaining
-    // cells.
+    // If `mixed` takes part in this round, enough cells have been coded to estimate how much it
+    // saves on the remaining cells.
     if (round.mixes) settle_mixing(runners, r + 1 == kRounds.size() && trial_.level != Level::best);
   }
   if (runners.size() == 1) return std::move(runners[0]);
@@ -271,8 +272,8 @@ void ChoosingEncoder::drop(std::vector<Runner>& runners, ConnectivityCodec codec
   runners.erase(runners.begin() + (runner - runners.data()));
 }
 
-/// Returns the exact size in bytes of the values that the runner has taken so far. Values of the
-/// current group are coded to measure their size.
+/// Returns the exact size in bytes of the values of all cells that have been passed to the runner.
+/// Values of the current group are coded to measure their size.
 std::uint64_t ChoosingEncoder::coded_values(Runner& runner) {
   return runner.encoder->size().values + runner.encoder->values_if_coded();
 }
@@ -327,8 +328,8 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
 }
 
 /// Decides between the codecs `rows` and `mixed`, and drops one of them. Does so only if the
-/// difference between their sizes is clear, or if `finally` is set. The two codecs differ only by
-/// the saving of mixing.
+/// difference between their sizes is clear, or if `finally` is set. The two codecs code the same
+/// decisions; `mixed` only saves bytes by mixing.
 void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) {
   using enum ConnectivityCodec;
   Runner *with_rows = find(runners, rows), *with_mixed = find(runners, mixed);

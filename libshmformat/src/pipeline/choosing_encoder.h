@@ -28,7 +28,7 @@ namespace shm {
 /// The codecs to try, and the rules by which a codec is chosen.
 struct CodecTrial {
   Level level = Level::standard;  ///< level of the value coders
-  bool with_order = true;         ///< true if groups contain the coding order of their elements
+  bool with_order = true;         ///< true if groups also store the coding order of their elements
   std::vector<ConnectivityCodec> codecs;  ///< codecs to try, from the fastest to the slowest; not
                                           ///< empty
 
@@ -46,8 +46,8 @@ struct CodecTrial {
   std::size_t sample_cells = 16384;
   // Minimum savings for choosing a slower codec, if the segment is longer than the sample. The
   // slower codec must save more than one bit per `spare_bits` cells. In addition, it must save
-  // either more than one part in `spare_share` of all bytes, or more than one bit of connectivity
-  // and vertex numbers per `spare_bits` cells.
+  // either more than 1/spare_share of all bytes, or more than one bit of connectivity and vertex
+  // numbers per `spare_bits` cells.
   std::uint64_t spare_share = 128;
   std::uint64_t spare_bits = 32;
 };

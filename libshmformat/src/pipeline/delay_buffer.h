@@ -1,5 +1,5 @@
-// DelayBuffer: delays cells, so that a cell adjacent to the most recently coded cell can be coded
-// next. SpiralReorderer chooses this cell.
+// DelayBuffer: holds cells back, so that a cell adjacent to the most recently coded cell can be
+// coded next. SpiralReorderer decides which waiting cell comes next.
 #pragma once
 
 #include <array>
@@ -28,9 +28,9 @@ class DelayBuffer {
   bool empty() const { return order_.waiting() == 0; }
   /// Returns true if the number of waiting cells exceeds the capacity.
   bool is_overfull() const { return order_.waiting() > capacity_; }
-  /// Adds a cell. `corners`: if the cell is a hexahedron, the vertex numbers of its corners.
-  /// Entries of the vertex table cannot be used instead, because an entry may be reused for another
-  /// vertex, and two cells would then seem to share a vertex.
+  /// Adds a cell. `corners`: if the cell is a hexahedron, the vertex numbers of its corners. They
+  /// are needed in addition to `entries`: an entry of the vertex table may be reused for another
+  /// vertex, so two cells with the same entry may have different vertices.
   void push(std::uint64_t number, std::uint32_t block, std::span<const std::uint32_t> entries,
             std::span<const std::byte> data, const std::optional<Corners>& corners);
   /// Removes and returns the next cell in coding order. The result is valid until the next call to

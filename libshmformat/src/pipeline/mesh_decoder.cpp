@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-// Size in bytes of the groups of the first segment that are decoded before threads are started.
-// Decoding these groups takes about a millisecond.
+// Until the groups of the first segment exceed this size in bytes, they are decoded without
+// threads. Decoding this amount of data takes about a millisecond.
 constexpr std::size_t kAloneBytes = std::size_t{4} << 10;
 
 }  // namespace
@@ -74,7 +74,7 @@ Result<void> SegmentDecoder::begin_streams() {
   stream_bytes_.clear();
   ByteReader in(std::span<const std::byte>(payload_).subspan(header_bytes_));
   for (const container::StreamEntry& entry : group_.streams) {
-    // The caller may skip streams of parts that are not decoded.
+    // A stream that is not decoded is not checked, and may be missing at the end of the payload.
     const bool is_included = parts_.includes(entry);
     const auto bytes =
         in.get_bytes(is_included ? entry.bytes : std::min<std::uint64_t>(entry.bytes, in.left()));
@@ -93,8 +93,8 @@ Result<void> SegmentDecoder::begin_streams() {
 
 namespace {
 
-/// Removes the vertices and values of the block, but keeps their memory. The cells are kept; they
-/// are overwritten later.
+/// Removes the vertices and values of the block, but keeps the allocated memory. Does not remove
+/// the cells, because they are overwritten later.
 void clear(MeshBlock& block) {
   block.vertex_numbers.clear();
   block.xyz.clear();
@@ -289,9 +289,9 @@ void MeshDecoder::leave(const std::vector<std::uint64_t>& alive, std::uint32_t s
   for (std::uint64_t number : alive) alive_.insert_or_assign(number, segment);
 }
 
-/// Checks that the block continues at the end of the previous block, and counts its vertices and
-/// cells. Checks the bounding box, too. (Readers of single parts do not check the box, even in
-/// damaged files, because a wrong box is no reason to withhold intact data.)
+/// Checks that the block begins at the end of the previous block, and adds its vertices and cells
+/// to the totals. Also checks the bounding box of the group. (Functions that read only parts of a
+/// file do not check it, because intact data can be used even if the box is wrong.)
 Result<void> MeshDecoder::join(const DecodedBlock& block) {
   if (block.segment.segment == segment_starts_.size()) {
     if (block.segment.first_cell != cells_ || block.segment.first_vertex != vertices_)
@@ -300,8 +300,8 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
     segment_starts_.push_back(cells_);
     segment_connectivity_.push_back(block.connectivity);
   } else if (segment_connectivity_.back() == ConnectivityCodec::automatic) {
-    segment_connectivity_.back() = block.connectivity;  // so far, the segment has only unused
-                                                        // vertices and therefore no codec
+    // The segment had no codec yet, because its earlier groups contain only unused vertices.
+    segment_connectivity_.back() = block.connectivity;
   }
   if (auto status = check_imports(block); !status) return status;
   if (block.group_end && !block.group_end->has_its_box)

@@ -1,6 +1,7 @@
-// SegmentDecoder: decodes the groups of one segment, as stored in the file, to blocks of vertices
-// and cells. It checks the header of a group before the group decoder reads the group. It needs no
-// data of other segments, so several segments can be decoded in parallel; DecodingQueue does so.
+// SegmentDecoder: decodes the groups of one segment to blocks of vertices and cells. The caller
+// passes each group as stored in the file. SegmentDecoder checks the header of a group before the
+// group decoder reads the group. It needs no data of other segments, so several segments can be
+// decoded in parallel; DecodingQueue does so.
 // spec: "Segments", "Decoding a group"
 #pragma once
 
@@ -44,7 +45,8 @@ class SegmentDecoder {
   /// Returns the number, first cell and first vertex of the segment, as stated in the header of its
   /// first group. Precondition: begin_group() has succeeded once.
   const SegmentStart& start() const { return start_; }
-  /// Returns the numbers of the vertices that the segment owns and that are not finalized yet.
+  /// Returns the vertex numbers of all vertices that the segment owns and that are not finalized
+  /// yet.
   std::vector<std::uint64_t> alive() const;
 
  private:
@@ -84,7 +86,7 @@ class DecodingQueue {
     std::size_t segment = 0;  ///< number that was passed to begin_segment()
     std::uint64_t group = 0;  ///< number of the group of a block
     std::optional<DecodedBlock> block;
-    /// Numbers of the segment's vertices that are not finalized at its end.
+    /// Vertex numbers of the segment's vertices that are not finalized when the segment ends.
     std::vector<std::uint64_t> left_alive;
   };
 
@@ -104,8 +106,8 @@ class DecodingQueue {
       delete;  // not copyable, because tasks have a pointer to the queue
   DecodingQueue& operator=(const DecodingQueue&) = delete;
 
-  /// Begins the next segment. `segment` is copied to the outputs of this segment. `number` is the
-  /// number of the segment in the file.
+  /// Begins the next segment. `segment` may be any number; all outputs of this segment contain it.
+  /// `number` is the number of the segment in the file.
   void begin_segment(std::size_t segment, std::uint32_t number, DecodedParts parts = {});
   /// Returns true if another group may be added now, even if some blocks have not been taken yet.
   bool wants_group() const;
@@ -117,8 +119,9 @@ class DecodingQueue {
   bool is_busy() const;
 
   using Wait = Tasks::Wait;
-  /// Returns the next output. Returns nullopt in three cases: no output is available yet and `wait`
-  /// forbids waiting; the caller may add another group first; all outputs have been returned.
+  /// Returns the next output. Returns nullopt if all outputs have been returned, or if no output is
+  /// available yet, because `wait` forbids waiting for it or because another group must be added
+  /// first.
   Result<std::optional<Output>> next(Wait wait);
   /// Lets the queue reuse the memory of a block that the caller no longer needs. Does nothing if
   /// there are threads.
@@ -144,7 +147,7 @@ class DecodingQueue {
   std::optional<Output> left_;  // the end of the previous segment, if it has not been returned yet;
                                 // used without threads
   MeshBlock room_;              // block whose memory can be reused; used without threads
-  std::unique_ptr<Tasks> tasks_;  // tasks of the threads; used only with threads
+  std::unique_ptr<Tasks> tasks_;  // used only with threads: one task per segment
 };
 
 /// MeshDecoder: converts the groups of a file to blocks of vertices and cells in coding order. It

@@ -188,7 +188,8 @@ Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
   return queue_.added();
 }
 
-/// Passes a vertex to the encoder of the current segment. The vertex is new to this segment.
+/// Passes a vertex to the encoder of the current segment. Precondition: the vertex has not been
+/// passed to this segment yet.
 void MeshEncoder::give_vertex(SegmentPiece& piece, std::uint32_t entry) {
   SegmentPiece::Vertex vertex = vertices_.put_into_segment(entry, start_.segment);
   if (!vertex.imported) {
@@ -266,8 +267,8 @@ void MeshEncoder::report_order(const EncodedGroup& group) const {
 
 namespace {
 
-/// Returns the farthest reference step that the options allow. A prediction by trend needs two
-/// earlier steps, neither of them before the most recent key step.
+/// Returns the highest StepReference that the options allow. StepReference::trend needs two earlier
+/// steps, and neither may come before the most recent key step.
 StepReference most_referred(const Schema& schema, const WriteOptions& options) {
   if (!has_steps(schema) || options.key_steps > 2) return StepReference::trend;
   return options.key_steps == 2 ? StepReference::before : StepReference::nothing;

@@ -33,8 +33,8 @@ class MeshEncoder {
   MeshEncoder& operator=(const MeshEncoder&) = delete;
 
   /// Declares that the encoder codes only a part of a larger mesh: consecutive segments, beginning
-  /// with segment `start`. Must be called before anything is added. Groups are then stored until
-  /// give_out_part() is called, except in Order::keep.
+  /// with segment `start`. Must be called before anything is added. Except in Order::keep, groups
+  /// are then stored in memory until give_out_part() is called.
   void begin_part(const SegmentStart& start);
 
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
@@ -50,9 +50,10 @@ class MeshEncoder {
   /// Returns true if nothing has been added.
   bool is_new() const { return totals_.cells == 0 && vertices_.empty(); }
 
-  /// Adds a vertex without looking up or checking its number; the caller must keep track of
-  /// entries. Returns the entry, which identifies the vertex in enter_cell() until the vertex's
-  /// last use. `xyz` and `data` must have the sizes that the schema requires.
+  /// Adds a vertex without looking up or checking its number. Returns the entry of the vertex in
+  /// the vertex table. enter_cell() identifies the vertex by this entry, so the caller must
+  /// remember it until the vertex's last use. `xyz` and `data` must have the sizes that the schema
+  /// requires.
   std::uint32_t enter_vertex(std::uint64_t number, const std::byte* xyz, const std::byte* data) {
     return vertices_.add(number, xyz, data);
   }
@@ -63,8 +64,8 @@ class MeshEncoder {
                           std::uint64_t last_use, std::span<const std::byte> data);
 
   Result<void> end();
-  /// Writes all groups that are complete. The set of these groups depends only on the calls so far,
-  /// not on the speed of threads.
+  /// Writes all groups that are complete. Which groups these are depends only on the calls made so
+  /// far, not on the speed of the threads.
   Result<void> catch_up() { return queue_.catch_up(); }
   /// Writes all groups of a part. With Order::keep, the groups have already been written. Call it
   /// after end(). `numbers`: the stream numbers of the vertices that the part imports, in the order
@@ -113,8 +114,8 @@ class MeshEncoder {
                                     // not counted
 
   std::uint32_t last_segment_ = 0;  // segment of the most recently written group
-  bool holds_groups_ = false;       // true for a part whose imported vertices do not have numbers
-                                    // yet
+  bool holds_groups_ = false;       // true if groups are stored until give_out_part() provides the
+                                    // numbers of the imported vertices
   std::vector<EncodedGroup> held_;
 
   container::Index totals_;

@@ -8,13 +8,14 @@
 namespace shm {
 namespace {
 
-// Smallest number of cells after which a segment may end because of the restart budget (the largest
-// share of vertices that may be stored twice). At the beginning of an element block, which is a
-// better place for a cut, half of this number suffices.
+// Minimum number of cells of a segment that ends because of the restart budget (the largest share
+// of vertices that may be stored twice). If a new element block begins, which is a better place for
+// a cut, half of this number suffices.
 constexpr std::uint64_t kLeastSegmentCells = 131072;
 
-// Number of cells and bytes of a piece. A piece must be so large that passing it to another thread
-// costs little, but it must be small compared with a group.
+// A piece is passed on for encoding when it reaches one of these sizes. The sizes are so large that
+// passing a piece to another thread costs comparatively little time, but small compared with the
+// size of a group.
 constexpr std::size_t kPieceCells = 1024;
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
@@ -22,8 +23,8 @@ constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 // groups that wait to be passed on.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 
-// Size in bytes of the pieces of the first segment that are coded before threads are started. These
-// pieces contain a few hundred cells.
+// Until the pieces of the first segment exceed this size in bytes, which is a few hundred cells,
+// they are coded without threads.
 constexpr std::size_t kAlonePieceBytes = std::size_t{32} << 10;
 
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
@@ -142,8 +143,8 @@ Result<void> SegmentQueue::catch_up() {
   return tasks_ ? take_finished(Tasks::Wait::for_output) : Result<void>();
 }
 
-/// Passes on the groups that threads have finished. If for_output is set, waits until all groups of
-/// the pieces passed on so far are finished.
+/// Passes the groups that threads have finished to the receiver. If `wait` is for_output, first
+/// waits until the threads have coded all pieces that they were given.
 Result<void> SegmentQueue::take_finished(Tasks::Wait wait) {
   while (true) {
     auto group = tasks_->next(wait);

@@ -17,8 +17,8 @@
 
 namespace shm {
 
-/// Decides before which cells a new segment begins. The decision depends only on the numbers of
-/// vertices and cells added, so that the same calls produce the same bytes. The end of a group, in
+/// Decides before which cells a new segment begins. The decision depends only on the vertices and
+/// cells added so far, so the same calls always produce the same bytes. The end of a group, in
 /// contrast, is decided by the segment encoder (codecs/shared/segment_encoder.h).
 class SegmentCutter {
  public:
@@ -66,15 +66,14 @@ class SegmentQueue {
 
   /// Begins a segment. If there is a previous segment, it must have ended.
   void begin_segment(const SegmentStart& start) { start_ = start; }
-  /// Returns the piece to which the caller adds cells: the most recent cells of the current
-  /// segment, which have not been passed on for encoding yet. The caller must call added() after
-  /// each cell.
+  /// Returns the piece to which the caller adds cells. It contains the cells of the current segment
+  /// that have not been passed on for encoding yet. The caller must call added() after each cell.
   SegmentPiece& piece() { return piece_; }
   Result<void> added() { return piece_is_full() ? pass_piece_on() : Result<void>(); }
   Result<void> end_segment();
 
-  /// Passes on all groups that are complete. The set of these groups depends only on the calls so
-  /// far, not on the speed of threads.
+  /// Passes on all groups that are complete. Which groups these are depends only on the calls made
+  /// so far, not on the speed of the threads.
   Result<void> catch_up();
   /// Ends the threads and frees all memory. No other function may be called after it.
   void let_go();

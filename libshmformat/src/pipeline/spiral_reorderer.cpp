@@ -100,8 +100,8 @@ void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Cor
       {kLeft, kRight, kFront, kBack},  // row for leaving through the bottom
       {kRight, kLeft, kTop, kBottom},  // row for leaving through the back
   }};
-  // Returns the face of the next cell that continues `old_face` of the old cell. Both faces contain
-  // the same edge of the face between the two cells.
+  // Returns the face of the next cell that continues `old_face` of the old cell: the two faces
+  // share an edge of the face between the two cells.
   const auto carried = [&](std::uint32_t old_face) -> std::uint8_t {
     const Face passed = face_of(previous_, face_at_[label]), side = face_of(previous_, old_face);
     for (std::uint8_t f = 0; f < 6; ++f) {

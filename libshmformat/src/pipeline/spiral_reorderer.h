@@ -1,7 +1,8 @@
-// SpiralReorderer: the delay buffer. It receives cells in input order and returns them in coding
-// order. It chooses a waiting cell that shares a face with the previous hexahedron. The gate of a
-// cell (the face to which it is attached) is then more often a face of the previous hexahedron. If
-// no waiting cell shares a face, SpiralReorderer chooses the cell that has waited longest.
+// SpiralReorderer: determines the order in which cells leave the delay buffer. It receives cells in
+// input order and returns them in coding order. If waiting cells share a face with the previous
+// hexahedron, it chooses one of them; otherwise, it chooses the cell that has waited longest. As a
+// result, more hexahedra are attached to a face of the previous hexahedron, which takes fewer bits
+// to code.
 //
 // A cell that shares no face with the chosen cells may wait for a long time. The number of waiting
 // cells never exceeds the size of the buffer.

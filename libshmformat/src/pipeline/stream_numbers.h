@@ -1,8 +1,9 @@
-// StreamNumbers: the stream numbers of vertices that later segments may import, and the streams in
-// which groups list the numbers of imported vertices. The stream number of a vertex is known as
-// soon as the group that owns the vertex is complete. Until then a ticket identifies the vertex,
-// because several segments may be encoded at the same time. This class is not used in Order::keep,
-// since groups then contain the caller's numbers.
+// StreamNumbers: stores the stream numbers of vertices that later segments may import, and encodes
+// the numbers of the vertices that a group imports. The stream number of a vertex is its position
+// among all vertices of the file in coding order. Several segments may be encoded at the same time,
+// so the stream number is known only when the group that owns the vertex is complete. Until then, a
+// ticket identifies the vertex. This class is not used in Order::keep, because groups then contain
+// the caller's vertex numbers.
 // spec: "Imports"
 #pragma once
 
@@ -23,8 +24,8 @@ class StreamNumbers {
  public:
   std::uint32_t new_ticket();
   /// Frees a ticket as soon as complete() has received the group with the last use of the vertex.
-  /// `cell`: number, in coding order, of the last cell that uses the vertex. From call to call,
-  /// `cell` must not decrease.
+  /// `cell`: number, in coding order, of the last cell that uses the vertex. `cell` must not
+  /// decrease from one call to the next.
   void end_ticket(std::uint32_t ticket, std::uint64_t cell) { ending_.emplace_back(cell, ticket); }
 
   // Vertices owned by segments before the encoded part of the mesh: call set_imported() before

@@ -41,8 +41,8 @@ std::uint64_t VertexTable::end(std::span<const std::uint32_t> entries, std::uint
     Entry& entry = entries_[entries[static_cast<std::size_t>(std::countr_zero(last_use))]];
     if (entry.ends) continue;
     entry.ends = true;
-    // From here on, the caller may use the number for another vertex, even if the vertex still
-    // waits for its last cell.
+    // From now on, the caller may use the number for another vertex, even if cells that use this
+    // vertex are still in the delay buffer.
     if (entry.named) by_number_.erase(entry.number);
     ++ended;
   }

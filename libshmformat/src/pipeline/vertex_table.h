@@ -55,9 +55,9 @@ class VertexTable {
   };
   /// Marks the vertices of a cell as used. `segment`: the segment to which the cell is added.
   Uses use(std::span<const std::uint32_t> entries, std::uint32_t segment);
-  /// Marks vertices as ended: only waiting cells still use them, and the caller may use their
-  /// numbers again. `last_use`: bit mask of the nodes with these vertices. Returns the number of
-  /// vertices that had not ended before.
+  /// Marks vertices as ended: only waiting cells still use them, and the caller may reuse their
+  /// numbers for other vertices. `last_use`: bit mask of the nodes with these vertices. Returns the
+  /// number of vertices that had not ended before.
   std::uint64_t end(std::span<const std::uint32_t> entries, std::uint64_t last_use);
   /// Marks a vertex as used by a segment before the encoded part of the mesh.
   void mark_imported(std::uint32_t entry) {
@@ -79,7 +79,7 @@ class VertexTable {
   bool is_in_segment(std::uint32_t entry, std::uint32_t segment) const {
     return in_segment_[entry] == segment;
   }
-  /// Passes a vertex to `segment`, and returns it in the form that segment pieces store.
+  /// Marks the vertex as passed to `segment`, and returns it as a SegmentPiece stores it.
   /// Precondition: the vertex has not been passed to the segment yet. If the segment owns the
   /// vertex, it has no ticket until set_ticket() is called.
   SegmentPiece::Vertex put_into_segment(std::uint32_t entry, std::uint32_t segment);

@@ -368,8 +368,8 @@ Result<void> IndexedFile::expect_totals() const {
   return ok && cells == 0 ? Result<void>() : wrong_index("its groups do not add up to its totals");
 }
 
-/// Determines whether all chunk headers are long, from the header of the first chunk. `bytes` are
-/// the first bytes of the file.
+/// Sets has_long_headers_: all chunk headers are long if the header of the first chunk is long.
+/// `bytes` are the first bytes of the file.
 void IndexedFile::look_at_beginning(std::span<const std::byte> bytes) {
   const auto first = bytes.subspan(std::min(bytes.size(), container::kFileStartBytes));
   has_long_headers_ = container::header_bytes(first) == kLongHeaderBytes;

@@ -82,9 +82,9 @@ class IndexedFile {
   /// chunk there.
   Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry,
                                             std::uint8_t* version = nullptr);
-  /// Result of read_chunk_of_parts(), which works like read_chunk() but is for chunks with several
-  /// parts of step values. Such a chunk is requested once per part, so a small payload is cached.
-  /// The payload is valid until the next call.
+  /// Result of read_chunk_of_parts(). That function is a variant of read_chunk() for chunks that
+  /// contain several parts of step values. Such a chunk is requested once for each part, so a small
+  /// payload is cached. The payload is valid until the next call to read_chunk_of_parts().
   struct Payload {
     std::span<const std::byte> bytes;
     std::uint8_t version = 0;
@@ -111,8 +111,9 @@ class IndexedFile {
   /// Announces to the source that these groups will be read as a whole.
   void prefetch_groups(std::span<const std::size_t> groups);
   /// Announces to the source which bitstreams of these groups will be read. To determine these
-  /// bitstreams, reads the headers of the groups and stores them for read_group_head(), which later
-  /// reports any errors in the headers. If there are too many groups, does nothing.
+  /// bitstreams, reads the group headers and stores them for read_group_head(). Ignores errors in
+  /// the headers, because read_group_head() reports them later. If there are too many groups, does
+  /// nothing.
   using WantsStream =
       std::function<bool(const container::GroupHeader&, const container::StreamEntry&)>;
   void prefetch_streams(std::span<const std::size_t> groups, const WantsStream& wants);
@@ -136,7 +137,8 @@ class IndexedFile {
   void add_to_segment(const container::IndexEntry& entry);
   Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry);
   /// Returns the memory budget for unpacked blobs that remains after the schema has been unpacked.
-  /// Every call returns the same budget, so that reading the same parts again does not fail.
+  /// Each call returns the full remaining budget, so that reading the same parts a second time does
+  /// not fail.
   UnpackBudget budget() const;
   /// Returns true if the unpacked size of blobs in this file is bounded
   /// (container::has_bounded_blobs()). This is the case if and only if values may be coded by

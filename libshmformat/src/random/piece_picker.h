@@ -1,5 +1,6 @@
-// PiecePicker: copies the requested cells and vertices from the blocks of segments to the piece,
-// and records which segments contain values of these cells and vertices.
+// PiecePicker: copies the requested cells and vertices from decoded blocks to the piece (the
+// requested part of the mesh), and records which segments contain values of these cells and
+// vertices.
 #pragma once
 
 #include <array>
@@ -35,8 +36,8 @@ class PiecePicker {
   /// which the block belongs. The call may move the data out of `block`.
   Result<void> pick(MeshBlock& block, std::size_t group);
   void end_segment();
-  /// Call this function after all segments. Checks that every requested element has been found
-  /// exactly once.
+  /// Checks that every requested element has been found exactly once. Call this function after the
+  /// last segment.
   Result<void> end_mesh();
 
   /// Returns the requested part of the most recent block.

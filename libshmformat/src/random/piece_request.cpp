@@ -21,8 +21,8 @@ bool has(const std::vector<Number>& numbers, Number number) {
   return std::binary_search(numbers.begin(), numbers.end(), number);
 }
 
-/// Returns true if `numbers` contain any of first, ..., first + count - 1. Precondition: `numbers`
-/// are in ascending order.
+/// Returns true if `numbers` contains any of first, ..., first + count - 1. Precondition: `numbers`
+/// is in ascending order.
 bool has_any(const std::vector<std::uint64_t>& numbers, std::uint64_t first, std::uint64_t count) {
   const auto found = std::lower_bound(numbers.begin(), numbers.end(), first);
   return found != numbers.end() && *found - first < count;
@@ -135,8 +135,8 @@ auto PieceRequest::visits() const -> std::vector<Visit> {
   }
   std::stable_partition(visits.begin(), visits.end(),
                         [](const Visit& visit) { return !visit.probe; });
-  // Segments without lost values are read first, because the values of a vertex in several segments
-  // come from the first of these segments that is read.
+  // Segments without lost values are read first. If several segments contain a vertex, its values
+  // are taken from the segment that is read first, and they should not be lost there.
   std::stable_partition(visits.begin(), visits.end(), [&](const Visit& visit) {
     return file_->lost_arrays(visit.segment).empty();
   });

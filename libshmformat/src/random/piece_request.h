@@ -35,8 +35,8 @@ class PieceRequest {
   bool all() const { return !of_vertices() && request_.cells.all() && !file_->decodable(); }
   const std::optional<std::array<double, 6>>& box() const { return request_.cells.box; }
 
-  /// Returns the segments to read, in reading order. Segments that certainly or probably contain
-  /// requested elements come first.
+  /// Returns the segments to read, in reading order. Segments without lost values come first. Among
+  /// these, and among the other segments, those with `probe` set to true come last.
   std::vector<Visit> visits() const;
   /// Returns true if a cell meets all conditions of the request, ignoring its box.
   bool includes(std::uint64_t number, std::uint32_t block) const;

@@ -11,8 +11,8 @@ namespace shm {
 namespace {
 
 // Limits for reading several steps together: at most kMostSteps steps with at most kMostComponents
-// components in total. The limits are necessary because each step has its own decoder (column),
-// which needs memory.
+// components in total. The limits are necessary because each step is decoded by its own column (the
+// decoder of an array), which needs memory.
 constexpr std::size_t kMostSteps = 8, kMostComponents = 32;
 
 Error at_chunk(Error error, std::uint64_t offset) {
@@ -39,7 +39,7 @@ SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepRefere
 }
 
 /// Returns true if decoding the step needs the mesh. If one part of the step needs the mesh, all
-/// parts need it, because the decoder (column) continues from part to part.
+/// parts need it, because the same decoder decodes one part after the other and keeps its state.
 bool SegmentSteps::told_by_mesh(std::size_t step) const {
   const auto parts = parts_of(step);
   return StepParts::may_need_elements(info()) &&
@@ -87,8 +87,8 @@ bool SegmentSteps::has_same_groups(std::size_t step) const {
                     });
 }
 
-/// Reads all steps before the wanted step in passes of several steps. The final pass, which
-/// contains the wanted step, is begun here but not completed.
+/// Reads all steps before the wanted step, several steps in each pass. Begins the final pass, which
+/// contains the wanted step, but does not read its groups.
 Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   if (from_ > key_ && !has_same_groups(from_ - 1))
     return file_->wrong_index("steps of an array have different groups");
@@ -109,7 +109,8 @@ Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   }
 }
 
-/// Returns the memory limit in bytes for the decoders (columns) of all steps of a pass together.
+/// Returns the memory limit in bytes for all decoders of a pass together. Each step of the pass has
+/// one decoder.
 std::uint64_t SegmentSteps::most_kept() const {
   return most_kept_of_steps(file_->limits().max_column_bytes, file_->source().size());
 }
@@ -122,7 +123,8 @@ void SegmentSteps::begin_pass() {
                                     most_kept() / (pass_.end - pass_.from));
     by_mesh_.push_back(told_by_mesh(step));
   }
-  // While a pass is reading groups, held_ contains values of different steps in different groups.
+  // Until the pass ends, held_ contains values of different steps in different groups, so it does
+  // not represent a single step.
   if (pass_.from < pass_.end) held_->at.reset();
 }
 
@@ -219,8 +221,8 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
                                                        : std::span<const std::byte>(trend_));
 }
 
-/// Checks the reference of a step. A trend needs two earlier steps, and the later of these two must
-/// itself refer to a step.
+/// Checks the reference of a step. A trend (extrapolation of the two previous steps) is allowed
+/// only if the previous step is not the key step, so that both steps have been decoded.
 Result<void> SegmentSteps::check_reference(std::size_t step,
                                            const container::StepHeader& header) const {
   const StepReference kind = container::refers_to(header);

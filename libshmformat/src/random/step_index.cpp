@@ -100,7 +100,7 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
   return {};
 }
 
-/// Checks that the index lists all elements of the most recently added step.
+/// Checks that the index lists values for all elements of the most recently added step.
 Result<void> StepIndex::expect_complete(const IndexedFile& file) const {
   if (parts_.empty() || parts_.back().first + parts_.back().count == elements_[last_array_])
     return {};

@@ -21,7 +21,8 @@ class StepIndex {
   /// other parts, too.
   struct Part {
     std::uint64_t offset = 0, bytes = 0;  // position and size in bytes of the chunk
-    std::uint64_t first = 0, count = 0;   // index of the first element, and number of elements
+    // Index, in the array, of the first element of the part; number of elements.
+    std::uint64_t first = 0, count = 0;
     std::uint32_t group = 0;
     StepReference reference = StepReference::nothing;
     container::Codec codec = container::Codec::columns;

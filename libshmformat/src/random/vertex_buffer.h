@@ -1,6 +1,6 @@
-// VertexBuffer: stores vertices of a segment with their values. The buffer contains a vertex from
-// its first use to its last use by a cell. Vertices of requested cells are copied from the buffer
-// to the piece.
+// VertexBuffer: stores vertices of a segment with their values. The buffer stores a vertex until
+// the last cell that uses it has been read. Vertices of requested cells are copied from the buffer
+// to the piece (the requested part of the mesh).
 #pragma once
 
 #include <array>

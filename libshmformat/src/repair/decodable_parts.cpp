@@ -49,8 +49,8 @@ class Gatherer {
   // Number of the first group whose number in the file is uncertain. Used only if the file has no
   // index.
   std::optional<std::uint64_t> first_unsure_;
-  // Pairs of an array that does not cover all blocks, and the index of a group that certainly has
-  // elements of the array.
+  // Contains (array, group index) if the array does not cover all blocks but certainly has elements
+  // in the group.
   std::set<std::pair<std::uint32_t, std::size_t>> partial_;
   // Number of parts expected for each pair of array and segment.
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t> expected_;
@@ -142,9 +142,9 @@ void Gatherer::gather_by_index() {
   }
 }
 
-/// Returns how many chunks between the previous group and `group` are lost. `next_chunk` is the
-/// index, in the list of found chunks, of the chunk after the previous group. The call advances it
-/// to the chunk after `group`.
+/// Returns the number of lost chunks between the previous group and `group`. `next_chunk` is an
+/// index in the list of found chunks: the call moves it from the chunk after the previous group to
+/// the chunk after `group`.
 std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_chunk) const {
   const auto& chunks = found_->chunks();
   // The search starts at chunk 1, since chunk 0 is the schema, even if it is lost.
@@ -161,12 +161,12 @@ std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_c
   return lost;
 }
 
-/// Collects the groups of a file without an index. It is certain that a group is the first group of
-/// its segment in two cases: if no chunk is lost before the group, or if the number of lost chunks
-/// equals the number of lost segments. (Each lost segment then has exactly one group.) In both
-/// cases the group's number in the file is certain, too. The number is also certain if a single
-/// chunk is lost and cells or vertices are missing. In all other cases the number is uncertain,
-/// since some of the lost chunks may contain extras instead of groups.
+/// Collects the groups of a file without an index. Lost chunks may have contained groups or extras.
+/// It may therefore be uncertain which number a group has in the file, and whether the first group
+/// found of a segment is really the first group of that segment. Both are certain in two cases: no
+/// chunk is lost before the group, or the number of lost chunks equals the number of lost segments.
+/// (Each lost segment then has exactly one group.) The number is also certain if a single chunk is
+/// lost and cells or vertices are missing, because that chunk must then have contained a group.
 void Gatherer::gather_by_numbers() {
   std::size_t next_chunk = 0;
   std::uint64_t number = 0, end_cell = 0, end_vertex = 0;
@@ -250,8 +250,9 @@ std::uint64_t Gatherer::expected_parts(std::uint32_t array, std::size_t segment)
   return counts[out_.first_group[segment + 1]] - counts[out_.first_group[segment]];
 }
 
-/// Returns true if a chunk is lost between these parts, directly before them or directly after
-/// them. The lost chunk may have contained another part of the same array, step and segment.
+/// Returns true if a chunk is lost between the parts in `run`, directly before the first part or
+/// directly after the last part. The lost chunk may have contained another part of the same array,
+/// step and segment.
 bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
   const auto& chunks = found_->chunks();
   const auto there = [&](std::uint32_t sequence) {
@@ -268,7 +269,8 @@ bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
            run.back()->sequence == chunks.back().header.sequence);
 }
 
-/// Returns true if `run` contains all parts of an array at a step in the segment.
+/// Returns true if `run`, which contains parts of one array at one step, contains all such parts of
+/// the segment.
 bool Gatherer::is_complete(std::span<const FoundPart* const> run, std::size_t segment) {
   const std::uint32_t array = run[0]->values.array;
   if (run.size() != expected_parts(array, segment)) return false;
@@ -313,8 +315,8 @@ void Gatherer::gather_values() {
   }
 }
 
-/// Adds the decodable parts of an array at a step. `of_step` contains all undamaged parts of the
-/// step, in the order of their groups.
+/// Adds the decodable parts of one array at one step. `of_step` contains all undamaged parts of the
+/// array at this step, in the order of their groups.
 void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
   DecodableParts::Step step;
   step.array = of_step[0]->values.array;
@@ -343,9 +345,9 @@ void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
     }
     const auto run = of_step.subspan(i, end - i);
     i = end;
-    // If any part of the step refers to another step, a reader starts at the same earlier step in
-    // all segments. Each segment then needs the previous step, even if its own parts refer to no
-    // step.
+    // If any part of the step refers to another step, a reader begins at an earlier step, in all
+    // segments. A segment then needs the values of the previous step, even if its own parts do not
+    // refer to another step.
     const auto last = last_step_.find(segment);
     if (step.refers)
       follows =

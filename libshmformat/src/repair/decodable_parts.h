@@ -48,14 +48,13 @@ struct DecodableParts {
     std::uint64_t step = 0;
     /// True if any part of the step, including lost parts, refers to another step.
     bool refers = false;
-    /// Decodable parts of the step. In each part, Values.group is an index in `groups`.
-    /// values.first is the index of the part's first element, counting only the elements of these
-    /// decodable parts.
+    /// Decodable parts of the step. In each part, values.group is an index in `groups`, and
+    /// values.first is the number of elements in the preceding parts of this list.
     std::vector<Part> parts;
   };
   std::vector<Step> steps;  ///< sorted by array, then by step
 
-  /// Array and step number of all step values that the original index lists.
+  /// Contains (array, step number) if the original index lists values of the array at this step.
   std::set<std::pair<std::uint32_t, std::uint64_t>> listed_steps;
   std::vector<container::IndexEntry> extras, step_times;
 

@@ -70,7 +70,8 @@ Result<void> FoundChunks::read() {
 Result<std::vector<std::byte>> FoundChunks::payload_of(const FoundChunk& chunk,
                                                        std::uint64_t most) {
   const std::uint64_t begin = chunk.offset + chunk.header.bytes();
-  // The size of the payload is limited, so that all payloads together are not larger than the file.
+  // Reads at most the bytes before the next chunk, even if the header states a larger size. All
+  // payloads together are then not larger than the file.
   std::vector<std::byte> payload(static_cast<std::size_t>(
       std::min({most, chunk.header.payload_bytes, chunk.room - chunk.header.bytes()})));
   if (auto status = source_->read_at(begin, payload); !status) return status.error();
@@ -226,8 +227,8 @@ void FoundChunks::add_lost(const IndexEntry& listed) {
   const std::uint64_t size = source_->size();
   Damage damage{DamageKind::damaged, container::chunk_name(listed.kind), listed.offset, 0};
   damage.bytes = listed.offset < size ? std::min(listed.bytes, size - listed.offset) : 0;
-  // If another chunk occupies the position of the lost chunk, the bytes of the lost chunk are gone,
-  // and it is reported as missing.
+  // If an undamaged chunk overlaps the position of the lost chunk, the bytes of the lost chunk are
+  // not in the file. It is then reported as missing instead of damaged.
   const auto& found = scan_.chunks;
   const auto next = std::lower_bound(
       found.begin(), found.end(), listed.offset,
@@ -306,8 +307,8 @@ void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& after) {
   const std::uint64_t chunks =
       after.header.sequence - (before == nullptr ? 0 : std::uint64_t{before->header.sequence} + 1);
   const std::uint64_t bytes = end < after.offset ? after.offset - end : 0;
-  // The bytes are not reported if the previous chunk is damaged and seems too long, since its
-  // damage has been reported already.
+  // Bytes after a damaged chunk are not reported, because they are part of the damage of that
+  // chunk, which has been reported already.
   if (chunks == 0 && (bytes == 0 || (before != nullptr && !before->whole))) return;
   Damage damage{DamageKind::damaged, "chunk", std::min(end, source_->size()), bytes};
   damage.chunks = chunks;

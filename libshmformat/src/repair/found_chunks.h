@@ -1,7 +1,8 @@
-// FoundChunks: the contents of a file that may be damaged anywhere. It lists the chunks found,
-// damaged or undamaged, and contains each chunk number only once. It also lists groups, step
-// values, and all damage. An undamaged index shows which chunks the original file had. Without it,
-// the original chunks are derived from the sequence numbers of chunks and the headers of groups.
+// FoundChunks: the contents of a file that may be damaged anywhere. It lists the damaged and
+// undamaged chunks found; if several chunks have the same number, it lists only one of them. It
+// also lists groups, step values, and all damage. An undamaged index shows which chunks the
+// original file had. Without it, the original chunks are derived from the sequence numbers of
+// chunks and the headers of groups.
 // spec: "Container", "Index and trailer", "Recovery"
 #pragma once
 

@@ -27,8 +27,8 @@ void SparseGroup::unfold(std::uint32_t covered, TiledItems& out) const {
   out.left_out.push_back(uncovered_behind);
 }
 
-/// Returns true if the array covers `block`. Caches the previous result, since consecutive elements
-/// usually belong to the same block.
+/// Returns true if the array covers `block`. Stores the most recent result, because consecutive
+/// elements usually belong to the same block.
 bool Coverage::operator()(std::uint32_t block) {
   if (block != last_) {
     last_ = block;
@@ -37,11 +37,12 @@ bool Coverage::operator()(std::uint32_t block) {
   return covers_last_;
 }
 
-/// Adds a group. A column skips the uncovered elements of a tile before it codes the covered
-/// elements. To skip an element, it stores the state of the most recently coded element in the slot
-/// of the skipped element. This state does not change until the next tile with covered elements, so
-/// an element may also be skipped at that tile, even in a later group. An element need not be
-/// skipped at all if its slot is reused before any covered element refers to it.
+/// Adds a group. A column codes each tile in two stages: it skips the uncovered elements, then it
+/// codes the covered elements. Skipping an element means that the state of the most recently coded
+/// element is stored in the slot of the skipped element. No element is coded until the next tile
+/// with covered elements, so the state stays the same. Therefore an uncovered element may also be
+/// skipped at that next tile, even if the tile belongs to a later group. An element need not be
+/// skipped at all if its slot is reused before any covered element refers to the slot.
 void SparseGroupBuilder::add_group(const TiledItems& all, std::uint32_t slots,
                                    std::span<const std::uint64_t> numbers) {
   SparseGroup& to = out_->emplace_back();
@@ -121,8 +122,8 @@ void SparseGroupBuilder::put_skipped(std::span<SparseGroup> groups) {
   }
 }
 
-/// Renumbers slots in the order of their first use. SparseGroup::slots of a group then equals the
-/// number of slots that this group and earlier groups use.
+/// Renumbers slots in the order of their first use. A group and all earlier groups then use only
+/// the slots from 0 to SparseGroup::slots - 1.
 void SparseGroupBuilder::number_by_first_use(std::span<SparseGroup> groups) const {
   std::vector<std::uint32_t> new_slots(slots_, kNone);
   std::uint32_t slots = 0;

@@ -1,9 +1,10 @@
-// SparseElements: the elements that a column (the coder of an array) needs if the array covers only
-// a few elements of the mesh. These are the covered elements, and uncovered elements to whose slots
-// a covered element refers. A column over these elements produces the same values as a column over
-// all elements. The builder receives the groups that have covered elements, in order. It produces
-// the same groups without the elements that are not needed. These groups need 60 bytes of memory
-// for each covered element, and at most 4 bytes for each slot to which a covered element refers.
+// Sparse elements: the elements that a column (the coder of an array) needs if the array covers
+// only a few elements of the mesh. These are the covered elements, and those uncovered elements
+// from which covered elements are predicted. With these elements, a column produces the same values
+// as with all elements. SparseGroupBuilder receives the groups that have covered elements, in
+// order. It produces the same groups without the elements that are not needed. These groups need 60
+// bytes of memory for each covered element, and at most 4 bytes for each slot to which a covered
+// element refers.
 // spec: "Step values"
 #pragma once
 
@@ -18,9 +19,9 @@ namespace shm {
 
 /// The elements of one group that a column (the coder of an array) needs.
 struct SparseGroup {
-  /// One tile. `items_end` and `skipped_end` are its ends in the lists `items` and `skipped`.
-  /// `uncovered` is the number of uncovered elements in this tile and in preceding tiles without
-  /// covered elements.
+  /// One tile. `items_end` and `skipped_end` are the indices in `items` and `skipped` after the
+  /// last entry of the tile. `uncovered` is the number of uncovered elements in this tile and in
+  /// preceding tiles without covered elements.
   struct Tile {
     std::uint32_t items_end = 0, skipped_end = 0, uncovered = 0;
   };
@@ -31,8 +32,8 @@ struct SparseGroup {
   std::vector<std::uint64_t> numbers;  ///< numbers of the covered elements, if known
   /// Number of slots (after renumbering) that this group and earlier groups use.
   std::uint32_t slots = 0;
-  /// Upper bound on the slots, before renumbering, of all elements of this group and of earlier
-  /// groups: each slot is less than this number.
+  /// Upper bound on the original slots (before renumbering) of all elements of this group and of
+  /// earlier groups: each slot is less than this number.
   std::uint32_t all_slots = 0;
   std::uint32_t uncovered_behind = 0;  ///< number of uncovered elements after the last tile
 
@@ -41,8 +42,8 @@ struct SparseGroup {
            skipped.capacity() * sizeof(std::uint32_t) + tiles.capacity() * sizeof(Tile) +
            numbers.capacity() * sizeof(std::uint64_t);
   }
-  /// Converts the group to the form that a column reads. The column's array must cover only the
-  /// block `covered`.
+  /// Converts the group to the form that a column reads. All covered elements get the block number
+  /// `covered`, so the column's array must cover this block.
   void unfold(std::uint32_t covered, TiledItems& out) const;
 };
 
@@ -60,17 +61,17 @@ class Coverage {
   bool covers_last_ = false;
 };
 
-/// Builds the sparse groups of a mesh, segment by segment. At the end of each segment it frees the
-/// data that it stores by slot.
+/// Builds the sparse groups of a mesh, segment by segment. At the end of each segment, it frees its
+/// data about slots.
 class SparseGroupBuilder {
  public:
   /// Creates a builder that appends to `out`. `out` and `blocks` must outlive this object.
   SparseGroupBuilder(std::span<const std::uint32_t> blocks, std::vector<SparseGroup>& out)
       : covers_(blocks), out_(&out) {}
 
-  /// Adds the next group that has covered elements. In `all`, either the items or the blocks may be
-  /// empty. `slots` is an upper bound: every slot in the items is less than `slots`. `numbers`
-  /// contains the numbers of all elements or of the covered elements, or is empty.
+  /// Adds the next group that has covered elements. The list of items or the list of blocks in
+  /// `all` may be empty. Every slot in the items must be less than `slots`. `numbers` contains the
+  /// numbers of all elements or of the covered elements, or is empty.
   void add_group(const TiledItems& all, std::uint32_t slots,
                  std::span<const std::uint64_t> numbers);
   /// Ends a segment. Must be called after the groups of each segment.

@@ -36,12 +36,14 @@ class StepDecoder {
   /// State of an array at its most recent step.
   struct Last {
     bool begun = false;
-    // Number of the most recent step, and index of the next element to be read in it.
+    // Number of the most recent step, and index of the next element whose value at this step is to
+    // be read.
     std::uint64_t step = 0, first = 0;
     std::size_t groups = 0;  // number of groups read
     StepMemory values;
     std::uint64_t step_before = 0;
-    // Number of steps from the most recent key step to step_before, both included.
+    // Number of steps from the most recent key step to `step_before` (the step before `step`), both
+    // included.
     std::uint32_t run = 0;
     bool has_referred = false;
   };

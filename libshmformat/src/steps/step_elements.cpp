@@ -16,9 +16,9 @@ constexpr std::uint64_t kFew = 4;
 /// if the memory limit is lower.
 constexpr std::size_t kLeastKept = std::size_t{1} << 20;
 /// Maximum number of covers (sets of elements that arrays cover) that are built in one pass over
-/// the groups, since each cover needs memory for each slot. The first pass builds one cover, and
-/// each later pass doubles the number, because a caller that needs several covers usually needs all
-/// of them.
+/// the groups. The number is limited because each cover needs memory for each slot. The first pass
+/// builds one cover. The number then doubles from pass to pass, because a caller that needs several
+/// covers usually needs all of them.
 constexpr std::size_t kMostCoversAtOnce = 16;
 
 /// Block number that GroupElements assigns to vertices that are not imported.
@@ -71,9 +71,9 @@ void StepElements::expect(std::uint32_t array, std::uint64_t elements) {
   Cover& entry = cover(array);
   entry.array = array;
   const ArrayInfo& info = schema_->arrays[array];
-  // If groups have already been counted for this cover, an earlier step has found that the cover
-  // has too many elements to be sparse. The cover then stays dense, whatever number of elements
-  // later steps have.
+  // If elements of this cover have already been counted but `sparse` has not been built, an earlier
+  // step has found that the cover has too many elements to be sparse. The cover then stays dense,
+  // even if `elements` is smaller at a later step.
   if (entry.made || entry.counted > 0 || info.components > kMostStepComponents) return;
   const bool covers_all = !of_points(entry) && info.blocks.empty();
   const std::uint64_t all =
@@ -132,9 +132,9 @@ ColumnElements StepElements::dense(std::uint32_t array, const GroupElements& all
   return {&all.cells, all.slots, 0, numbers_};
 }
 
-/// Reads all groups once, and builds this cover and some covers that will probably be needed next.
-/// If a cover needs too much memory, it is not stored. The mesh is then decoded again for each
-/// step, as it is for covers of many elements.
+/// Reads all groups once, and builds the cover `wanted` and some covers that will probably be
+/// needed next. If a cover needs too much memory, it is not stored. For each step of its arrays,
+/// the mesh is then decoded again, as it is for arrays that cover many elements.
 Result<void> StepElements::make_sparse(std::uint32_t wanted) {
   std::vector<Making> all;
   for (auto next = covers_.find(wanted); next != covers_.end() && all.size() < made_at_once_;

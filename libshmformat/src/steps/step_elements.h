@@ -17,8 +17,8 @@
 
 namespace shm {
 
-/// Maximum number of components of an array for the codec `columns`, since a column needs memory
-/// for each component. Arrays with more components are coded only with zstd.
+/// Maximum number of components of an array that is coded with the codec `columns`, which needs
+/// memory for each component. Arrays with more components are coded only with zstd.
 inline constexpr std::uint32_t kMostStepComponents = 256;
 
 /// Elements of a group, in the form that a column (the coder of an array) needs.
@@ -34,8 +34,8 @@ struct ColumnElements {
   std::span<const std::uint64_t> numbers;
 };
 
-/// Cover number of each array. A cover is the set of elements that an array covers. Stepped arrays
-/// with the same cover have the same number.
+/// For each array: the number of its cover, i.e. of the set of elements for which the array has
+/// values. Stepped arrays with the same cover have the same number.
 using CoverNumbers = std::shared_ptr<const std::vector<std::uint32_t>>;
 CoverNumbers cover_numbers(const Schema& schema);
 
@@ -51,8 +51,8 @@ class StepElements {
   /// cover_numbers(schema).
   StepElements(const Schema& schema, StepTopology& topology, CoverNumbers covers);
 
-  /// Sets the number of elements that an array has in all groups. This number decides whether the
-  /// elements are stored. Must be called before any other function for the array.
+  /// Sets the total number of elements of an array. The elements are kept in memory only if this
+  /// number is small. Must be called before any other function for the array.
   void expect(std::uint32_t array, std::uint64_t elements);
   /// Returns the nth group that has elements of the array, or null if no such group exists up to
   /// group `last`. The result is valid until the next call.
@@ -79,7 +79,8 @@ class StepElements {
     bool made = false;            // true: `sparse` has been built
     std::vector<OfGroup> groups;  // groups that have elements of the arrays
     std::size_t counted = 0;      // number of groups whose elements have been counted
-    // Elements that a column needs, for each of `groups`. Set if `made` is true.
+    // For each of `groups`: the elements that a column (the coder of an array) needs. Filled if
+    // both `made` and `is_sparse` are true.
     std::vector<SparseGroup> sparse;
 
     /// Returns the index in `groups` of the first group whose number is at least `group`.

@@ -14,8 +14,8 @@ namespace {
 // Zstd compression level for arrays that have too many components for the codec `columns`.
 constexpr int kWideArrayZstdLevel = 9;
 
-/// The values of a group at one step, coded with `terms`. `refers` is true if the values refer to
-/// the reference values. It is false without reference values.
+/// The values of a group at one step, coded with `terms`. `refers` is true if any value is
+/// predicted from the reference values.
 struct StepTerms {
   bool refers = false;
   EncodedColumn column;
@@ -228,7 +228,7 @@ EncodedColumn StepEncoder::choose_terms() {
       before.liked = StepReference::trend;
     }
   }
-  // If this step could not use every kind of reference, the next step compares the references
+  // If some kind of reference was not allowed at this step, the next step compares all references
   // again.
   before.liked_bytes = most_here_ == most_ ? best.column.bytes.size() : 0;
   reference_ = best.refers ? before.liked : StepReference::nothing;

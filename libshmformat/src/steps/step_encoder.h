@@ -41,7 +41,7 @@ class StepEncoder {
   StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
 
-  /// Continues an array that already has steps in the file, up to `last_step`. `run` is the number
+  /// Continues an array whose steps up to `last_step` are already in the file. `run` is the number
   /// of steps from the most recent key step to `last_step`, both included.
   void go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run);
   /// Returns true if the next step of the array may use this kind of reference.
@@ -91,7 +91,8 @@ class StepEncoder {
     StepMemory values;
     /// Reference that choose_terms() chose most recently.
     StepReference liked = StepReference::nothing;
-    /// Coded size in bytes of the first group at the step for which `liked` was chosen.
+    /// Coded size in bytes of the first group at the step at which `liked` was chosen; 0 if the
+    /// next step must choose again.
     std::size_t liked_bytes = 0;
   };
   using Column = StepColumnEncoder;
@@ -134,7 +135,7 @@ class StepEncoder {
   std::optional<StepReference> reference_;
   bool has_referred_ = false;
   std::optional<Column> column_;
-  // Number of groups with elements of the array, including the current group.
+  // Number of groups with elements of the array so far at this step, including the current group.
   std::size_t groups_ = 0;
   std::size_t group_ = 0;    // index of the current group
   std::uint64_t count_ = 0;  // number of elements in the current group; 0 if no group has begun

@@ -26,9 +26,9 @@ void go_on_of_integers(std::span<const std::byte> last, std::span<const std::byt
   }
 }
 
-/// Computes the trend of floating-point values. If the result is not finite, uses the value of the
-/// previous step instead. The computation works on bits, so that the bits of a NaN do not change
-/// and no branch is needed.
+/// Computes the trend of floating-point values, last + (last - before). If the result is not
+/// finite, uses `last` instead. The choice between the two is made on their bit patterns as
+/// integers, so that the bits of a NaN do not change and no branch is needed.
 template <class T, class Bits>
 void go_on_of_floats(std::span<const std::byte> last, std::span<const std::byte> before,
                      std::span<std::byte> out) {

@@ -20,7 +20,7 @@ namespace shm {
 Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
                         const std::string& detail, ErrorCode code = ErrorCode::corrupt);
 
-/// Returns the memory limit in bytes for the columns that decode steps. `file` is the size of the
+/// Returns the memory limit in bytes for the decoders of step values. `file` is the size of the
 /// file in bytes. `limit` is ReadLimits::max_column_bytes.
 inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file) {
   constexpr std::uint64_t kMoreForEachByte = 256;

@@ -40,7 +40,8 @@ bool StepTopology::uses(const container::GroupHeader& header,
     case StreamKind::cell_numbers: return needs_.cell_numbers && keep && schema_->delay > 0;
     case StreamKind::vertex_numbers:
       // The stream of vertex numbers is needed if the hexahedra of the segment are coded by vertex
-      // numbers. If a group has no cells, its header does not show whether this is the case.
+      // numbers. The header of a group without cells does not show how hexahedra are coded, so the
+      // stream is needed in that case, too.
       return keep && (needs_.vertex_numbers || header.cells == 0 ||
                       (first->kind == StreamKind::connectivity &&
                        first->codec == container::Codec::replay));
@@ -193,7 +194,8 @@ std::uint64_t StepTopology::expected_bytes() const {
   std::uint64_t bytes = 0;
   for (const Group& group : groups_) {
     bytes += group.header.cells * cell;
-    // A damaged group may state such a large number of vertices that the product would overflow.
+    // The header of a damaged group may state a number of vertices for which the multiplication by
+    // `vertex` would overflow.
     if (vertex > 0 && group.header.vertices > most_kept_) return group.header.vertices;
     bytes += group.header.vertices * vertex;
     if (bytes > most_kept_) break;

@@ -21,10 +21,11 @@
 
 namespace shm {
 
-/// Vertices and cells of a group, in the form that the columns of static arrays use.
+/// Vertices and cells of a group, in the form that the coders of static arrays use.
 struct GroupElements {
-  /// All vertices of the group, including imported vertices. In the first segment, `blocks` is
-  /// empty. In the other segments, it contains 1 for an imported vertex and 0 for any other vertex.
+  /// All vertices of the group, including imported vertices. vertices.blocks is empty in the first
+  /// segment. In other segments, it contains 1 for each imported vertex and 0 for each other
+  /// vertex.
   TiledItems vertices;
   TiledItems cells;
   std::uint32_t slots = 0;  ///< upper bound on the slots in `vertices` and `cells`
@@ -59,18 +60,19 @@ struct ElementNeeds {
            vertex_numbers >= other.vertex_numbers && cell_numbers >= other.cell_numbers;
   }
 };
-/// Returns which data of elements the stepped arrays of the schema need.
+/// Returns which data about elements is needed to code the stepped arrays of the schema.
 ElementNeeds needs_of_steps(const Schema& schema);
 
 class StepTopology {
  public:
-  /// Memory limit in bytes. If the elements of all groups need less memory, they are stored.
+  /// Memory limit in bytes for decoded elements. If the elements of all groups need more, none are
+  /// stored.
   static constexpr std::size_t kMostKept = std::size_t{64} << 20;
 
   /// Creates an object without groups. `schema` must have passed check_schema() and must outlive
   /// this object. Decoding a group fails with over_limit if its elements need more than
-  /// `most_bytes`. `cell_bytes` is the list that cell_data_bytes(schema) returns, so that several
-  /// objects can share it. If it is null, the list is computed.
+  /// `most_bytes`. `cell_bytes` is the list that cell_data_bytes(schema) returns; several objects
+  /// may share it. If `cell_bytes` is null, the constructor computes the list.
   StepTopology(const Schema& schema, std::uint64_t most_bytes, const ElementNeeds& needs,
                std::size_t most_kept = kMostKept, CellBytes cell_bytes = nullptr);
 
@@ -89,7 +91,8 @@ class StepTopology {
   /// vertex is counted once for its own segment, and once more for each import.
   std::uint64_t cells_in_all() const { return cells_in_all_; }
   std::uint64_t vertices_in_all() const { return vertices_in_all_; }
-  /// Returns the largest number of vertices that are active at the same time.
+  /// Returns the largest number of vertices that are active at the same time (introduced but not
+  /// finalized).
   std::uint64_t most_active() const { return most_active_; }
 
   /// Returns the number of elements of a stepped array in the group.

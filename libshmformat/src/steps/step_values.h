@@ -36,8 +36,8 @@ class StepColumn {
   StepColumn(const Schema& schema, std::uint32_t array) : schema_(&schema), array_(array) {}
 
   /// Begins a group. Call this function before each group that is coded with the codec `columns`.
-  /// If the previous group is in the same segment, the column continues from that group. Returns
-  /// false if the previous group has a different reference, so that the column cannot continue.
+  /// If the previous call was for a group of the same segment, the column continues from that
+  /// group. Returns false if it cannot continue, because that group has a different reference.
   bool begin(std::uint32_t segment, StepReference reference) {
     const bool goes_on = continues(segment);
     if (goes_on && reference != reference_) return false;
@@ -69,14 +69,14 @@ class StepColumn {
 
 class StepColumnDecoder : public StepColumn<ColumnDecoder> {
  public:
-  /// `schema` must outlive this object. `most_kept` limits the memory in bytes for the data stored
-  /// per slot.
+  /// `schema` must outlive this object. `most_kept` limits the total size in bytes of the data that
+  /// is stored for slots.
   StepColumnDecoder(const Schema& schema, std::uint32_t array,
                     std::uint64_t most_kept = ~std::uint64_t{0})
       : StepColumn(schema, array), most_kept_(most_kept) {}
 
   bool begin(std::uint32_t segment, StepReference reference);
-  /// Decodes the values of a group. `limit` is the size in bytes of all decoded values. Returns
+  /// Decodes the values of a group. `limit` is the largest allowed unpacked size in bytes. Returns
   /// nullopt for damaged data.
   std::optional<std::vector<std::byte>> decode(const ColumnElements& elements, Codec codec,
                                                std::span<const std::byte> bytes,

@@ -225,8 +225,8 @@ bool PaperHexahedra<Coder>::on_previous(std::uint32_t face) const {
 }
 
 /// Lists the faces at the edges of the previous hexahedron, except that hexahedron's own faces.
-/// Each entry is a pair: the face corner at the edge's first vertex, and the edge. Edges are in
-/// ascending order; the faces at one edge are listed from newest to oldest.
+/// Each entry is a pair: the corner of the face at the first vertex of the edge, and the index of
+/// the edge. Edges are in ascending order; the faces at one edge are listed from newest to oldest.
 template <class Coder>
 void PaperHexahedra<Coder>::list_edge_gates(
     std::vector<std::pair<FaceCorner, std::uint32_t>>& out) const {
@@ -303,9 +303,9 @@ bool PaperHexahedra<Coder>::code_gate_face(Coder& symbols, const Plan& plan, con
   return code_gate_anywhere(symbols, plan, target, corner);
 }
 
-/// Codes which face of the previous hexahedron is the gate, and at which corner of this face corner
-/// 0 of the current hexahedron is. `left`: number of faces of the previous hexahedron that are
-/// still active.
+/// Codes which face of the previous hexahedron is the gate, and which corner of this face is corner
+/// 0 of the current hexahedron. `left`: number of faces of the previous hexahedron that are still
+/// active.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_on_face(Coder& symbols, const Plan& plan,
                                                     const Corners& target, std::uint32_t left) {

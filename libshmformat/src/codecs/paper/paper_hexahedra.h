@@ -1,6 +1,6 @@
 // Paper hexahedra: the method of the paper for coding hexahedra, which is the baseline for all
-// comparisons. Hexahedra are coded in coding order, as symbols of the bitstreams "connectivity" and
-// "corner order". Encoder and decoder keep the same state: the previous hexahedron and the models.
+// comparisons. Each hexahedron is coded as symbols of the bitstreams "connectivity" and "corner
+// order". Encoder and decoder keep the same state: the previous hexahedron and the models.
 //
 // A hexahedron is attached to the active surface by one of five operations. The operation states
 // which faces the hexahedron shares with the surface. Further shared faces are deduced, and one

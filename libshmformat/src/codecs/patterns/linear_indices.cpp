@@ -22,8 +22,9 @@ bool is_usual_binary(const ValueDomain& domain) {
 constexpr double kRound = 6755399441055744.0;
 constexpr double kMost = 1125899906842624.0;  // largest index: 2^50
 
-// The next two functions convert between integers and doubles of magnitudes up to kMost by changing
-// bits. Unlike the conversion instructions of many processors, these functions can be vectorized.
+// The next two functions convert between integers and doubles of magnitudes up to kMost, using bit
+// operations. Unlike the conversion instructions of many processors, these functions can be
+// vectorized.
 constexpr auto kRoundBits = std::bit_cast<std::uint64_t>(kRound);
 std::uint64_t as_integer(double whole) {
   return std::bit_cast<std::uint64_t>(whole + kRound) - kRoundBits;
@@ -89,7 +90,7 @@ bool nearest_as(std::span<const std::uint64_t> bits, double times,
   return within >> 63 != 0;
 }
 
-/// Replaces each index in `words` by the bits of its value. If an index is too large for
+/// Replaces each index in `words` with the bits of its value. If an index is too large for
 /// as_double(), returns false and changes nothing.
 template <class Unit>
 bool values_as(ScalarType type, std::span<std::uint64_t> words, const Unit& unit) {

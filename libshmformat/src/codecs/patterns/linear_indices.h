@@ -11,21 +11,21 @@
 
 namespace shm {
 
-/// Stores the index of each value in a decimal or binary domain. `bits`: the bits of the values. If
-/// a value has several indices, stores one of them. Returns false if the domain does not contain
-/// one of the values, or if the domain is neither decimal nor binary.
+/// Stores in `indices` the index that each value has in a decimal or binary domain. `bits`: the
+/// bits of the values. If a value has several indices, stores one of them. Returns false if the
+/// domain does not contain all of the values, or if the domain is neither decimal nor binary.
 bool linear_indices(ScalarType type, std::span<const std::uint64_t> bits, const ValueDomain& domain,
                     std::span<std::int64_t> indices);
 
-/// Stores, for each value, the nearest index of a decimal or binary domain. The domain need not
-/// contain the value. Returns false if a value is NaN or too large, or if the domain is neither
-/// decimal nor binary.
+/// For each value, stores in `nearest` the index of the nearest value of a decimal or binary
+/// domain. The domain need not contain the value itself. Returns false if a value is NaN or too
+/// large, or if the domain is neither decimal nor binary.
 bool linear_references(ScalarType type, std::span<const std::uint64_t> bits,
                        const ValueDomain& domain, std::span<std::int64_t> nearest);
 
-/// Replaces each index in `words` by the bits of its value. Returns false and changes nothing if an
-/// index is above 2^50, if the domain is neither decimal nor binary, or if this function does not
-/// support the exponent of the domain.
+/// Replaces each index in `words` with the bits of its value. Returns false and changes nothing if
+/// an index is above 2^50, if the domain is neither decimal nor binary, or if this function does
+/// not support the exponent of the domain.
 bool linear_values(ScalarType type, const ValueDomain& domain, std::span<std::uint64_t> words);
 
 }  // namespace shm

@@ -24,7 +24,7 @@ std::uint32_t most_nodes(const Schema& schema) {
 
 void PatternHistory::reach(std::uint32_t bits) {
   if (bits <= bits_) return;
-  // Move the oldest row to the beginning of rows_, so that new rows can follow the latest row.
+  // Rotate rows_ so that the oldest row comes first and new rows can follow the latest row.
   if (!rows_.empty() && remembered_ > at_) {
     std::rotate(rows_.begin(), rows_.begin() + static_cast<std::ptrdiff_t>(at_ + 1) * stride_,
                 rows_.end());

@@ -27,9 +27,8 @@ namespace shm {
 // Largest number of nodes per cell. Frozen: part of the format.
 inline constexpr std::uint32_t kMostPatternNodes = 64;
 /// Largest size of the history: cells can refer only to the 2^kMostHistoryBits most recent cells,
-/// and the history may contain at most kMostHistoryNodes nodes. To compute the number of nodes,
-/// every cell counts as if it had the largest number of nodes per cell in any block. Frozen: part
-/// of the format.
+/// and the history may contain at most kMostHistoryNodes nodes. In this count, every cell has the
+/// same number of nodes: the largest number in any block. Frozen: part of the format.
 inline constexpr std::uint32_t kMostHistoryBits = 20;
 inline constexpr std::uint64_t kMostHistoryNodes = std::uint64_t{1} << 23;
 
@@ -38,7 +37,7 @@ inline constexpr std::uint64_t kMostHistoryNodes = std::uint64_t{1} << 23;
 namespace pattern_source {
 inline constexpr std::uint32_t kBefore = 0;  ///< source: the previous cell
 
-/// Sources: the successors (in coding order) of cells to which the previous cell referred. If the
+/// Sources: the successors (in coding order) of cells that the previous cell referred to. If the
 /// previous cell referred to cell n by a source other than kBefore, one of these sources refers to
 /// cell n + 1. Only the first kOnCount such cells n are used.
 inline constexpr std::uint32_t kOn = 1, kOnCount = 3;
@@ -138,7 +137,7 @@ class PatternHistory {
   std::span<const State> states() const { return states_; }
   const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }
   std::uint64_t live() const { return live_; }
-  /// Returns the size of the slot table; every slot is less than this.
+  /// Returns the size of the slot table, which is greater than every slot.
   std::uint32_t slots() const { return static_cast<std::uint32_t>(vertices_.size()); }
 
   // --- cells, given by their number in the segment modulo 2^32
@@ -177,7 +176,7 @@ class PatternHistory {
     if (std::size_t{at_ + 1} * stride_ > rows_.size()) add_rows();
     return rows_.data() + std::size_t{at_} * stride_;
   }
-  /// The earlier cells to which one cell referred. The first `count` entries are valid.
+  /// The earlier cells that one cell referred to. The first `count` entries are valid.
   struct References {
     std::array<std::uint32_t, pattern_source::kOnCount> cells{};
     std::uint32_t count = 0;
@@ -219,8 +218,8 @@ class PatternHistory {
   std::vector<std::uint32_t> nobody_;
   References references_;
   std::vector<Vertex> vertices_;
-  // States of the vertices, by slot. They are separate from vertices_ because they are read far
-  // more often than they change.
+  // For each slot: whether its vertex is finalized, owned by the segment or imported. These states
+  // are separate from vertices_ because they are read far more often than they change.
   std::vector<State> states_;
   std::vector<std::uint32_t> free_;
   std::uint64_t live_ = 0;

@@ -138,8 +138,8 @@ bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t index) 
   return has_room_for_bytes(0);
 }
 
-/// Reads the number of an imported vertex in the whole mesh. Called only if vertices are numbered
-/// in coding order.
+/// Reads the global number of an imported vertex. Called only if vertices are numbered in coding
+/// order.
 bool PatternGroupDecoder::import_vertex(PatternHistory::Vertex& vertex) {
   if (!parts_.vertex_numbers) return true;
   vertex.number = import_numbers_.code(import_coder_, {}, 0, 0);
@@ -147,7 +147,7 @@ bool PatternGroupDecoder::import_vertex(PatternHistory::Vertex& vertex) {
 }
 
 /// Adds to the block the vertices that the cell introduces. `numbers`: vertex numbers of the cell,
-/// by node.
+/// indexed by node.
 bool PatternGroupDecoder::add_vertices(const PatternCell& cell, const std::uint64_t* numbers,
                                        DecodedBlock& decoded) {
   for (std::uint64_t left = cell.introduced; left != 0; left &= left - 1) {

@@ -57,8 +57,7 @@ void PatternSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t
   if (options_.values) vertices_.push_back({patterns_.slot_count(), 0, {}});
 }
 
-/// Adds nothing, since the size of a segment in this codec is never compared with its size in
-/// another codec.
+/// Adds nothing, because this codec is never a candidate if codecs are chosen by size.
 void PatternSegmentEncoder::add_size_at_hand(SegmentSize&) {}
 std::uint64_t PatternSegmentEncoder::values_at_hand(RatedDomains*) { return 0; }
 

@@ -16,8 +16,7 @@ using namespace pattern_source;
 constexpr std::uint32_t kFirstHistoryBits = 16;
 constexpr std::uint64_t kMissedShare = 64;
 
-/// Distance of prefetching, in cells: the decoder prefetches the pattern of the cell that is this
-/// number of cells ahead.
+/// The decoder prefetches the pattern of the cell that follows the current cell at this distance.
 constexpr std::size_t kAhead = 8;
 inline void prefetch([[maybe_unused]] const std::uint8_t* bytes) {
 #if defined(__GNUC__)

@@ -31,8 +31,8 @@ class PatternEncoder {
 
   /// Adds a cell. `handles`: the caller's handles of the vertices of the cell. A handle may be
   /// reused after the last cell that uses its vertex. `numbers`: the numbers of the vertices that
-  /// the cell introduces, in the order of their nodes. The slots of the cell are valid until the
-  /// next call.
+  /// the cell introduces, in the order in which they occur in the cell. The slots of the cell are
+  /// valid until the next call.
   void add_cell(const PatternCell& cell, std::span<const std::uint32_t> handles,
                 std::span<const std::uint64_t> numbers);
   std::span<const std::uint32_t> slots() const { return slots_; }
@@ -45,7 +45,7 @@ class PatternEncoder {
   std::vector<std::byte> finish(ZstdCompressor& zstd);
 
   std::uint64_t live() const { return history_.live(); }
-  /// Returns the size of the slot table; every slot is less than this.
+  /// Returns the size of the slot table, which is greater than every slot.
   std::uint32_t slot_count() const { return history_.slots(); }
 
  private:
@@ -76,9 +76,9 @@ class PatternEncoder {
 
   bool numbered_;
   PatternHistory history_;
-  std::vector<std::uint32_t> nodes_;    // number of nodes per cell, by block
+  std::vector<std::uint32_t> nodes_;    // number of nodes per cell, indexed by block
   std::vector<std::uint32_t> slot_of_;  // slots of vertices, by the caller's handle
-  std::vector<Uses> uses_;              // most recent uses of vertices, by slot
+  std::vector<Uses> uses_;              // most recent uses of vertices, indexed by slot
   std::vector<std::uint32_t> slots_;    // slots of the current cell
   std::uint64_t again_ = 0;             // PatternCell::again of the current cell
   PatternHistory::References references_;
@@ -108,7 +108,7 @@ class PatternEncoder {
     /// Makes space in the table for another pattern.
     void grow();
   };
-  std::vector<Patterns> patterns_;  // patterns of the current group, by block
+  std::vector<Patterns> patterns_;  // patterns of the current group, indexed by block
   std::vector<std::uint8_t> ops_;   // per node of the current cell: source, node in the source cell
   struct Run {
     std::uint32_t block = 0, cells = 0;
@@ -134,10 +134,10 @@ class PatternDecoder {
   /// data is damaged.
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t nodes,
                    std::uint64_t most_number_bytes, ZstdDecompressor& zstd);
-  /// Decodes the next cell and stores its vertex numbers, by node, in `numbers`. The caller must
-  /// call end_cell() after each cell. If vertices are numbered in coding order, next_cell() calls
-  /// import(vertex) for each imported vertex; import() sets the number of the vertex, or returns
-  /// false if the data is damaged. Returns null if the data is damaged.
+  /// Decodes the next cell and stores its vertex numbers in `numbers`, indexed by node. The caller
+  /// must call end_cell() after each cell. If vertices are numbered in coding order, next_cell()
+  /// calls import(vertex) for each imported vertex; import() sets the number of the vertex, or
+  /// returns false if the data is damaged. Returns null if the data is damaged.
   template <class Import>
   const PatternCell* next_cell(std::uint64_t* numbers, Import&& import) {
     if (!begin_cell()) return nullptr;
@@ -192,7 +192,7 @@ class PatternDecoder {
 
   bool numbered_, may_import_;
   PatternHistory history_;
-  std::vector<std::uint32_t> nodes_;  // number of nodes per cell, by block
+  std::vector<std::uint32_t> nodes_;  // number of nodes per cell, indexed by block
   PatternCell cell_;
   std::uint32_t* slots_ = nullptr;  // row of the current cell
   std::uint32_t words_of_uses_;
@@ -207,7 +207,8 @@ class PatternDecoder {
   std::vector<Run> runs_;
   std::size_t run_ = 0;
   std::uint32_t in_run_ = 0;
-  std::vector<std::vector<std::uint8_t>> patterns_;  // patterns of the current group, by block
+  // patterns of the current group, indexed by block
+  std::vector<std::vector<std::uint8_t>> patterns_;
   std::vector<std::uint32_t> ids_, last_use_, distances_, slot_list_;
   std::size_t next_id_ = 0, next_use_ = 0, next_distance_ = 0, next_slot_ = 0;
   std::vector<std::byte> numbers_bytes_;
@@ -234,7 +235,7 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
   cells[kBefore] = cell - 1;
   for (std::uint32_t i = 0; i < kOnCount; ++i)
     cells[kOn + i] = i < on.count ? on.cells[i] + 1 : cell;
-  // Earlier cells to which the current cell refers, in the order of the nodes
+  // Earlier cells that the current cell refers to, in the order of its nodes
   std::array<std::uint32_t, kMostPatternNodes> referred;
   std::uint32_t referred_count = 0;
   const auto decode_node = [&](std::uint32_t i) -> bool {

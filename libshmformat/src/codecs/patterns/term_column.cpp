@@ -31,7 +31,7 @@ constexpr std::size_t kRepeatSamples = 2048, kRepeatShare = 8;
 constexpr std::size_t kTableCount = 16;
 constexpr std::uint64_t kTableBits = 8;
 
-/// Maximum number of bytes that are reserved for planes before they are unpacked.
+/// Maximum number of bytes to reserve for planes before the planes are unpacked.
 constexpr std::uint64_t kMostReserved = std::uint64_t{4} << 20;
 
 // Layout of the first byte of a component: the low bits (kKinds) contain the kind of the domain,
@@ -172,8 +172,8 @@ bool TermColumn::refers() const {
 
 // --- predictions
 
-/// Access to the states of vertices, from which values are predicted. Used if the component has no
-/// table of values.
+/// Access to the states of vertices. If the component has no table of values, values are predicted
+/// from these states.
 template <class D>
 class TermColumn::Direct {
  public:
@@ -196,9 +196,9 @@ class TermColumn::Direct {
   std::size_t apart_;
 };
 
-/// Access to the ranks of vertices (positions of their values in the table of values), from which
-/// ranks are predicted. Used if the component has such a table. If a vertex belongs to an earlier
-/// group, its rank is computed when it is first needed.
+/// Access to the ranks of vertices (positions of their values in the table of values). If the
+/// component has such a table, ranks are predicted from earlier ranks. The rank of a vertex of an
+/// earlier group is computed when it is first needed.
 template <class Differences_>
 class TermColumn::Ranked {
  public:
@@ -257,8 +257,8 @@ void TermColumn::for_each_value(std::size_t c, const Elements& elements,
   });
 }
 
-/// Returns a sum for each component, from which the value of `vertex` is predicted. The sum is
-/// computed from the states of the terms. term(slot, component) returns the state of a vertex.
+/// Returns the sum that predicts each component of the value of `vertex`. The sum is computed from
+/// the states of the terms. term(slot, component) returns the state of a vertex.
 template <class Differences, std::size_t kCount, class Term>
 auto sums_of_terms(const VertexTerms& vertex, const Term& term) {
   std::array<typename Differences::Sum, kCount> sums;
@@ -758,7 +758,7 @@ void TermColumn::take_residuals(const Component& component, std::span<std::uint6
   get_words(planes, static_cast<std::size_t>(count_), component.width, words);
 }
 
-/// Replaces indices by the bits of their values, and stores the values in `out`.
+/// Replaces each index with the bits of its value, and stores the values in `out`.
 void TermColumn::save_values(std::size_t c, std::span<std::uint64_t> indices,
                              std::byte* out) const {
   const ValueDomain& domain = components_[c].domain;

@@ -55,7 +55,7 @@ class TermColumn {
     std::vector<std::byte> bytes;
   };
   /// Encodes a group by terms or by shuffled_zstd. `values`: values of all elements of the group.
-  /// `stride`: number of bytes from an element to the next.
+  /// `stride`: number of bytes from one element to the next.
   Encoded encode(const Elements& elements, const std::byte* values, std::size_t stride,
                  TermScratch& scratch);
   /// Encodes a group by terms. Precondition: terms are allowed for this column.
@@ -81,7 +81,7 @@ class TermColumn {
   bool refers() const;
 
  private:
-  /// The methods by which a value is predicted. Frozen: part of the format.
+  /// The methods of predicting a value. Frozen: part of the format.
   enum class Predictor : std::uint8_t {
     nothing,
     last,
@@ -94,7 +94,8 @@ class TermColumn {
   struct Component {
     // Data that remains from group to group
 
-    // Rank of each vertex, by slot, stored as group << 32 | rank. Used only in groups with a table
+    // Rank of each vertex, indexed by slot and stored as group << 32 | rank. Used only in groups
+    // with a table
     std::vector<std::uint64_t> ranks;
     std::uint64_t last = 0;  // state of the previous element
     ValueDomain domain;
@@ -150,8 +151,8 @@ class TermColumn {
   bool may_have_terms_;
   std::size_t width_;
   std::vector<Component> components_;
-  // States of the vertices, by slot and component. They are kept from group to group. A state is
-  // either the bits of a double or an index.
+  // States of the vertices, indexed by slot and component. They are kept from one group to the
+  // next. A state is either the bits of a double or an index.
   std::vector<std::uint64_t> states_;
   std::uint32_t group_ = 0;  // number of the current group; marks the ranks that belong to it
 

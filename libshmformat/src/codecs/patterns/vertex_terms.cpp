@@ -10,8 +10,8 @@
 namespace shm {
 namespace {
 
-/// Maps each corner of a hexahedron to a mask with one bit per axis, which states the corner's
-/// position along the axis. Applying the map twice returns the original corner.
+/// Maps each corner of a hexahedron to the bit mask x + 2y + 4z of its position on the three axes
+/// (each 0 or 1). The map is its own inverse.
 constexpr std::array<std::uint8_t, 8> kPlaceOfCorner = {0, 1, 3, 2, 4, 5, 7, 6};
 constexpr std::array<std::uint8_t, 8> kCornerAtPlace = kPlaceOfCorner;
 
@@ -82,8 +82,8 @@ auto TermFinder::recipes_of(const Block& block, const PatternCell& cell) -> std:
   return recipes;
 }
 
-/// Returns the recipes of a cell, which state from which nodes each new node is predicted. If no
-/// vertex occurs twice in the cell, the recipes depend only on which nodes the cell introduces.
+/// Returns the recipes of a cell. A recipe states which nodes predict a new node. If no vertex
+/// occurs twice in the cell, the recipes depend only on which nodes the cell introduces.
 auto TermFinder::known_recipes_of(Block& block, const PatternCell& cell)
     -> const std::vector<Recipe>& {
   if (cell.again != 0) return recipes_ = recipes_of(block, cell);

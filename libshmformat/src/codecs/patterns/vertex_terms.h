@@ -51,7 +51,8 @@ class TermFinder {
     // Recipes of the new nodes, by PatternCell::introduced
     std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;
     // Recipes (which nodes predict each new node) for cells that introduce only nodes with
-    // positions 0 to 7, by the bit mask of these nodes. This table avoids a search in `recipes`
+    // positions 0 to 7, indexed by the bit mask of these nodes. This table avoids a search in
+    // `recipes`
     std::array<const std::vector<Recipe>*, 256> of_first_eight{};
   };
   static Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);
@@ -59,8 +60,8 @@ class TermFinder {
   const std::vector<Recipe>& known_recipes_of(Block& block, const PatternCell& cell);
 
   std::vector<Block> blocks_;
-  std::vector<Recipe> recipes_;  // which nodes predict each new node of the current cell; used if
-                                 // one of its vertices occurs at several nodes
+  std::vector<Recipe> recipes_;  // which nodes predict each new node of the current cell; used if a
+                                 // vertex occurs at several nodes of the cell
 };
 
 }  // namespace shm

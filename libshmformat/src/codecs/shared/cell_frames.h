@@ -27,7 +27,7 @@ struct CornerFrame {
   std::uint8_t around = kNoPlace;
 };
 
-/// Returns the frame of the corner at `position`. Precondition: position < corner_count of the
+/// Returns the neighbours of the corner at `position`. Precondition: position < corner_count of the
 /// shape.
 constexpr CornerFrame corner_frame(CellShape shape, std::uint32_t corners, std::uint32_t position) {
   const auto at = [](std::uint32_t i) { return static_cast<std::uint8_t>(i); };
@@ -77,8 +77,8 @@ constexpr CornerFrame corner_frame(CellShape shape, std::uint32_t corners, std::
   return frame;
 }
 
-/// Returns the corners that are connected to `corner` by an edge, at most four. For hexahedra,
-/// corners are identified by corner bits instead of positions.
+/// Returns the corners that are connected to `corner` by an edge, at most four. The corners of a
+/// hexahedron are not identified by position but by corner bits (x + 2y + 4z).
 constexpr std::array<std::uint8_t, 4> corner_neighbours(CellShape shape, std::uint32_t corner) {
   const auto at = [](std::uint32_t i) { return static_cast<std::uint8_t>(i); };
   const std::uint32_t p = corner;

@@ -21,7 +21,7 @@ enum class Codec : std::uint8_t {
   mixed_columns = 10,  ///< codes values like `columns`, but mixes several predictions of each bit
   shifts = 11,         ///< codes a cell as the previous cell with a shift added to each vertex
                        ///< number
-  differences = 12,    ///< for segments in codec `shifts`: predicts a value from elements with
+  differences = 12,    ///< for segments coded with `shifts`: predicts a value from elements with
                        ///< smaller numbers; uses zstd
   patterns = 13,  ///< codes a cell by the positions at which its vertices occur in earlier cells;
                   ///< uses zstd

@@ -77,8 +77,8 @@ class GroupDecoder {
                                     std::span<const std::byte> bytes) = 0;
   /// Marks the end of the streams. Call it after the last begin_stream().
   virtual Result<void> end_streams() { return {}; }
-  /// Sets limits on the memory that columns use for data stored by slot. `bytes`: maximum number of
-  /// bytes. `plenty`: number of bytes above which the columns begin to save memory.
+  /// Sets limits on the memory that columns use for data indexed by slot. `bytes`: maximum number
+  /// of bytes. `plenty`: number of bytes above which the columns begin to save memory.
   virtual void allow_memory(std::uint64_t /*bytes*/, std::uint64_t /*plenty*/) {}
 
   /// Decodes the next block: up to a few thousand cells (a tile), or unused vertices. Precondition:

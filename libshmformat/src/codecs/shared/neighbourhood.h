@@ -76,7 +76,7 @@ struct Neighbourhood {
     if (kind == simplex) return knows(kOpposite);
     return is_mid_node() || knows(kLattice);
   }
-  /// Combines `known` and the kind in one number, with the kind in the higher bits. The bits of
+  /// Combines `known` and the kind into one number, with the kind in the higher bits. The bits of
   /// `known` are masked with `counts`, except for a mid node.
   std::uint32_t traits(std::uint32_t counts = 0xffff) const {
     if (is_mid_node()) return known | std::uint32_t{kind} << kKindShift;
@@ -107,7 +107,8 @@ class NeighbourFinder {
 
  private:
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  /// A use of a vertex: a remembered hexahedron, and which corner of it the vertex is.
+  /// A use of a vertex: a remembered hexahedron, and the corner at which the hexahedron has the
+  /// vertex.
   struct Use {
     std::uint64_t sequence = kNever;  ///< sequence number of the cell
     std::uint32_t place = kNone;      ///< index of the cell in the ring of remembered cells
@@ -123,8 +124,8 @@ class NeighbourFinder {
   /// A remembered cell. It is an entry of the ring.
   struct Cell {
     std::uint64_t sequence = kNever;
-    // Vertex slots of the corners. For a hexahedron, the index is the corner bits; for other cells,
-    // the position
+    // Vertex slots of the corners. Indexed by corner bits (x + 2y + 4z) for a hexahedron, and by
+    // position for other cells
     std::array<std::uint32_t, 8> corner{};
     CellShape shape = CellShape::hexahedron;
     std::uint8_t corners = 8;
@@ -209,7 +210,7 @@ class NeighbourFinder {
 
   // Data of the current cell
   bool as_stored_ = true;
-  std::array<std::uint32_t, 8> corner_{};  // vertex slots of the corners, by corner bits
+  std::array<std::uint32_t, 8> corner_{};  // vertex slots of the corners, indexed by x + 2y + 4z
   std::uint64_t known_ = 0;          // bit i: 1 if the vertex at position i already has values
   std::uint32_t known_corners_ = 0;  // bit mask of the known corners of a hexahedron: bit x + 2y +
                                      // 4z for the corner at x, y, z

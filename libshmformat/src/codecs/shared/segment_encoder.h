@@ -43,7 +43,7 @@ struct SegmentPiece {
     std::uint32_t new_vertices = 0;
   };
   struct Vertex {
-    std::uint64_t number = 0;  ///< the caller's number of the vertex
+    std::uint64_t number = 0;  ///< the caller's number for the vertex
 
     /// Handle of the vertex. `nodes` refers to vertices by their handles. After the vertex is
     /// finalized, the handle may be reused for another vertex
@@ -106,8 +106,8 @@ struct EncodedGroup {
   }
 };
 
-/// Returns an empty group. Reserves memory for the same number of cell numbers and own vertices as
-/// in the group `before`.
+/// Returns an empty group. Reserves memory for the same counts of cells and owned vertices as in
+/// the group `before`.
 inline EncodedGroup group_like(const EncodedGroup& before) {
   EncodedGroup group;
   group.cell_numbers.reserve(before.cell_numbers.size());
@@ -143,8 +143,8 @@ struct SegmentOptions {
   bool with_order = true;  ///< true: groups contain `own` and `cell_numbers`
 };
 
-/// Coordinates and static arrays of a group, in the layout that the caller passes. This class
-/// locates the values of each column and computes the bounding box for the group header.
+/// Coordinates and static arrays of a group, stored in the layout in which the caller passes them.
+/// This class locates the values of each column and computes the bounding box for the group header.
 class GroupValues {
  public:
   /// `schema` must outlive this object.
@@ -196,12 +196,12 @@ class GroupValues {
   const Schema* schema_;
   std::vector<Column> columns_;
   std::size_t vertex_bytes_ = 0;
-  std::vector<std::size_t> cell_bytes_;  // size in bytes of a cell's data, by block
+  std::vector<std::size_t> cell_bytes_;  // size in bytes of a cell's data, indexed by block
   ShortRuns<std::byte> vertices_;
 };
 
-/// Base class of all segment encoders. It decides at which elements groups begin and end, builds
-/// the group headers, and collects the vertex and cell numbers that the pipeline needs.
+/// Base class of all segment encoders. It divides the elements into groups, builds the group
+/// headers, and collects the vertex and cell numbers that the pipeline needs.
 class SegmentEncoder {
  public:
   /// `schema` must have passed check_schema() and must outlive the encoder.
@@ -230,7 +230,7 @@ class SegmentEncoder {
   std::uint64_t values_if_coded() { return has_group() ? values_at_hand(nullptr) : 0; }
 
  protected:
-  /// Positions in the arrays of a piece at which the data of one cell or unused vertex begins.
+  /// Start of the data of one cell or unused vertex, as positions in the arrays of a piece.
   struct Place {
     std::size_t node = 0, vertex = 0, data = 0;
   };
@@ -275,7 +275,8 @@ class SegmentEncoder {
 
   SegmentSize finished_;  // total size of the finished groups
   std::uint64_t next_cell_, next_vertex_;
-  // Size in bytes of one vertex or cell at one step, in the stepped array with the largest elements
+  // Size in bytes of the largest element that a stepped point array or a stepped cell array has at
+  // one step
   std::uint64_t vertex_step_bytes_ = 0, cell_step_bytes_ = 0;
 };
 

@@ -1,6 +1,6 @@
 // Stencil: the live vertices from which the number of a new vertex is predicted, and the formula of
 // the prediction. The formulas are the spectral prediction rules of the paper (section 3.2, Table
-// 1). Here they are used for every combination of known corners.
+// 1), extended to every combination of known corners.
 // spec: "Stencils"
 #pragma once
 
@@ -33,8 +33,8 @@ struct Stencil {
   }
 };
 
-/// Returns the predicted number, modulo 2^64. `numbers`: vertex numbers by slot. Returns 0 for the
-/// kind `last`.
+/// Returns the predicted number, modulo 2^64. `numbers`: vertex numbers, indexed by slot. Returns 0
+/// for the kind `last`.
 std::uint64_t spectral(const Stencil& stencil, const std::vector<std::uint64_t>& numbers);
 
 /// Returns the stencil of the new vertex at `position`. `known`: bit i is set if the node at

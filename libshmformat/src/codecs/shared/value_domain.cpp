@@ -169,16 +169,16 @@ double ValueTranslator::from_value(double value) const {
 
 namespace {
 
-/// A domain is accepted if it contains nearly all values: at most one value in 200, plus two
-/// values, may be outside.
+/// A domain is accepted if it contains nearly all values: at most n / 200 + 2 of n values may be
+/// outside the domain.
 constexpr std::size_t kMostEscapeShare = 200;
 constexpr std::size_t kSampled = 256;
 /// Index lengths in bits above which a domain saves little: kLongIndex for float64 values,
 /// kLongNarrowIndex for float32 values.
 constexpr int kLongIndex = 40, kLongNarrowIndex = 24;
 
-/// Returns sample number `i` of `parts` samples that are evenly spread over `bits`. The product of
-/// `i` and the number of values may exceed 32 bits.
+/// Returns sample number `i` of `parts` samples that are evenly spread over `bits`. Uses 64-bit
+/// numbers, since the product of `i` and the number of values may exceed 32 bits.
 std::uint64_t at_part(std::span<const std::uint64_t> bits, std::size_t i, std::size_t parts) {
   return bits[static_cast<std::size_t>(std::uint64_t{i} * bits.size() / parts)];
 }
@@ -292,8 +292,8 @@ Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   return shapes;
 }
 
-/// The best domain whose values are multiples of a power of ten or of a power of two, and the
-/// length in bits of its indices. If no domain is suitable, `length` is 64.
+/// The domain with the shortest indices among the domains of multiples of a power of ten or two,
+/// and the length of these indices in bits. If no domain is suitable, `length` is 64.
 struct LinearCandidate {
   ValueDomain domain;
   int length = 64;

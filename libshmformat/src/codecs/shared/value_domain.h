@@ -8,7 +8,7 @@
 //   DecimalSpace  The state is the value. The index is the value's position among the numbers with
 //                 N significant digits.
 //   RankSpace     The index is the value's position in a sorted table of the values that occur. The
-//                 state is that of one of the other spaces.
+//                 state is the value's state in one of the other spaces.
 // All spaces use only + - * / in a fixed order, so that results have the same bits on every
 // machine.
 // spec: "Value domains"
@@ -142,7 +142,7 @@ struct DecimalSpace {
     const double size = prediction < 0 ? -prediction : prediction;
     const double low = kPowersOfTen[static_cast<std::size_t>(digits) - 1], high = low * 10.0;
     std::int32_t k = -kMostPower;
-    // Find k by binary search: the smallest exponent with which the mantissa has at most `digits`
+    // Find k by binary search: the smallest exponent for which the mantissa has at most `digits`
     // digits.
     std::int32_t above = kMostPower;
     while (k < above) {
@@ -229,7 +229,7 @@ struct ValueDomain {
   bool negative_zero = false;  ///< true if the group may contain -0.0 (only for the kinds binary,
                                ///< decimal, digits)
 
-  /// True if some values may be outside of the domain. The stream contains such values in full
+  /// True if some values may be outside the domain. Such values are stored in full
   bool escapes = false;
   // Flags that state how earlier values of the component are used
   bool recalls = false;   ///< true if some values are coded relative to an earlier value of the
@@ -247,7 +247,7 @@ struct ValueDomain {
   bool has_states_of(const ValueDomain& other) const {
     return kind == other.kind && exponent == other.exponent;
   }
-  /// Returns true if arrays like `info` may use this kind and exponent.
+  /// Returns true if an array with the properties `info` may use this kind and exponent.
   bool fits(const ArrayInfo& info) const;
 };
 
@@ -276,7 +276,7 @@ class ValueTranslator {
   double minimum_ = 0, step_ = 1, max_error_ = 0;
 };
 
-/// Returns the value with these bits as a double. The result is the same as that of
+/// Converts the value with these bits to double. The result is the same as that of
 /// ValueTranslator::as_value().
 double scalar_as_double(ScalarType type, std::uint64_t bits);
 
@@ -321,7 +321,8 @@ auto with_space(const ArrayInfo& info, const ValueDomain& domain,
 
 // --- encoder: candidate domains
 
-/// The domain in which the encoder codes one component of a group, and the table of ranks.
+/// The domain in which the encoder codes one component of a group, and the table that defines
+/// ranks.
 struct DomainAndTable {
   ValueDomain domain;
   /// Indices that occur in the group, in ascending order. If the table is empty, indices are coded
@@ -329,12 +330,12 @@ struct DomainAndTable {
   std::vector<std::int64_t> table;
 };
 
-/// A domain and the estimated size of the values in it.
+/// A domain, and the estimated size of the values if they are coded in this domain.
 struct RatedDomain : DomainAndTable {
   double bits = 0;  ///< estimated size in bits of the group's values, including the table
 
-  /// Estimated number of bits per element, for a sample in which values are coded neither relative
-  /// to earlier values nor relative to partners
+  /// Estimated number of bits per element, measured on a sample without coding values relative to
+  /// earlier values or to partners
   double sampled_bits = 0;
 };
 
@@ -344,19 +345,20 @@ std::vector<DomainAndTable> domain_candidates(const ArrayInfo& info, std::size_t
                                               std::span<const std::uint64_t> bits);
 
 /// Returns a domain that contains all these values and needs neither escapes nor the flag
-/// negative_zero. If evenly spaced indices are much shorter than floating-point numbers, the domain
-/// is evenly spaced. Precondition: `bits` is not empty.
+/// negative_zero. Chooses a domain of evenly spaced values if the indices in such a domain are much
+/// shorter than floating-point numbers. Precondition: `bits` is not empty.
 ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
                                  std::span<const std::uint64_t> bits);
 
-/// Returns a domain that contains all, or nearly all, possible values of arrays like `info`.
+/// Returns a domain that contains all, or nearly all, possible values of an array with the
+/// properties `info`.
 inline ValueDomain widest_domain(const ArrayInfo& info) {
   if (!is_float(info.type)) return {DomainKind::integers};
   return {info.quantization.bits > 0 ? DomainKind::quantized : DomainKind::floats};
 }
 
 /// Returns true if the domain contains these values. If `domain.escapes` is set, a few values may
-/// be outside of the domain. If `domain.negative_zero` is set, values may be -0.0.
+/// be outside the domain. If `domain.negative_zero` is set, values may be -0.0.
 bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits);
 

@@ -9,8 +9,9 @@ namespace {
 
 constexpr std::size_t kSamples = 256;
 
-/// Orders of the predictions that the encoder tries, for up to three lags. Each prediction is a sum
-/// of at most eleven taps (weighted earlier values), so that it is fast to compute.
+/// The predictions that the encoder tries. Each row contains the order for each of up to three
+/// lags; an order of 0 means that the lag is not used. Each prediction is a sum of at most eleven
+/// taps (weighted earlier values), so that it is fast to compute.
 constexpr std::array<std::array<std::uint32_t, 3>, 22> kOrders = {{
     {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {3, 0, 0}, {0, 3, 0},
     {0, 0, 3}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {2, 1, 0}, {2, 0, 1}, {1, 0, 2}, {2, 2, 0},

@@ -17,10 +17,9 @@ struct GroupIndices {
 
   /// Indices as unsigned words: one vector for each component, with one index for each element
   std::span<const std::vector<std::uint64_t>> values;
-  std::span<const std::uint64_t> ring;  ///< states from before the group, by element number and
-                                        ///< component
-  std::size_t ring_stride =
-      0;  ///< number of words from the states of one element number to those of the next
+  /// States of elements of earlier groups, indexed by element number and component.
+  std::span<const std::uint64_t> ring;
+  std::size_t ring_stride = 0;  ///< number of words in `ring` per element number
 
   std::int64_t index(std::size_t component, std::size_t element) const {
     return static_cast<std::int64_t>(values[component][element]);
@@ -28,8 +27,8 @@ struct GroupIndices {
 };
 
 /// Returns the factors that predict the values best. The lag of each factor is one of `lags`.
-/// Returns no factors if no combination improves the prediction. `known`: the element numbers known
-/// before the group.
+/// Returns no factors if no combination improves the prediction. `known`: the numbers of the
+/// elements of earlier groups whose states are known.
 std::vector<Factor> choose_factors(ScalarType type, DomainKind kind, const GroupIndices& group,
                                    const KnownNumbers& known, std::span<const std::uint32_t> lags);
 

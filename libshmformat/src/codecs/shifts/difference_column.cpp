@@ -22,7 +22,7 @@ DifferenceColumn::DifferenceColumn(const ArrayInfo& info, bool may_differ)
       width_(scalar_bytes(info.type)),
       components_(info.components) {}
 
-/// Begins a group of `count` elements that is coded in the codec `differences`.
+/// Begins a group of `count` elements that is coded with the codec `differences`.
 void DifferenceColumn::begin(std::span<const Factor> factors, std::span<const ValueDomain> domains,
                              std::uint64_t count) {
   bool goes_on = remembers_;

@@ -22,7 +22,8 @@ namespace shm {
 
 /// Temporary buffers. Columns share them, because columns are coded one after another.
 struct DifferenceScratch {
-  std::vector<std::vector<std::uint64_t>> words;  // values, indices or residuals, by component
+  // values, indices or residuals, indexed by component
+  std::vector<std::vector<std::uint64_t>> words;
   std::vector<std::byte> planes;
 };
 
@@ -36,15 +37,15 @@ class DifferenceColumn {
     std::vector<std::byte> bytes;
   };
   /// Encodes a group. `numbers`: the vertex or cell numbers of the elements, in coding order.
-  /// `values`: the values of these elements in the same order. `stride`: number of bytes from a
+  /// `values`: the values of these elements in the same order. `stride`: number of bytes from one
   /// value to the next. `lags`: differences between the numbers of an element and of an earlier
   /// element that may predict its value; the most likely lag first.
   Encoded encode(std::span<const std::uint64_t> numbers, const std::byte* values,
                  std::size_t stride, std::span<const std::uint32_t> lags,
                  DifferenceScratch& scratch, ZstdCompressor& zstd);
 
-  /// Encoding: forgets all earlier values. Call it if the values of the group have been coded in
-  /// shuffled_zstd outside of this column.
+  /// Encoding: forgets all earlier values. Call it if the values of the group have been coded with
+  /// shuffled_zstd outside this column.
   void forget() { remembers_ = false; }
 
   std::size_t element_bytes() const { return components_.size() * width_; }
@@ -87,8 +88,8 @@ class DifferenceColumn {
                         ZstdDecompressor& zstd);
   void read_residuals(std::size_t c, std::span<std::uint64_t> out) const;
   /// Predicts each component of each element. For each component it calls code(differences,
-  /// element, component, predicted index). code() returns the index of the value; the state of this
-  /// index is stored.
+  /// element, component, predicted index). code() returns the index of the value. Later elements
+  /// are predicted from the state of this index, which this function stores.
   template <class Code>
   void for_each_value(std::span<const std::uint64_t> numbers, Code&& code);
   template <std::size_t kComponents, class Differences, class Code>
@@ -100,7 +101,7 @@ class DifferenceColumn {
   std::vector<Component> components_;
   KnownNumbers known_;
   std::vector<std::uint64_t> ring_;  // states, by number and component
-  std::vector<std::uint64_t> last_;  // states of the previous element, by component
+  std::vector<std::uint64_t> last_;  // states of the previous element, indexed by component
   bool remembers_ = false;           // true if ring_ and last_ contain values of earlier groups
   std::vector<Tap> taps_;
 

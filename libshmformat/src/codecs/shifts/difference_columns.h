@@ -19,10 +19,11 @@ namespace shm {
 /// order.
 std::vector<DifferenceColumn> difference_columns(const Schema& schema);
 
-/// Returns columns that predict the same values from neighbourhoods. A pointer is null if its
-/// column is not requested. The pointer is also null if the column may not be coded as differences,
-/// because both kinds of column need memory for each element number, even if there are few
-/// elements. `Column`: ColumnPlanner or ColumnDecoder.
+/// Returns, for each of `columns`, a column that predicts the same values from neighbourhoods. The
+/// pointer is null if the column is not to be decoded, or if it has too many components to be coded
+/// as differences. The limit on components applies to both kinds of column, because both need
+/// memory for each element number even if the array has few elements. `Column`: ColumnPlanner or
+/// ColumnDecoder.
 template <class Column>
 std::vector<std::unique_ptr<Column>> predicted_columns(const Schema& schema,
                                                        std::span<const DifferenceColumn> columns,

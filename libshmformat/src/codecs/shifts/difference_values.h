@@ -1,6 +1,7 @@
-// Difference values: converts the values of a component to 64-bit words that hold their bits, and
-// converts these bits to indices in a value domain. Differences are computed from the indices. The
-// domain must contain all values, since escapes are not possible.
+// Conversions for values that are coded as differences: from the values of a component to 64-bit
+// words with the same bits, and from these bits to integer indices in a value domain. Differences
+// are computed from the indices. The domain must contain all values, since escapes (values outside
+// the domain) are not possible.
 // spec: "Values as differences"
 #pragma once
 
@@ -81,7 +82,7 @@ decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
 
 /// Returns true if this domain is allowed for an array whose values are coded as differences.
 /// Differences have no escapes. For a quantized array, the domain `floats` is therefore also
-/// allowed: it contains every value, but the domain `quantized` may not.
+/// allowed: it contains every value, whereas the domain `quantized` may lack some values.
 inline bool may_be(const ArrayInfo& info, const ValueDomain& domain) {
   return domain.kind != DomainKind::digits &&
          (domain.fits(info) || (is_float(info.type) && domain == ValueDomain()));

@@ -32,9 +32,9 @@ inline constexpr std::uint64_t kPlacesForEach = 64;
 constexpr std::uint64_t places_for(std::uint64_t count) {
   return std::bit_floor(std::min(kMostPlaces, kPlacesForEach * std::max<std::uint64_t>(count, 1)));
 }
-/// Largest total number of components of the columns that use differences. The values of each
-/// component need up to 1 MB. A column with three components needs 4 MB, because its elements are
-/// padded to four values.
+/// Limit on the memory of all columns that use differences. Each column counts as its number of
+/// components plus 1. The values of each component need up to 1 MB. A column with three components
+/// needs 4 MB, because its elements are padded to four values.
 inline constexpr std::uint32_t kMostDifferenceRings = 32;
 
 struct Factor {
@@ -46,10 +46,10 @@ struct Tap {
   std::uint64_t back = 0;
   std::int64_t count = 0;
 };
-/// Returns the taps for these factors. They are the terms of the polynomial 1 - product of all (1 -
-/// x^lag)^order, except zero terms, in descending order of the power. The farthest element comes
-/// first. The previous element comes last, so that the value of the previous element is needed only
-/// at the end of the sum.
+/// Returns the taps for these factors. They are the nonzero terms of the polynomial 1 - product of
+/// all (1 - x^lag)^order, in descending order of the exponent. The term x^n stands for the value n
+/// elements back, so the farthest element comes first. The previous element comes last, so that its
+/// value is needed only at the end of the sum.
 std::vector<Tap> taps_of(std::span<const Factor> factors);
 
 class KnownNumbers {
@@ -63,8 +63,8 @@ class KnownNumbers {
   void clear(std::uint64_t places) {
     mask_ = places - 1;
     numbers_.resize(static_cast<std::size_t>(places));
-    // Mark all places as empty: store the number i ^ 1 in place i. An element with this number
-    // never has place i.
+    // Mark all places as empty: store the number i ^ 1 in place i. The element with number i ^ 1
+    // belongs in another place, so has() never finds it in place i.
     for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = i ^ 1;
   }
 
@@ -73,11 +73,12 @@ class KnownNumbers {
   std::uint64_t mask_ = 0;
 };
 
-// The following classes define how a prediction is computed from the states of one component, and
-// how the residual of a value is computed from its prediction. A state is one word.
+// The following classes define how the value of a component is predicted from earlier values, and
+// how its residual is computed from the prediction. Each earlier value is stored as one 64-bit
+// word, its state.
 
-/// Differences of integers. They are computed modulo 2^64 or within the range of the integer type
-/// of the values. This class is used for domains with evenly spaced values.
+/// Differences of integers. They are computed modulo 2^n, where n is 64 or the number of bits of
+/// the integer type. This class is used for domains with evenly spaced values.
 struct WholeDifferences {
   int unused = 0;  // number of high bits of a word that are not part of the integer type
   bool has_sign = true;
@@ -114,8 +115,8 @@ struct WholeDifferences {
   }
 };
 
-/// Differences of floating-point numbers. Predictions are computed in float64. An index is the
-/// position of a value among all numbers of type T.
+/// Differences of floating-point numbers. Predictions are computed in float64. The index of a value
+/// is its position among all numbers of type T in ascending order.
 template <class T>
 struct FloatDifferences {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;

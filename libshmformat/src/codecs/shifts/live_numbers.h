@@ -40,7 +40,7 @@ class LiveNumbers {
     if (imported) word.imported |= bit;
     return true;
   }
-  /// Removes a number and returns its previous state. Ignores a number that is not live.
+  /// Removes a number, if it is live. Returns its state before the removal.
   State remove(std::uint64_t number) {
     const State was = state(number);
     remove_bits(number >> 6, std::uint64_t{1} << (number & 63));

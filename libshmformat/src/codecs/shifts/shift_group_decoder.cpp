@@ -77,9 +77,9 @@ Result<void> ShiftGroupDecoder::begin_connectivity(std::span<const std::byte> by
     return corrupt("connectivity: the size of the ring is invalid");
   if (predicted_.empty() && has_neighbours_)
     predicted_ = predicted_columns<ColumnDecoder>(*schema_, columns_, parts_);
-  // Upper bound on the unpacked size of the shifts. For each node of a cell, decoded_bytes includes
-  // 8 bytes, and the shifts need at most 10 bytes. For each unused vertex, decoded_bytes includes
-  // 12 bytes, and the shifts need at most 10 bytes.
+  // Upper bound on the unpacked size of the shifts. They need at most 10 bytes for each node of a
+  // cell, which counts 8 bytes in decoded_bytes, and at most 10 bytes for each unused vertex, which
+  // counts 12 bytes.
   const std::uint64_t most = 3 * decoded_bytes + 64 * std::uint64_t{header_->cells};
   if (!shifts_.begin_group(in.get_bytes(in.left()), header_->cells, most, zstd_))
     return corrupt("connectivity: cannot be unpacked");
@@ -187,7 +187,7 @@ std::size_t ShiftGroupDecoder::decode_alike(DecodedBlock& decoded, std::size_t c
   return count;
 }
 
-/// Replaces each import number in `corners` by the stream number of the vertex.
+/// Replaces each import number in `corners` with the stream number of the vertex.
 void ShiftGroupDecoder::name_imports(std::vector<std::uint64_t>& corners) {
   for (std::uint64_t& number : corners)
     if (number >= kFirstImport) number = imports_[number];
@@ -214,8 +214,8 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
     // True if node i is the same vertex as an earlier node, and both nodes are marked as last use
     bool again = false;
     for (std::size_t j = 0; j < nodes; ++j) {
-      // Vertex numbers increase by one per cell. After this number of cells, node i is the vertex
-      // that is node j of the first cell.
+      // The vertex number at each node increases by one per cell. `ahead` cells later, node i
+      // therefore is the vertex that node j is now.
       const std::uint64_t ahead = first[j] - first[i];
       if (ahead >= count) continue;
       if (has_bit(marks.introduced, j)) {

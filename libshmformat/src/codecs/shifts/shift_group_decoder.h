@@ -71,8 +71,8 @@ class ShiftGroupDecoder final : public GroupDecoder {
   std::size_t most_cell_bytes_ = 0;
   LiveNumbers live_;
   std::array<std::size_t, kMostShiftNodes>
-      hints_{};  // for each node of a cell: the index at which live_ most recently found its
-                 // number, used as a hint
+      hints_{};  // for each node of a cell: hint for the next lookup in live_, the table index
+                 // found by the previous lookup for this node
 
   // The following members are used only if vertices are numbered in coding order.
   std::uint64_t next_own_, next_import_ = kFirstImport;

@@ -1,7 +1,8 @@
 // ShiftNeighbours: finds neighbourhoods in segments that are coded as shifts. The near neighbours
-// of a new vertex are in the same cell. Neighbours farther away, and the neighbours of cells, are
-// found by vertex numbers: the numbers are assumed to continue in the same steps as within the
-// cell. No active surface and no search are needed, so this takes almost no time.
+// of a new vertex are in the same cell. Neighbours farther away are found by extrapolating vertex
+// numbers: along each axis, the number is assumed to change by the same amount from vertex to
+// vertex as within the cell. The neighbours of cells are also found by vertex numbers. No active
+// surface and no search are needed, so this takes almost no time.
 // spec: "Neighbourhoods by number"
 #pragma once
 
@@ -17,19 +18,21 @@
 
 namespace shm {
 
-/// Largest size of a ring of elements, as a number of bits: a ring has 2^bits places. The place of
-/// a vertex or cell in the ring is its number modulo 2^bits. The index of the place is also the
-/// slot of the element. Frozen: part of the format.
+/// Binary logarithm of the largest size of a ring of elements. A ring has 2^bits places. An element
+/// (vertex or cell) is stored in the place with the index number modulo 2^bits; this index is also
+/// the slot of the element. Frozen: part of the format.
 inline constexpr std::uint32_t kMostRingBits = 18;
 /// A new ring has at most this number of places for each element of the group. The limit keeps the
 /// time for clearing the ring, and the memory that columns need, in proportion to the size of the
 /// data.
 inline constexpr std::uint64_t kRingPlacesForEach = 4;
 
-/// Returns true if every group must have a ring, because the file may have stepped arrays.
+/// Returns true if every group must have a ring. This is the case if the file has stepped arrays
+/// (arrays with time steps).
 bool needs_ring(const Schema& schema);
 
-/// Returns the largest allowed ring size, as a number of bits, for a group of `elements` elements.
+/// Returns the binary logarithm of the largest allowed ring size for a group of `elements`
+/// elements.
 constexpr std::uint32_t most_ring_bits(std::uint64_t elements) {
   const auto bits = std::bit_width(kRingPlacesForEach * std::max<std::uint64_t>(elements, 1));
   return std::min(static_cast<std::uint32_t>(bits) - 1, kMostRingBits);
@@ -44,11 +47,10 @@ class ShiftNeighbours {
   /// Begins a group of `elements` elements. `bits`: the ring has 2^bits places; if `bits` is 0, the
   /// group has no neighbourhoods. Returns false if the ring would be too large.
   bool begin_group(std::uint32_t bits, std::uint64_t elements);
-  /// Returns the number of bits of the current ring size (a ring has 2^bits places). Returns 0 if
-  /// no ring exists yet.
+  /// Returns the binary logarithm of the current ring size, or 0 if no ring exists yet.
   std::uint32_t ring_bits() const { return ring_bits_; }
-  /// Returns a number that is greater than every slot in a neighbourhood. A column may leave some
-  /// slots below this number unused.
+  /// Returns an upper bound on the slots in neighbourhoods: each slot is less than this number. A
+  /// column need not use all slots.
   std::uint32_t slots() const { return ring_bits_ == 0 ? 0 : 1u << ring_bits_; }
 
   /// Adds the next cells, which all have the same shift. Appends the neighbourhoods of the vertices
@@ -90,7 +92,7 @@ class ShiftNeighbours {
                 std::vector<Neighbourhood>& cells);
 
   bool of_vertices_, of_cells_;
-  std::vector<std::uint8_t> axes_;  // number of axes of the cells, by block
+  std::vector<std::uint8_t> axes_;  // for each block: result of axes()
   std::uint32_t ring_bits_ = 0;
   bool finds_ = false;
   Ring vertices_, cells_;  // ring of vertices by number, and ring of cells by the number of their

@@ -118,7 +118,8 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   return true;
 }
 
-/// Returns the vertex number that the shifts use for a new vertex.
+/// Returns the number that shifts use for a new vertex: with Order::keep the number in the source
+/// mesh, otherwise the next stream number or import number.
 std::uint64_t ShiftSegmentEncoder::number_of(const SegmentPiece::Vertex& vertex) const {
   if (!numbered_by_order_) return vertex.number;
   return vertex.imported ? next_import_ : next_own_;
@@ -148,8 +149,9 @@ void ShiftSegmentEncoder::note_lags() {
 }
 
 /// Estimates the lengths of rows and layers of cells, and returns them as lags (differences between
-/// cell numbers). A lag is the distance from a cell to the previous cell with the same shift. At
-/// the beginning of a row or layer, cells have a shift that is rare within rows.
+/// cell numbers). A lag is the distance from a cell to the previous cell with the same shift. The
+/// shift to the first cell of a row rarely occurs within rows, so the lag of such a cell is the
+/// length of a row. The same applies to layers.
 std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
   std::array<std::size_t, 256>
       last{};  // for each symbol: the position of its most recent occurrence, plus 1
@@ -158,9 +160,8 @@ std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
   for (std::size_t i = 0; i < symbols.size(); ++i) {
     const std::size_t before = std::exchange(last[symbols[i]], i + 1);
     const std::size_t lag = i + 1 - before;
-    if (before > 0)
-      note(lags, lag,
-           lag == 1 ? 2 : lag);  // a lag n > 1 counts n times: once for each cell of the row
+    // A lag n > 1 is the length of a row of n cells, so it counts n times.
+    if (before > 0) note(lags, lag, lag == 1 ? 2 : lag);
   }
   return chosen(std::move(lags));
 }
@@ -173,9 +174,9 @@ void ShiftSegmentEncoder::begin_element(bool is_cell) {
   cells_.tile_begin.push_back(cell_blocks_.size());
 }
 
-/// Returns the size of the ring, as a number of bits. The size is chosen so that for 19 of 20
-/// sampled cells, the ring covers the range of the cell's vertex numbers. A small ring is enlarged
-/// so that it also covers the elements two and three layers back.
+/// Returns the binary logarithm of the ring size. The size is chosen so that for 19 of 20 sampled
+/// cells, the ring covers the range of the cell's vertex numbers. A small ring is enlarged so that
+/// it also covers the elements two and three layers back.
 std::uint32_t ShiftSegmentEncoder::ring_bits() const {
   const std::uint32_t noted = std::accumulate(spreads_.begin(), spreads_.end(), 0u);
   std::uint32_t bits = 1, within = spreads_[0];
@@ -197,7 +198,8 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   for (std::size_t left = group.cells; left > 0;) {
     const auto [marks, count] =
         decoder_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
-    // `marks` is null only if memory ran out. The bitstream is then invalid as well.
+    // `marks` is null only if memory ran out while the bitstream was written, which made it
+    // invalid.
     if (marks == nullptr) return;
     const std::size_t nodes = count * decoder_.nodes(marks->block);
     neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,

@@ -55,7 +55,8 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   // takes less memory and time than storing them.
   ShiftDecoder decoder_;
   ShiftNeighbours neighbours_;
-  // True if groups have neighbourhoods, either for their static values or for stepped values
+  // True if the encoder must find neighbourhoods, either to predict the static values of the groups
+  // or because the file has stepped arrays
   bool has_rings_ = false;
   DifferenceScratch scratch_;
   ZstdCompressor packing_;

@@ -30,9 +30,8 @@ inline constexpr std::size_t kShiftedCellsAtOnce = 64;
 struct CellMarks {
   std::uint32_t block = 0;
   std::uint64_t introduced = 0;  ///< vertices that are new in the segment
-  std::uint64_t imports = 0;     ///< subset of `introduced`: vertices that belong to an earlier
-                                 ///< segment
-  std::uint64_t last_use = 0;    ///< vertices that no later cell uses
+  std::uint64_t imports = 0;   ///< those of the `introduced` vertices that an earlier segment owns
+  std::uint64_t last_use = 0;  ///< vertices that no later cell uses
   bool operator==(const CellMarks&) const = default;
 };
 
@@ -40,8 +39,8 @@ struct CellMarks {
 inline constexpr std::uint32_t kMostShiftNodes = 64;
 
 /// Largest number of components of a stepped array in a file that uses shifts. In these files, the
-/// values of a step are stored by element number, which needs memory for all numbers even if an
-/// array has few elements. Frozen: part of the format.
+/// values of a time step are held in tables indexed by element number. The tables need memory for
+/// all element numbers, even if an array has few elements. Frozen: part of the format.
 inline constexpr std::uint32_t kMostShiftStepComponents = 32;
 
 struct Shift {
@@ -146,7 +145,7 @@ class ShiftDecoder {
   std::size_t most_nodes() const { return table_.most_nodes(); }
   /// Returns the number of the next unused vertex, or nothing if the data is damaged.
   std::optional<std::uint64_t> next_unused();
-  /// Returns true if all data of the group has been read and no data remains.
+  /// Returns true if all data of the group has been read.
   bool at_end() const {
     return bytes_.ok() && bytes_.left() == 0 && next_symbol_ == symbols_.size();
   }

@@ -33,7 +33,8 @@ void for_each_static_column(const Schema& schema, Visit&& visit) {
   ColumnTraits traits{.repeats = false, .earlier_values = schema.earlier_values, .copies = true};
   visit(coordinates_info(schema), std::vector<std::uint32_t>(), traits);
   traits.repeats = true;
-  // Number of components in later columns that may have tables (see kMostTableComponentsInAll)
+  // Number of components that the remaining columns with tables may have (see
+  // kMostTableComponentsInAll)
   std::uint32_t room = kMostTableComponentsInAll - 3;
   for (const ArrayInfo& info : schema.arrays) {
     if (info.per_step) continue;

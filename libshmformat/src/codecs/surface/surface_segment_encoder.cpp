@@ -119,7 +119,7 @@ std::uint64_t SurfaceSegmentEncoder::values_at_hand(RatedDomains* rated) {
 }
 
 // A decoder treats a missing stream as a stream of zeros. An empty stream is therefore not stored,
-// unless the decoder needs it to learn the codec.
+// unless the decoder needs its header to find out which codec is used.
 
 void SurfaceSegmentEncoder::add_symbols(std::size_t stream) {
   using container::StreamKind;

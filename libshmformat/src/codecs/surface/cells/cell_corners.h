@@ -40,9 +40,9 @@ class CellCorners {
   bool code(Coder& symbols, const StoredCell& stored, CellTopology& cell, CellShape shape,
             const std::function<void(std::uint32_t)>& add_vertex);
   /// Updates the open faces after the corners of a cell have been coded and before its last uses
-  /// are coded. The cell may have any shape. `as_stored`: true if the corners of a hexahedron are
-  /// in the order of the source; false if they are ordered by the coder's frame (the three axes of
-  /// the hexahedron).
+  /// are coded. The cell may have any shape. `as_stored`: states in which order the corners of a
+  /// hexahedron are stored with its open faces: in the order of the source (true) or in the coder's
+  /// own order (false).
   void take_note(const CellTopology& cell, CellShape shape, bool as_stored);
   /// Codes the last_use flag of each corner of a cell: whether the cell is the last one that uses
   /// the vertex. Call this function after code() has coded the cell.
@@ -103,8 +103,8 @@ class CellCorners {
   };
   struct ShapeModels {
     /// Models of the decision kWhich. The first index is the position. The second index combines
-    /// the reasons: guesses (3 values), shift (2 values), shared (4 values), place (9 values),
-    /// beside (2 values).
+    /// five members of the candidate, each limited to a few values: guesses (3 values), shift (2),
+    /// shared (4), place (9) and beside (2).
     std::array<std::vector<MixedBit>, kPositions> which;
     // Models of the decisions kNew and kAmong, by position and number of sides that match an open
     // face

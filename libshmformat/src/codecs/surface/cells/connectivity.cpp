@@ -82,7 +82,8 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, const S
   // node_ids_ is used only for cells that have nodes other than corners.
   if (!cell.by_faces && cell.slots.size() > corners && !code_nodes(symbols, stored, cell, corners))
     return false;
-  // A coder that finds vertices by number needs no use counts, and has already coded the last uses.
+  // Skip the corners of a hexahedron if its coder finds vertices by number: such a coder needs no
+  // use counts and has already coded the last uses.
   const std::size_t done = cell.hexahedral && finds_by_number_ ? 8 : 0;
   for (std::size_t i = done; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
   if (others_) {
@@ -109,8 +110,8 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
     surface_.finalize(slot);
   };
   std::size_t i = 0;
-  for (; i + 8 <= cell.slots.size();
-       i += 8) {  // usually at most one of eight positions is marked as last use
+  // Check eight positions at a time, since usually at most one of them is marked as last use.
+  for (; i + 8 <= cell.slots.size(); i += 8) {
     std::uint32_t marks = 0;
     for (std::size_t k = 0; k < 8; ++k) marks |= std::uint32_t{cell.last_use[i + k]} << k;
     for (; marks != 0; marks &= marks - 1)
@@ -219,7 +220,7 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, const StoredCell& stored, C
 }
 
 /// Encoding: searches the kMaxLastUse positions before `i` for the vertex at position `i`. Returns
-/// the first position with this vertex, or kNone if none exists.
+/// the lowest position with this vertex, or kNone if there is none.
 template <class Coder>
 std::uint32_t Connectivity<Coder>::earlier_position(const StoredCell& stored,
                                                     const CellTopology& cell, std::uint32_t i) {

@@ -143,8 +143,8 @@ class Connectivity {
   NumberModel block_number_, node_count_;
   std::vector<std::unique_ptr<NodeModel>> nodes_;
   /// Models of the decision whether this is the last use of a vertex. The indices are: whether the
-  /// vertex is a corner of a hexahedron, the number of active faces, the number of uses, and the
-  /// previous decision at this position.
+  /// vertex is a corner of a hexahedron, the number of active faces at the vertex, the number of
+  /// cells so far that use it, and the previous decision at this position.
   std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 6>, 2> last_use_;
 };
 

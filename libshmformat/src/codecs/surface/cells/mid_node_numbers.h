@@ -40,8 +40,8 @@ class MidNodeNumbers {
     parallel,    ///< the number of the mid node of a parallel edge, plus a step
     square,      ///< extrapolation from the mid nodes of three parallel edges
     from_first,  ///< the vertex number at the first end of the edge, plus a step
-    /// The vertex number at the second end of the edge, plus a step. For face nodes and body nodes:
-    /// the number of a second known node around the mid node, plus a step
+    /// For an edge node: the vertex number at the second end of the edge, plus a step. For a face
+    /// node or body node: the number of the second known node around it, plus a step
     from_other,
     introduced,  ///< the number of the most recent new node at this position, plus a step
     midpoint,    ///< halfway between the numbers of the ends

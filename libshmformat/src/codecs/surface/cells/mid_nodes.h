@@ -50,13 +50,13 @@ class MiddleTable {
     if (slot < entries_.size() && entries_[slot].is_set) erase(slot);
   }
 
-  /// Returns the XOR of the signatures of all cell sides at an edge. A side that occurs twice
-  /// cancels out. `slot`: the vertex in the middle of the edge.
+  /// Returns the XOR of the signatures of all cell sides so far that contain an edge. A side shared
+  /// by two cells occurs twice and cancels out. `slot`: the vertex in the middle of the edge.
   std::uint64_t& open(std::uint32_t slot) { return entries_[slot].open; }
 
  private:
   struct Entry {
-    // `low`, `high`: stream numbers of the two vertices that identify the place
+    // `low`, `high`: stream numbers of the two vertices that identify the edge or face
     std::uint64_t key = 0, low = 0, high = 0;
     std::uint64_t open = 0;
     bool is_set = false, is_face = false;
@@ -70,8 +70,8 @@ class MiddleTable {
   std::vector<Entry> entries_;  // the entry of each vertex that is in the middle of an edge or
                                 // face, by vertex slot
 
-  // Maps from an edge or face (its two slots) to the vertex in its middle: one map for edges, one
-  // for faces
+  // Two maps, one for edges and one for faces. The key consists of the slots of the two vertices
+  // that identify the edge or face. The value is the vertex in its middle
   std::array<IdMap, 2> by_place_;
 };
 
@@ -121,8 +121,8 @@ class MidNodes {
   /// wrong.
   std::array<std::array<std::array<AdaptiveBit, 2>, 2>, MidNode::kKinds> as_expected_;
   AdaptiveBit body_ends_;
-  // Models of the decision whether this is the last use of a node, predicted from its corners: one
-  // for edges, one for faces
+  // Models of the decision whether this is the last use of a mid node, if that is predicted from
+  // the corners of its edge or face: one model for edge nodes, one for face nodes
   std::array<AdaptiveBit, 2> ends_with_corner_;
   // Models of the decision whether this is the last use of a face node, by the number of uses and
   // the previous decision at this position

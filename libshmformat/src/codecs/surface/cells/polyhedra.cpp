@@ -60,7 +60,7 @@ void Polyhedra<Coder>::begin_cell(CellTopology& cell) {
   block_ = &past_[cell.block];
   shift_ = block_->step;
   ++cell_round_;
-  ++face_round_;  // a new round: no vertex counts as part of the previous face any more
+  ++face_round_;  // the first face of a cell has no previous face
   behind_.fill(OpenFaces::kNever);
   behind_count_ = 0;
   vertex_count_ = 0;

@@ -33,10 +33,10 @@ class Polyhedra {
   /// `surface` must outlive this object.
   [[gnu::cold]] explicit Polyhedra(ActiveSurface& surface) : surface_(&surface) {}
 
-  /// Codes whether a cell is stored as a list of faces. If it is, codes its nodes: slots,
-  /// new_positions and cell.by_faces. `number`: number of the cell in the segment. The function
-  /// calls `add_vertex(position)` to create each new vertex. When decoding, the cell has no nodes
-  /// before the call. Returns false only when decoding damaged data.
+  /// Codes whether a cell is stored as a list of faces. If it is, codes its nodes. Sets the members
+  /// `slots`, `new_positions` and `by_faces` of `cell`. `number`: number of the cell in the
+  /// segment. The function calls `add_vertex(position)` to create each new vertex. When decoding,
+  /// the cell has no nodes before the call. Returns false only when decoding damaged data.
   bool code(Coder& symbols, const StoredCell& stored, CellTopology& cell, std::uint64_t number,
             const std::function<void(std::uint32_t)>& add_vertex);
   /// Codes the last_use flags of a cell that is stored as a list of faces. Each flag states whether
@@ -64,8 +64,8 @@ class Polyhedra {
   /// A candidate: a vertex that may be the next node of a face, and the reasons for this guess.
   struct Candidate {
     std::uint32_t slot = kNone;
-    /// Set if an open face contains the known nodes of the current face, followed by this vertex.
-    /// In this case, it is the result of beginning() for the open face; otherwise 0
+    /// If an open face contains the known nodes of the current face, followed by this vertex: the
+    /// result of beginning() for that open face; otherwise 0
     std::uint8_t open = 0;
     /// A count of at most 2. For a later node of a face: how often the cell contains the edge to
     /// this vertex. For the first node of a later face: the number of edges at this vertex that
@@ -102,12 +102,11 @@ class Polyhedra {
     std::vector<std::uint64_t> ids;
     std::uint64_t step = 0;
   };
-  /// Data of a vertex. The data about the cell, the face and the node were each set in a round,
-  /// which is a running number. They are valid only if this round is the current one, so that they
-  /// need not be cleared.
+  /// Data of a vertex that apply to one cell, one face or one node of a face. The members `cell`,
+  /// `face` and `node` are the running numbers (rounds) of that cell, face and node. Data with an
+  /// earlier round are ignored, so they need not be cleared.
   struct Seen {
-    std::uint64_t cell = 0, face = 0,
-                  node = 0;  ///< rounds of the data about the cell, the face and the node
+    std::uint64_t cell = 0, face = 0, node = 0;
     std::uint32_t vertex = 0, candidate = kNone;
     std::uint32_t place = 0;  ///< position in the face, from 1
   };
@@ -171,7 +170,7 @@ class Polyhedra {
   // Models of the difference between a vertex number and its expected value: one for the first node
   // of a cell, one for all other nodes
   std::array<SignedModel<NumberModel>, 2> step_;
-  // Outcomes of the final nodes of the previous cell, combined into one number
+  // Outcomes of the last few nodes of the previous cell, combined into one number
   std::uint32_t before_ = 0;
   std::uint32_t last_finals_ =
       0;  // bit set of the positions marked as last use in the previous cell

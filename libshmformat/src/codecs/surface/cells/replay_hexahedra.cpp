@@ -13,10 +13,10 @@ namespace {
 constexpr std::uint64_t kEarlierCells = 256;
 constexpr std::uint64_t kLeastSlots = 1024;
 constexpr std::uint32_t kRepeatedStrays =
-    4;  // encoder: strays are predicted after this number of cells that had a stray at the same
-        // corner as their model cell
-constexpr std::uint64_t kSearch = 64;  // encoder: largest difference between a new distance that is
-                                       // tried and the most recently used distance
+    4;  // encoder: predicts strays (mispredicted corners) as soon as this number of cells had a
+        // stray at the same corner as their model cell
+constexpr std::uint64_t kSearch =
+    64;  // encoder: new distances are tried up to this far from the most recently used distance
 
 constexpr std::uint8_t bit(std::uint32_t i) { return static_cast<std::uint8_t>(1u << i); }
 
@@ -77,7 +77,8 @@ auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
   return expected;
 }
 
-/// Encoder: sets `number` to the numbers of the corners, and `marks` to their last uses.
+/// Encoder: sets `number` to the vertex numbers of the corners, and `marks` to the set of corners
+/// whose vertices no later cell uses.
 template <class Coder>
 void ReplayHexahedra<Coder>::take(const StoredCell& stored, Numbers& number,
                                   std::uint8_t& marks) const {
@@ -420,8 +421,8 @@ void ReplayHexahedra<Coder>::forget(std::uint32_t slot) {
 
 template <class Coder>
 void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, std::uint8_t marks) {
-  // There are two guesses of which corners are marked as last use. If they differ, record which
-  // guess was right.
+  // Which corners are marked as last use can be guessed in two ways. If the two guesses differ,
+  // record which one was right.
   if (reaches(distances_[0]) && distances_[0] + beside_now_ <= kept()) {
     const std::uint8_t moved = static_cast<std::uint8_t>(past(beside_now_).marks ^
                                                          past(distances_[0] + beside_now_).marks);
@@ -429,7 +430,8 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
     if (moved != 0 && (away == 0 || away == moved)) marks_shift_ = away != 0;
   }
   if (!follows_strays_ && (strays_ & likely_strays()) != 0) ++repeated_strays_;
-  // A cell without strays inherits the strays of its model cell, the earlier cell that it repeats.
+  // If no corner was mispredicted, copy the set of strays (mispredicted corners) from the model
+  // cell, the earlier cell that this cell repeats.
   if (strays_ == 0) strays_ = likely_strays();
   if (follows_strays_) follow_strays(number);
   Past& record = remember(cell, number);
@@ -467,9 +469,9 @@ void ReplayHexahedra<Coder>::follow_strays(const Numbers& number) {
 }
 
 /// Adds the current hexahedron to the ring of earlier cells, and stores its vertex numbers there.
-/// Returns the new entry. The capacity of the ring grows with the active surface; cells further
-/// back do not help prediction. The ring of slots can be smaller, since most live vertices were
-/// used within the most recent layer.
+/// Returns the new entry. The ring holds about four cells per vertex of the active surface; cells
+/// further back do not help prediction. The ring of vertex slots can be smaller, since most live
+/// vertices were used within the most recent layer of cells.
 template <class Coder>
 auto ReplayHexahedra<Coder>::remember(const CellTopology& cell, const Numbers& number) -> Past& {
   const std::uint64_t active = surface_->active_vertices();

@@ -134,7 +134,7 @@ class ReplayHexahedra {
     std::uint8_t strays = 0;
     bool guessed = false;  // true if all corners and last-use marks were as expected
     std::uint32_t beside =
-        1;  // this cell repeats the shift of the cell that is this number of cells back
+        1;  // distance, in cells, to the earlier cell whose shift this cell repeats
   };
   struct Named {
     std::uint64_t number = 0;
@@ -155,12 +155,12 @@ class ReplayHexahedra {
   struct Choice {
     std::uint32_t place = 0;     // index in distances_; kDistances if the distance is new
     std::uint64_t distance = 0;  // the new distance, if there is one
-    bool old_shift = false;      // true if the shift is computed with the distance of the previous
-                                 // guess instead of the distance chosen here
+    bool old_shift = false;      // true if the shift is computed over the distance of the previous
+                                 // guess instead of the newly chosen distance
 
-    // The earlier cell whose shift is repeated. 0: the cell at the same distance as for the model
-    // cell (Past::beside). 1: the previous cell. From 2 on: the cell at distance distances_[beside
-    // - 2]
+    // States which earlier cell's shift is repeated. 0: the cell at the distance that the model
+    // cell used (Past::beside). 1: the previous cell. 2 or more: the cell at distance
+    // distances_[beside - 2]
     std::uint32_t beside = 0;
   };
 
@@ -213,8 +213,8 @@ class ReplayHexahedra {
   bool keep_, may_follow_;
 
   LastRing<Past> pasts_;
-  // Upper halves of the vertex numbers. The ring is empty until the first upper half that is not
-  // zero
+  // Upper 32 bits of the vertex numbers. The ring is empty until one of the numbers needs more than
+  // 32 bits
   LastRing<Halves> upper_;
   LastRing<Slots> slots_;  // decoder: vertex slots of the most recent cells; this ring contains
                            // fewer cells than pasts_
@@ -233,8 +233,8 @@ class ReplayHexahedra {
   bool clash_ = false;   // true if two live vertices had the same number
   NumberMap by_number_;  // vertices by number; used in Order::keep only
   std::uint64_t largest_ = ~std::uint64_t{0};
-  Numbers
-      top_{};  // for each corner: the largest vertex number with which this corner was mispredicted
+  Numbers top_{};  // for each corner: the largest vertex number among the cells in which this
+                   // corner was mispredicted
   std::array<std::array<Source, 2>, 8>
       sources_{};  // decoder: for each corner, two sources; the source that was right most recently
                    // comes first
@@ -243,7 +243,8 @@ class ReplayHexahedra {
   std::uint64_t beside_now_ = 1;
   bool follows_strays_ = false;
   std::uint32_t repeated_strays_ =
-      0;  // encoder: number of cells so far in which a corner was a stray, as in the model cell
+      0;  // encoder: number of cells so far that had a stray (mispredicted corner) at the same
+          // corner as their model cell
 
   // last_stray_: vertex number of the most recent stray (mispredicted corner). stray_step_: this
   // number minus the number of the stray before it. followers_: for each step and corner, the step

@@ -8,8 +8,9 @@ namespace {
 
 constexpr std::size_t kMaxJoins = 24;
 
-/// The rest of a quadrilateral face, seen from its edge between `a` and `b`: the other neighbour of
-/// `a`, the other neighbour of `b`, and the other three edges of the face.
+/// The parts of a quadrilateral face other than one of its edges. `a` and `b`: the vertices next to
+/// the first and the second end of this edge. `beside_a`, `beside_b` and `top`: the other three
+/// edges of the face.
 struct Above {
   std::uint32_t a = kNone, b = kNone;
   FaceEdge beside_a = kNone, beside_b = kNone, top = kNone;
@@ -22,8 +23,8 @@ Above above(const ActiveSurface& surface, FaceEdge edge, std::uint32_t a) {
   return {quad[two], quad[three], face + one, face + three, face + two};
 }
 
-/// Returns true if the face belongs to a cell that is not a hexahedron. In OpenFaces, a cell with
-/// eight corners is a hexahedron.
+/// Returns true if the face belongs to a cell that is not a hexahedron. Of the cells in OpenFaces,
+/// only hexahedra have eight corners.
 bool is_of_other_cell(const OpenFaces& open, const OpenFaces::Face& face) {
   return open.owner(face).size < 8;
 }
@@ -59,9 +60,9 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, const Stored
   if (kind != kStart && !code_orientation(corner_order, symbols, order_matters, orientation))
     return false;
 
-  // Return the corners in the order of the frame (the axes of the hexahedron). stored_corner
-  // contains the order in which the caller of the encoder stored the corners, even if a reader
-  // receives the corners in a different order.
+  // Store the corners in the order of the frame (the axes of the hexahedron). In the encoder,
+  // stored_corner refers to the order in which its caller stored the corners, even if a decoder
+  // returns the corners in a different order.
   const auto& stored_bits = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
   for (std::uint32_t i = 0; i < 8; ++i) {
     const std::uint32_t b = kCornerBits[i];
@@ -350,9 +351,9 @@ bool RowHexahedra<Coder>::code_reference(Coder& symbols, std::uint32_t& slot) {
 
 // --- hexahedra next to cells of other shapes: open quadrilaterals of these cells
 
-/// Returns the vertex that, as this corner, would close the most open quadrilaterals. Let p be a
-/// known neighbour of the corner, and let r be the known corner next to p in a side of the
-/// hexahedron. A quadrilateral counts if it has the edge from p to r. If the fourth corner q of
+/// Finds the vertex that, as this corner, would close the largest number of open quadrilaterals.
+/// Let p be a known neighbour of the corner, and let r be the known corner next to p in a side of
+/// the hexahedron. A quadrilateral counts if it has the edge from p to r. If the fourth corner q of
 /// this side is also known, the quadrilateral must contain q in the same place.
 template <class Coder>
 auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVertex {
@@ -402,8 +403,9 @@ std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) cons
 template <class Coder>
 void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   Record& record = records_[cell.cell_slot];
-  // Find the candidates for the gate of the next hexahedron (active faces). Their vertices are
-  // probably not used for the last time by this hexahedron
+  // Find the candidates for the gate of the next hexahedron: active faces to which it may be
+  // attached. It will probably use their vertices, so this hexahedron is probably not the last that
+  // uses them
   list_candidates();
   const std::uint32_t owner_finals = work_.owner != nullptr ? owner_.finals : 0;
   for (std::uint32_t i = 0; i < 8; ++i) {

@@ -80,8 +80,8 @@ class RowHexahedra {
   /// mirrored. Returns false only when decoding damaged data.
   bool code(Coder& symbols, Coder& corner_order, const StoredCell& stored, CellTopology& cell,
             bool order_matters);
-  /// Codes the last uses of a cell. Call it after the rest of the cell has been coded. It does not
-  /// finalize the vertices; the caller must do this.
+  /// Codes which vertices no cell after this cell uses. Call it after the rest of the cell has been
+  /// coded. It does not finalize these vertices; the caller must do this.
   void code_last_use(Coder& symbols, CellTopology& cell);
 
  private:
@@ -103,7 +103,7 @@ class RowHexahedra {
   /// Data of a hexahedron. They are kept while at least one face of the hexahedron is active.
   struct Record {
     std::uint64_t sequence = ~std::uint64_t{0};
-    std::uint32_t successor = kNone;  // slot of the cell that was coded after this hexahedron
+    std::uint32_t successor = kNone;  // slot of the hexahedron that was coded just after this one
     std::array<std::uint32_t, 6> face{kNone, kNone, kNone, kNone, kNone, kNone};
     std::uint8_t orientation = 0;  // orientation of the corners as stored, relative to the frame
     std::uint8_t shared = 0;       // set of faces that were shared when the hexahedron was coded
@@ -112,8 +112,8 @@ class RowHexahedra {
     std::uint8_t repeats = 0;      // set of corners that have the same vertex as an earlier corner
     bool guessed = false;          // true if the gate of this hexahedron was one of the candidates
   };
-  /// A hexahedron that shares a face with the most recently coded hexahedron. `side`: index of the
-  /// shared face in the hexahedron described here.
+  /// A hexahedron that shares a face with the most recently coded hexahedron. `side`: index that
+  /// the shared face has in this Owner, not in the most recently coded hexahedron.
   struct Owner {
     std::uint32_t cell = kNone;
     std::uint64_t sequence = 0;
@@ -136,7 +136,7 @@ class RowHexahedra {
     std::uint8_t introduced = 0;
     std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
     const Record* owner = nullptr;
-    std::uint32_t gate_side = 0;  // index of the current hexahedron's face that is the gate
+    std::uint32_t gate_side = 0;  // index, in the current hexahedron, of the face that is the gate
     Kind kind = kStart;
   };
   struct Coded {
@@ -150,8 +150,9 @@ class RowHexahedra {
   /// quadrilateral (a face of a cell that is not a hexahedron).
   struct ClosingVertex {
     std::uint32_t slot = kNone;
-    /// Sum over the edges of known corners at which an open quadrilateral contains the vertex: 2
-    /// for each edge, or 3 if the other three corners of the quadrilateral are known
+    /// Score of the vertex: the sum over all edges that connect known corners and belong to an open
+    /// quadrilateral with this vertex. An edge adds 2, or 3 if the fourth corner of its
+    /// quadrilateral is known, too
     std::uint32_t score = 0;
     std::uint32_t others =
         0;  ///< number of other vertices that would also close an open quadrilateral at this corner
@@ -258,7 +259,7 @@ class RowHexahedra {
   std::uint32_t hits_ =
       0;  // the three most recent gates, with one bit each: 1 if the gate was a candidate
   std::uint32_t kinds_ = 0;
-  std::uint32_t gates_ = 0;  // kinds of the ten most recent gates, with three bits each
+  std::uint32_t gates_ = 0;  // for each of the ten most recent gates: its kind, in three bits
   std::uint32_t last_gate_side_ = 0, gate_side_before_ = 0;
   std::uint32_t last_side_ = 0;
   std::uint32_t orientation_hits_ = 0, last_stored_face_ = 0;
@@ -292,9 +293,9 @@ class RowHexahedra {
   std::array<Bit, 2> turned_;
   std::array<Bit, 2> mirrored_;
   /// Models of the decision whether this is the last use of a vertex. The indices are: the number
-  /// of open faces of other cells, the number of faces, the number of uses, whether the same corner
-  /// was marked as last use in the owner of the gate and in the previous hexahedron, and the number
-  /// of candidates that contain the vertex.
+  /// of open faces of other cells at the vertex, the number of active faces at the vertex, the
+  /// number of its uses, whether the same corner was marked as last use in the owner of the gate
+  /// and in the previous hexahedron, and the number of candidates that contain the vertex.
   std::array<std::array<std::array<std::array<std::array<Bit, 3>, 4>, 9>, 8>, 4> final_;
 
   std::vector<std::uint32_t> faces_;

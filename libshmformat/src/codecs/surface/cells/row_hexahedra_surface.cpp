@@ -200,8 +200,9 @@ bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const StoredCell& store
 /// Encoder: chooses the gate of a hexahedron that shares no face with the candidates. The gate must
 /// be an active face that the hexahedron shares. Returns the kind of rule by which the gate can be
 /// found: kPrevious, kChain and kAtEdge are tried in this order. If all three fail, returns
-/// kRecent, which codes the distance to the owner of the gate; it prefers a recently used distance,
-/// otherwise the smallest one. Returns kStart if no face is shared.
+/// kRecent. With this rule, the distance to the owner of the gate is coded, so a gate with a
+/// recently used distance is preferred, otherwise the gate with the smallest distance. Returns
+/// kStart if no face is shared.
 template <class Coder>
 auto RowHexahedra<Coder>::choose_elsewhere(const StoredCell& stored, Fit& gate,
                                            std::uint32_t& index) -> Kind {
@@ -239,7 +240,7 @@ bool RowHexahedra<Coder>::code_listed(Coder& symbols, Kind kind, Choice<32>& mod
   return true;
 }
 
-/// Codes which active face of a hexahedron is the gate, as an index of a side.
+/// Codes which active face of a hexahedron is the gate, as the index of a side of this hexahedron.
 template <class Coder>
 bool RowHexahedra<Coder>::code_side(Coder& symbols, Question question, std::uint32_t cell,
                                     std::uint32_t& face) {
@@ -260,7 +261,7 @@ bool RowHexahedra<Coder>::code_side(Coder& symbols, Question question, std::uint
 }
 
 /// Codes any active face: the number of hexahedra since the owner of the face was coded, and the
-/// side of the owner at this face.
+/// index of the face in its owner.
 template <class Coder>
 bool RowHexahedra<Coder>::code_recent(Coder& symbols, std::uint32_t& face) {
   std::uint64_t distance = 0;
@@ -342,8 +343,8 @@ std::uint8_t RowHexahedra<Coder>::orientation_across(std::uint32_t side) const {
   const auto& face = surface_->face(work_.shared[side]);
   const auto& stored = kOrientedBits[records_[face.cell].orientation];
   std::array<std::uint32_t, 4> here{},
-      // Corner bits of the shared vertices in the frame of this hexahedron (here), and as stored in
-      // the neighbouring hexahedron (there)
+      // For each shared vertex: its corner bits in the frame of this hexahedron (here), and its
+      // corner bits in the stored order of the neighbouring hexahedron (there)
       there{};
   for (std::uint32_t i : {0u, 1u, 3u}) {
     here[i] = 8;

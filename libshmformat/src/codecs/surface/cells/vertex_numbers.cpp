@@ -6,9 +6,9 @@
 #include "mesh/hexahedron.h"
 
 namespace shm {
-/// If a new vertex of a hexahedron is predicted as a copy of a neighbour, returns the direction
-/// from this neighbour to the new vertex: 2 * axis, plus 1 in positive direction. Otherwise returns
-/// kNone.
+/// If the only prediction for a new vertex of a hexahedron is to copy the value of one neighbour
+/// (Stencil::copy), returns the direction from this neighbour to the new vertex: 2 * axis, plus 1
+/// in positive direction. Otherwise returns kNone.
 template <class Coder>
 std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::uint32_t position,
                                                  const Stencil& stencil) {

@@ -39,8 +39,8 @@ class VertexNumbers {
     std::uint64_t near = 0, second = 0;  // second may equal near
     std::uint32_t kind = 0;
     std::uint32_t direction = kNone;
-    // Slot of the neighbour from whose number this number is predicted along a direction; kNone if
-    // none exists
+    // Slot of the neighbour from which `direction` leads to this vertex; not used if `direction` is
+    // kNone
     std::uint32_t from = kNone;
   };
 

@@ -13,7 +13,7 @@
 namespace shm {
 namespace {
 
-// Far neighbours are used if they save at least one byte in kWorthFarShare. Domains are chosen
+// Far neighbours are used if they reduce the size by more than 1/kWorthFarShare. Domains are chosen
 // again after kGroupsKept groups.
 constexpr std::size_t kWorthFarShare = 20;
 constexpr std::uint32_t kGroupsKept = 8;
@@ -23,8 +23,9 @@ constexpr std::size_t kFewestCopies = 8;
 
 // --- copies
 
-/// Returns a number that combines the kind and the corner of an element. An element can be a copy
-/// only of an element with the same kind and corner.
+/// Returns a number that combines the kind of an element and, for a vertex of a hexahedron, which
+/// of the eight corners it is. An element can be a copy only of an element with the same kind and
+/// corner.
 std::uint8_t stand_of(const Neighbourhood& item) {
   return static_cast<std::uint8_t>((item.corner | item.kind << 3) & 63);
 }
@@ -62,8 +63,8 @@ class Elements {
   std::size_t before_;
 };
 
-/// Returns, for each element, the next element with the same kind and corner. If no such element
-/// exists, the entry is the element itself.
+/// Returns, for each element, the index of the next element with the same kind and corner, or its
+/// own index if there is none. `stands`: results of stand_of().
 std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
   constexpr std::size_t kPlaces = 64;
   std::vector<std::uint32_t> next(stands.size());
@@ -175,8 +176,8 @@ EncodedColumn ColumnPlanner::under_zstd(const TiledItems& elements, const Bits& 
   return {Codec::shuffled_zstd, std::move(bytes)};
 }
 
-/// Stores the values of a group that was not coded with predictions. The values of later groups are
-/// predicted from them.
+/// Updates the state of the column with the values of a group that was not coded with predictions,
+/// since the values of later groups are predicted from this state.
 void ColumnPlanner::keep_values(const TiledItems& elements, const Bits& bits) {
   std::size_t offset = 0;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {

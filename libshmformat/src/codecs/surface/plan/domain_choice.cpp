@@ -142,11 +142,11 @@ SampleCost estimate_cost(const ArrayInfo& info, std::size_t component,
 
 namespace {
 
-/// Recalled values and partners (two ways to predict a value from an earlier value) are used only
-/// if they save at least this share of all bits.
+/// Two conditions for using recalled values or partners, two ways to predict a value from an
+/// earlier value. First, they must save at least this share of all bits.
 constexpr double kWorthwhileShare = 0.02;
 constexpr std::uint64_t kFewestHelped =
-    32;  // at least one in this number of values must also become shorter
+    32;  // second condition: at least one in this number of values must have a useful earlier value
 
 /// Estimated cost in bits of a value that is predicted from a partner, in addition to the residual.
 /// A partner is an earlier element with a similar reference value.
@@ -154,7 +154,8 @@ constexpr double kPartnerBits = 1.5;
 /// Constants that make the estimate for recalled values more cautious, since the models of recalled
 /// values have to adapt first.
 constexpr double kRecallTrust = 0.85, kLearningBits = 400.0;
-/// Longest residual, in bits, with which an earlier value still counts as useful.
+/// An earlier value counts as a useful predictor only if the residual against it has at most this
+/// many bits.
 constexpr std::uint32_t kLongestMiss = 40;
 
 /// Returns the index of the element of the domain that is nearest to a value.

@@ -32,17 +32,18 @@ void for_each_tile(const TiledItems& elements, Visit&& visit) {
   for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) visit(elements.tile(t));
 }
 
-/// Returns a part of a list. The list has one entry for each element, or is empty; if it is empty,
-/// the part is empty, too.
+/// Returns the entries of `count` elements, from element `begin` on. `all` has one entry for each
+/// element or is empty. If it is empty, so is the result.
 template <class T>
 std::span<const T> part_of(const std::vector<T>& all, std::size_t begin, std::size_t count) {
   return std::span<const T>(all).subspan(all.empty() ? 0 : begin, all.empty() ? 0 : count);
 }
 
 /// A copy of `original` for a trial that codes one tile, with the elements `items`, in another
-/// domain. When the trial is destroyed, the original is restored. If both domains have the same
-/// states, the copy borrows the slots of the original. Otherwise all slots change, so the slots are
-/// copied. `Original`: ColumnState or ComponentCoder.
+/// domain. When the trial is destroyed, the original is restored. If values have the same states in
+/// both domains, the copy borrows the slots (the stored states) of the original. Otherwise the
+/// contents of all slots differ between the domains, so the slots are copied. `Original`:
+/// ColumnState or ComponentCoder.
 template <class Original>
 class Trial {
  public:
@@ -129,8 +130,8 @@ class EarlierValues {
 
   /// Returns false if choose() would certainly leave `recalls` and `partners` unset.
   bool may_help() const;
-  /// A value of a sample, and the result of coding it from its neighbours, without an earlier value
-  /// (recalled value or partner).
+  /// A value of a sample, with its estimated cost if it is predicted only from its neighbours, i.e.
+  /// not recalled and not predicted from a partner.
   struct Value {
     std::uint32_t place = 0;   ///< number of the value in the group
     double predicted = 0;      ///< prediction from the neighbours
@@ -147,12 +148,12 @@ class EarlierValues {
   /// the value of the partner.
   struct Missed {
     std::uint8_t recalled, partnered;
-    // True if the distance to the best value to recall, or the sum of the positions of both
-    // values, equals that of a recent value
+    // True if this value and the best value to recall have the same distance, or the same sum of
+    // their positions, as a recent pair of values
     bool follows;
   };
   static constexpr std::uint8_t kNothing =
-      255;  // length that is stored for a value without an earlier value
+      255;  // residual length that is stored if there is no earlier value to predict from
 
   std::vector<Missed> missed_;             // residual lengths, by value
   std::vector<std::uint64_t> magnitudes_;  // magnitudes, by value
@@ -180,7 +181,8 @@ class DomainChooser {
   /// elements have partners. `reference`: reference values; empty if none exist.
   RatedDomain choose(std::size_t component, const Bits& bits, const Bits& reference,
                      std::vector<DomainAndTable> candidates);
-  /// Updates the estimated size of a domain for the neighbourhoods of this group.
+  /// Estimates the size of a domain again after the neighbourhoods have changed: multiplies the old
+  /// estimate by the ratio of the new cost to the old cost of a sample.
   void rescale(RatedDomain& rated, std::size_t component, const Bits& bits);
   /// Returns the values of the elements that are not copies.
   Bits coded(const Bits& bits) const;

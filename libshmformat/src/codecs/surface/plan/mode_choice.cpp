@@ -36,8 +36,8 @@ struct FeatureAt {
   double operator()(std::uint32_t feature) const { return (*of)[feature]; }
 };
 
-/// Returns true if a mode may predict a value other than the lattice prediction. `known`: bit mask
-/// of the known neighbours.
+/// Returns true if the prediction of this mode can differ from the lattice prediction. `known`: bit
+/// mask of the known neighbours.
 bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
   const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
   const auto any = [&](std::uint32_t bits) { return (known & bits) != 0; };
@@ -82,9 +82,10 @@ struct Members {
   std::vector<std::uint32_t> order;
 };
 
-/// Picks `count` members, spread evenly over the list, and calls visit(element, predictor, added)
-/// for each of them. Skips members without an index. `added`: state that must be added to each
-/// prediction.
+/// Picks `count` of the elements in `members`, spread evenly over the list, and calls
+/// visit(element, predictor, added) for each of them. Skips elements whose value has no index in
+/// the domain. `added`: state to be added to a prediction, because the input may be differences
+/// from the reference values.
 template <class Visit>
 void for_each_picked(const InputsOfElements& all, std::span<const std::uint32_t> members,
                      std::size_t count, std::uint32_t input, Visit&& visit) {
@@ -134,8 +135,8 @@ class FamilyFits {
       if (shares(classes.of(c).size(), modes[c])) sharing_[families[c]] += classes.of(c).size();
   }
 
-  /// Returns true if the class shares the weights of its family, and if the sharing classes
-  /// together have enough elements.
+  /// Returns true if the class shares the weights of its family, and if the classes that share
+  /// these weights together have enough elements.
   bool has(std::uint32_t of_class, std::size_t size, const ClassModes& start) const {
     return shares(size, start) && sharing_[families_[of_class]] >= kFewestToFit;
   }
@@ -220,8 +221,8 @@ class Search {
     double lattice = 0.0, added = 0.0;  // added: state to add to predictions
   };
 
-  /// Picks members that have an index, spread evenly over the class. The first few picks are spread
-  /// evenly, too.
+  /// Picks elements of the class, spread evenly over the class. Skips elements whose value has no
+  /// index in the domain. The first few picks alone are also spread evenly.
   void pick() {
     const std::size_t most = std::min(members_.size(), kLookAt);
     const std::size_t apart = most > kFirstLooks ? kLookAt / kFirstLooks : 1;

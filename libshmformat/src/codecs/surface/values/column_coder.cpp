@@ -18,7 +18,8 @@ constexpr bool kMayRecall = !requires(const Space& space) {
 };
 
 /// Returns the modes with which an element is predicted if it has no partner (an earlier element
-/// with a similar reference value). The partner mode is replaced.
+/// with a similar reference value). If one of the modes of the class is kPartnerMode, only the
+/// other mode is used; if there is no other mode, the lattice prediction is used.
 ClassModes modes_without_partner(const ClassModes& modes) {
   ClassModes own = modes;
   if (own.second == kPartnerMode) own.second = kNoMode;
@@ -39,9 +40,10 @@ struct EarlierRank {
   std::uint32_t length = 65;
 };
 
-/// Returns the earlier value for which the residual of `value` is shortest. Returns nothing if the
-/// value cannot be recalled because its sign differs from that of the prediction. `index_at(rank)`
-/// returns the index of an earlier value, with the sign of the prediction.
+/// Returns the earlier value for which the residual of `value` is shortest. Only magnitudes are
+/// recalled; the sign is that of the prediction. Returns nothing if `value` has the other sign.
+/// `index_at(rank)` returns the index of the earlier value with this rank, after it has been given
+/// the sign of the prediction.
 template <class IndexAt>
 std::optional<EarlierRank> best_earlier(const SortedValues& so_far, double value, bool negative,
                                         std::int64_t index, const IndexAt& index_at) {

@@ -42,8 +42,9 @@ struct TiledItems {
   std::vector<std::size_t> tile_begin{0};  ///< first item of each tile
 
   /// The items may omit elements that the array does not cover, if the prediction of no covered
-  /// element depends on them. For each tile: the number of omitted elements, modulo 2^64, since
-  /// some of them may belong to a later tile. The list is empty if no elements were omitted.
+  /// element depends on them. For each tile: the number of omitted elements, modulo 2^64. The
+  /// number is negative if the items of the tile include elements of an earlier tile. The list is
+  /// empty if no elements were omitted.
   std::vector<std::uint64_t> left_out;
 
   struct Tile {
@@ -73,7 +74,8 @@ struct TiledItems {
 inline constexpr std::uint32_t kMostTableComponents = 16, kMostTableComponentsInAll = 64;
 
 struct ColumnTraits {
-  /// True if values may repeat so often that zstd compresses them better; false for coordinates
+  /// True if values may repeat so often that zstd compresses them better than predictions do; false
+  /// for coordinates
   bool repeats = true;
   bool tables = true;  ///< true if the column may have match tables, bit mixing and a value
                        ///< history; false if there are too many components

@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::uint32_t kSizeClasses = 27;
 
-/// Returns the class of a mean residual size. The class is part of the context of a residual.
+/// Assigns a mean residual size to one of kSizeClasses classes. The class is part of the context in
+/// which a residual is coded.
 std::uint32_t size_class(std::uint32_t mean) {
   return mean <= 12 ? mean : std::min(12 + (mean - 9) / 4, kSizeClasses - 1);
 }

@@ -78,8 +78,8 @@ std::uint64_t ColumnState::bytes_of_slots(std::size_t slots) const {
   return std::uint64_t{slots} * each;
 }
 
-/// Allocates memory for a slot, within the memory budget. Precondition: the column does not borrow
-/// slots. Allocated slots belong to earlier elements. Slots that are not allocated are never read.
+/// Allocates memory for a slot, within the memory budget. Only slots of earlier elements are read,
+/// and these have been allocated before. Precondition: the column does not borrow slots.
 bool ColumnState::make_room_in_memory(std::uint32_t slot) {
   if (memory_->is_refused()) return false;
   if (is_folded_) {

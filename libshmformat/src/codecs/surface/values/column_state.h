@@ -68,15 +68,16 @@ struct TileElement {
   const Neighbourhood& item = tile.items[i];
   MatchTables::Places places{};  ///< result of ColumnState::find_matches()
 
-  /// Result of ColumnState::find_partner(): magnitude and sign of the reference value of this
-  /// element, by which partners are found. `is`: true if the element can have a partner.
+  /// Result of ColumnState::find_partner(): magnitude and sign of this element's reference value.
+  /// The partner is an element whose reference value has about the same magnitude. `is`: true if
+  /// the element can have a partner.
   struct Key {
     std::uint64_t magnitude = 0;
     bool is = false, negative = false;
   } key{};
   struct Partner {
     bool is = false;
-    /// state: the state of the partner's value. then: the state of the partner's reference value
+    /// `state`: state of the partner's value. `then`: state of the partner's reference value
     double state = 0.0, then = 0.0;
   } partner{};
 
@@ -476,8 +477,8 @@ class ColumnState {
   /// Stores the state of a coded element. `lattice`: the lattice prediction of the element.
   void keep(const TileElement& element, double state, double lattice);
   void keep_reference(const Neighbourhood& item, double state);
-  /// Stores the marks of a copied element. The element receives the residual size of the previously
-  /// coded element.
+  /// Stores the residual size and the marks of a copied element. A copy has no residual, so it
+  /// receives the residual size of the previously coded element.
   void keep_copied(const TileElement& element) { keep_residual(element, last_size_, false, false); }
   void keep_residual(const TileElement& element, ResidualSize size, bool second, bool recalled) {
     slots_.marks[element.item.self] =
@@ -527,9 +528,9 @@ class ColumnState {
   std::uint64_t moved_ = 0;  // total number of slots converted to other domains
 
   ColumnSlots slots_;
-  // Data for scarce memory: the budget, a flag that only exceptions are stored, a flag that slots
-  // are borrowed, the contents of all slots except the exceptions, the exceptions, and the number
-  // of slots.
+  // Data for scarce memory. memory_: the budget. is_folded_: true if nearly all slots have the
+  // contents common_ and only the other slots are stored, in apart_. borrows_: true if the column
+  // has borrowed a full set of slots. folded_slots_: number of slots.
   ColumnMemory* memory_ = nullptr;
   bool is_folded_ = false, borrows_ = false;
   KeptElement common_;

@@ -73,7 +73,8 @@ class CopiedElements {
     return true;
   }
   /// Codes the distance to the source. The predicted source is the element after the previous
-  /// source, and the difference from its distance is coded. Returns 0 if the data is damaged.
+  /// source. The difference between the actual distance and the distance to the predicted source is
+  /// coded. Returns 0 if the data is damaged.
   std::uint32_t code_other(Coder& coder, std::uint32_t wanted) {
     const auto by =
         code_signed(coder, other_, static_cast<std::int64_t>(here_ - wanted - following_));

@@ -19,7 +19,8 @@ std::int64_t opposite(std::int64_t index, DomainKind kind) {
 }
 
 /// The most recent distinct distances between consecutive entries; the most recently used distance
-/// comes first. Values in even steps have two or three alternating distances because of rounding.
+/// comes first. Between evenly spaced values, two or three distances alternate, because the values
+/// are rounded.
 class Steps {
  public:
   template <class Coder>

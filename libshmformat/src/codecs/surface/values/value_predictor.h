@@ -247,8 +247,8 @@ class Predictor {
       if (has(a)) return at_(a);
     return at_(kFLast);
   }
-  /// Returns the kind of the neighbourhood. Neighbourhood::traits() reports all kinds that are
-  /// predicted by the rule of `lattice` as `lattice`.
+  /// Returns the kind of the neighbourhood. The result is Neighbourhood::lattice for all kinds that
+  /// are predicted by the lattice rule, since traits() does not distinguish these kinds.
   std::uint32_t kind() const { return known_ >> Neighbourhood::kKindShift; }
   bool is_mid_node() const {
     return kind() == Neighbourhood::midpoint || kind() == Neighbourhood::centre;
@@ -369,8 +369,10 @@ class ClassPredictor {
 inline constexpr std::uint32_t kMatchKinds = 3;
 
 /// Finds earlier values that were coded next to the same neighbouring values. Such values occur in
-/// meshes with repeated or mirrored parts. Keys are compared by their magnitudes without the lowest
-/// 12 bits. The result is negated if the key is negative.
+/// meshes with repeated or mirrored parts. The key of a lookup is made of the neighbouring values:
+/// their magnitudes, with the lowest 12 bits rounded away. Signs are not part of the key. If the
+/// first neighbouring value does not have the same sign as when the entry was stored, the result is
+/// negated.
 class MatchTables {
  public:
   /// Position of an entry in a table, and the sign of the key.
