@@ -24,9 +24,8 @@ constexpr std::uint32_t kRingBits = 12;
 // 2^kRingBits positions.
 constexpr std::uint64_t kClaimed = 1024;
 
-/// Returns the number of the vertex or cell at position `at` of the grid. Numbers in adjacent rows
-/// and layers differ so much that positions up to three steps outside the grid have numbers that no
-/// element uses.
+/// Returns the number of the vertex or cell at position `at` of the grid. The position may be up to
+/// three steps outside the grid; its number then differs from the numbers of all elements.
 std::uint64_t number_at(const Place& at) {
   return static_cast<std::uint64_t>((at[0] + 4) + 16 * (at[1] + 4) + 256 * (at[2] + 4));
 }
@@ -67,9 +66,9 @@ void expect_item(const Neighbourhood& item, const Expected& expected, const Plac
     }
 }
 
-/// For each axis along which the nearest neighbour is known, adds the second and third neighbours
-/// along that axis to `expected`. For each such axis, also sets the flag kThird of `expected` if
-/// the whole lattice neighbourhood of the nearest neighbour along this axis was known.
+/// Processes each axis along which the nearest neighbour is known. Adds the second and third
+/// neighbours along the axis to `expected`, if they exist. Sets the flag kThird for the axis if the
+/// whole lattice neighbourhood of the nearest neighbour was known.
 void go_on(Expected& expected, const Met& met, std::uint32_t axes, const Place& self,
            const std::array<int, 3>& direction) {
   for (std::uint32_t a = 0; a < axes; ++a) {
@@ -246,6 +245,35 @@ TEST(ShiftNeighbours, RingsForgetWhatHasTheirPlace) {
   }
   EXPECT_EQ(cells[0].self, cells[2].self);
   EXPECT_EQ(vertices[3].self, 5u);
+}
+
+// The largest ring has at most four places for each element, and at most 2^18 places.
+TEST(ShiftNeighbours, LargestRingIsInProportionToTheGroup) {
+  Schema schema;
+  schema.blocks.push_back({1, "", CellShape::vertex, 1});
+  for (const auto& [elements, bits] : std::map<std::uint64_t, std::uint32_t>{
+           {0, 2}, {1, 2}, {2, 3}, {3, 3}, {4, 4}, {1 << 15, 17}, {1 << 16, 18}, {1 << 30, 18}}) {
+    EXPECT_EQ(most_ring_bits(elements), bits) << elements;
+    ShiftNeighbours neighbours(schema, true, true);
+    EXPECT_FALSE(neighbours.begin_group(bits + 1, elements));
+    EXPECT_TRUE(neighbours.begin_group(bits, elements));
+    EXPECT_EQ(neighbours.ring_bits(), bits);
+  }
+}
+
+TEST(ShiftNeighbours, WithoutARingNoneAreFound) {
+  Schema schema;
+  schema.blocks.push_back({1, "", CellShape::vertex, 1});
+  ShiftNeighbours neighbours(schema, true, true);
+  ASSERT_TRUE(neighbours.begin_group(0, 100));
+  EXPECT_EQ(neighbours.slots(), 0u);
+  std::vector<Neighbourhood> vertices, cells;
+  CellMarks marks;
+  marks.introduced = 1;
+  neighbours.add_cells(marks, std::array<std::uint64_t, 1>{5}, 1, vertices, cells);
+  neighbours.add_unused(6, vertices);
+  EXPECT_TRUE(vertices.empty());
+  EXPECT_TRUE(cells.empty());
 }
 
 }  // namespace
