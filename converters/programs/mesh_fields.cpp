@@ -99,8 +99,8 @@ std::vector<Field> cell_fields(const Mesh& mesh, std::string_view fields) {
   return {temperature, material, velocity, turbulent};
 }
 
-std::vector<Field> point_fields(const Mesh& mesh, bool full) {
-  if (!full) return {};
+std::vector<Field> point_fields(const Mesh& mesh, std::string_view fields) {
+  if (fields != "full") return {};
   const Box box(mesh.points);
   Field pressure{"pressure", "float", 1, {}};
   for (const Point3& point : mesh.points) {

@@ -19,9 +19,8 @@ struct Field {
 };
 
 // cell_fields() returns the fields on cells, point_fields() the fields on points. `fields` is the
-// value of the option --fields: "one", "basic" or "full". `full` must be true if and only if this
-// value is "full".
+// value of the option --fields: "one", "basic" or "full".
 std::vector<Field> cell_fields(const Mesh& mesh, std::string_view fields);
-std::vector<Field> point_fields(const Mesh& mesh, bool full);
+std::vector<Field> point_fields(const Mesh& mesh, std::string_view fields);
 
 }  // namespace make_mesh

@@ -83,9 +83,8 @@ bool write_mesh(const Mesh& mesh, const MeshFile& how) {
   for (std::size_t i = 0; i < mesh.cells.size(); ++i) file.number(std::int32_t{12});
   file.text("\n");
   if (how.fields != "none") {
-    const bool full = how.fields == "full";
     write_fields(file, "CELL_DATA", mesh.cells.size(), cell_fields(mesh, how.fields));
-    write_fields(file, "POINT_DATA", mesh.points.size(), point_fields(mesh, full));
+    write_fields(file, "POINT_DATA", mesh.points.size(), point_fields(mesh, how.fields));
   }
   return file.close();
 }

@@ -25,11 +25,6 @@ class SetCells final : public ForwardingMesh {
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
-  struct Side {
-    // Side number `side` of cell number `cell`. `place` is the index of the side in the
-    // concatenated lists of members of all sets.
-    std::uint64_t cell, side, place;
-  };
   void leave_arrays_on_own_blocks();
   void add_nodes(const MeshSet& set);
   void find_sides(const std::vector<MeshSet>& sets, bool flat);

@@ -75,7 +75,7 @@ void add_field(shm::Mesh& mesh, const make_mesh::Field& field, shm::Location loc
 shm::Mesh with_fields(const make_mesh::Mesh& from) {
   shm::Mesh mesh = with_floats(mesh_of(from));
   add_field(mesh, make_mesh::cell_fields(from, "one").front(), shm::Location::cell);
-  add_field(mesh, make_mesh::point_fields(from, true).front(), shm::Location::point);
+  add_field(mesh, make_mesh::point_fields(from, "full").front(), shm::Location::point);
   return mesh;
 }
 
