@@ -507,7 +507,7 @@ Result<StepValues*> MeshExtractor::Impl::next_values() {
     }
     const std::size_t stride = scalar_bytes(info->type) * info->components;
     if ((*values)->values.size() != (*values)->numbers.size() * stride)
-      return misuse("the step reader has begun another request meanwhile", "piece");
+      return misuse("the step reader has begun another request in the meantime", "piece");
     const auto& members =
         info->location == Location::point ? picker_->vertex_numbers() : picker_->cell_numbers();
     values_ = {};

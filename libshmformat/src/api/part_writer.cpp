@@ -109,7 +109,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   Result<void> begin_steps(const PartSteps& steps) {
     const std::size_t arrays = schema_.arrays.size();
     if (steps.first_elements.size() != arrays || steps.elements.size() != arrays)
-      return misuse("first_elements and elements need a number for each array", "steps");
+      return misuse("first_elements and elements must contain one number for each array", "steps");
     std::vector<std::uint64_t> own(arrays);
     for (std::uint32_t a = 0; a < arrays; ++a) own[a] = elements_of(a);
     first_elements_ = steps.first_elements;
@@ -128,7 +128,8 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     if (auto status = file_.check_step_values(array, {}); !status) return status;
     if (basis.has_value() == chooses(array) && elements_of(array) > 0)
       return misuse(
-          "the reference must be passed to every part except the part with the first element",
+          "basis must be passed to every part except the part that contains the first element of "
+          "the array",
           "steps");
     if (basis) steps_->choose(*basis);
     // If other writers also have elements of this array, parts of other arrays that were held back

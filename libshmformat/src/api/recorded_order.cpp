@@ -42,7 +42,9 @@ Result<std::vector<std::uint64_t>> RecordedOrder::elements(
     return vertices;
   }
   if (positions_in(cells).size() != cells.size())
-    return misuse("the cells are not numbered from 0 on, each number once", "coding order");
+    return misuse("the cells are not numbered from 0 to " + std::to_string(cells.size() - 1) +
+                      ", each number once",
+                  "coding order");
   if (info.blocks.empty()) return cells;
   if (cell_blocks.size() != cells.size())
     return misuse("cell_blocks has " + std::to_string(cell_blocks.size()) +

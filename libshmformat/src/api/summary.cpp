@@ -101,7 +101,7 @@ Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& 
       case ChunkKind::members: break;
     }
   if ((header.flags & container::kChunkOptional) != 0) return {};
-  return wrong("this reader does not support the chunk, which is not optional",
+  return wrong("this reader does not support the chunk, and the chunk is not optional",
                ErrorCode::unsupported);
 }
 
@@ -165,7 +165,8 @@ Result<void> Summarizer::add_step_values(const ChunkHeader& header, const IndexE
   if (!container::get(in, parts, header.version, header.payload_bytes))
     return corrupt("its header is invalid", section, entry.offset);
   if (!std::equal(entry.parts.begin(), entry.parts.end(), parts.begin(), parts.end(), is_told_by))
-    return corrupt("the index lists a chunk that is not at this position", section, entry.offset);
+    return corrupt("the chunk at this position differs from its entry in the index", section,
+                   entry.offset);
   for (const container::StepPart& part : parts) {
     if (part.header.array >= array_names_.size())
       return corrupt("does not belong to a stepped array", section, entry.offset);

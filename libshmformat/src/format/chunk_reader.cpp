@@ -57,7 +57,7 @@ Result<void> ChunkReader::read_header(ByteReader in) {
   section_ = "chunk header";
   switch (get(in, header_)) {
     case HeaderState::good: break;
-    case HeaderState::bad_mark: return wrong("no chunk begins here");
+    case HeaderState::bad_mark: return wrong("no chunk begins at this position");
     case HeaderState::bad_checksum: return wrong("checksum of the chunk header does not match");
   }
   section_ = chunk_name(header_.kind);
@@ -78,7 +78,7 @@ Result<void> ChunkReader::read_payload(std::span<const std::byte> payload) {
   if (checksum(payload) != header_.payload_checksum)
     return wrong("checksum of the chunk does not match");
   if (!is_known(header_) && (header_.flags & kChunkOptional) == 0)
-    return wrong("this reader does not support the chunk, which is not optional",
+    return wrong("this reader does not support the chunk, and the chunk is not optional",
                  ErrorCode::unsupported);
   return {};
 }

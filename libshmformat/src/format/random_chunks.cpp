@@ -68,8 +68,8 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
       header.version > version_of_chunk(static_cast<ChunkKind>(header.kind), {}) ||
       header.segment != entry.segment || header.payload_bytes > entry.bytes ||
       header.chunk_bytes() != entry.bytes)
-    return corrupt("the index lists a chunk that is not at this position", chunk_name(entry.kind),
-                   entry.offset);
+    return corrupt("the chunk at this position differs from its entry in the index",
+                   chunk_name(entry.kind), entry.offset);
   return header;
 }
 
@@ -109,7 +109,8 @@ Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> en
     if (!header) return header.error();
     if (!*header || (*header)->kind != entry.kind || (*header)->sequence != sequence++ ||
         (*header)->payload_bytes > entry.bytes || (*header)->chunk_bytes() != entry.bytes)
-      return corrupt("the index lists a chunk that is not at this position", section, entry.offset);
+      return corrupt("the chunk at this position differs from its entry in the index", section,
+                     entry.offset);
     if (auto status = visit(**header, entry); !status) return status;
     end += entry.bytes;
   }
@@ -136,8 +137,9 @@ Result<std::uint64_t> bytes_of_file(RandomSource& source) {
     const auto read = header_at(source, position, size, "chunk header");
     if (!read) return read.error();
     if (!*read || (*read)->sequence != chunks)
-      return corrupt("no chunk begins here, and the file does not end with an end record",
-                     "chunk header", position);
+      return corrupt(
+          "no chunk begins at this position, and the file does not end with an end record",
+          "chunk header", position);
     const ChunkHeader& header = **read;
     const std::uint64_t begin = position;
     position += header.bytes();

@@ -182,7 +182,7 @@ Result<void> check_bound(const Quantization& q, std::size_t components, const st
   if (!(q.max_abs > 0 && q.max_abs < kTooLarge))
     return wrong(what + ": the error bound is not a positive number");
   if (!(q.spacing > 0 && q.spacing < 2 * kTooLarge))
-    return wrong(what + ": the step of the error bound is not a positive number");
+    return wrong(what + ": the quantization step of the error bound is not a positive number");
   if (q.minimum.size() != components || !q.maximum.empty())
     return wrong(what + ": an error bound needs one anchor per component, and no range");
   for (double anchor : q.minimum)

@@ -112,7 +112,7 @@ Result<void> flush_folder(const std::string& path) {
   const bool flushed = ::fsync(descriptor) == 0 || errno == EINVAL;
   const Error error = system_error(ErrorCode::output,
                                    "is written, but the folder cannot be flushed: until the system "
-                                   "does, the name may be lost",
+                                   "flushes it, a crash may lose the file's name",
                                    path);
   ::close(descriptor);
   return flushed ? Result<void>() : error;

@@ -81,7 +81,7 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
     const std::uint32_t entry = vertices_.find(corners[i]);
     if (entry == kNone)
       return misuse("cell uses vertex " + std::to_string(corners[i]) +
-                        ", which was never added or is finalized",
+                        ", which was never added or has already had its last use",
                     "mesh");
     cell_entries_[i] = entry;
   }

@@ -313,7 +313,7 @@ Result<void> IndexedFile::list_groups() {
     if (entry.kind != static_cast<std::uint8_t>(ChunkKind::group)) continue;
     if (segments_.empty() || entry.segment + 1 != segments_.size()) {
       if (entry.segment != segments_.size() || entry.segment >= limits_.max_segments)
-        return wrong_index("its segments are not in order, or too many");
+        return wrong_index("its segments are out of order, or there are too many");
       segments_.push_back({entry.first_cell, 0, entry.first_vertex, 0, 0, entry.box});
       first_group_.push_back(groups_.size());
     }
@@ -365,7 +365,8 @@ Result<void> IndexedFile::expect_totals() const {
     ok = ok && of_block <= cells;
     cells -= of_block;
   }
-  return ok && cells == 0 ? Result<void>() : wrong_index("its groups do not add up to its totals");
+  return ok && cells == 0 ? Result<void>()
+                          : wrong_index("the sizes of its groups do not add up to its totals");
 }
 
 /// Sets has_long_headers_: all chunk headers are long if the header of the first chunk is long.

@@ -57,7 +57,7 @@ Result<void> PieceRequest::check() const {
                   "request");
   if (cells.blocks && (!ascends(*cells.blocks) ||
                        (!cells.blocks->empty() && cells.blocks->back() >= schema.blocks.size())))
-    return misuse("blocks do not ascend, or do not exist", "request");
+    return misuse("numbers of blocks do not ascend, or a block does not exist", "request");
   if (cells.box)
     for (std::size_t c = 0; c < 3; ++c)
       if (!((*cells.box)[c] <= (*cells.box)[3 + c]))

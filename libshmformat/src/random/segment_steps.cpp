@@ -200,7 +200,7 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
   });
   if (!known || found == parts.end() || found->header.count != part.count ||
       found->header.codec != part.codec || container::refers_to(found->header) != part.reference)
-    return corrupt("the index lists a chunk that is not at this position", "step values",
+    return corrupt("the chunk at this position differs from its entry in the index", "step values",
                    part.offset);
   for (auto before = parts.begin(); before != found; ++before) in.get_bytes(before->bytes);
   const container::StepHeader& header = found->header;
@@ -212,7 +212,8 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
       std::uint64_t{part.count} * scalar_bytes(info().type) * info().components;
   if ((kind >= StepReference::before && one_back_.size() != size) ||
       (kind == StepReference::trend && two_back_.size() != size))
-    return wrong_step_values(file_->schema(), header, "refers to other elements than its own");
+    return wrong_step_values(file_->schema(), header,
+                             "refers to values of elements other than its own");
   if (kind == StepReference::trend) go_on(info().type, one_back_, two_back_, trend_);
   return column.decode(header, in.get_bytes(found->bytes), file_->segment_number(segment_),
                        elements,
@@ -236,7 +237,7 @@ Result<void> SegmentSteps::check_reference(std::size_t step,
   const std::size_t needed = kind == StepReference::trend ? 2 : 1;
   if (step < key_ + needed || header.reference_step != index_->steps(array_)[step - 1].step)
     return wrong("refers to a step that is not the previous step");
-  if (kind > most_) return wrong("refers to earlier steps, which the file does not allow");
+  if (kind > most_) return wrong("refers to earlier steps, although the file does not allow this");
   return {};
 }
 

@@ -92,7 +92,8 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
   const bool of_points = info.location == Location::point;
   const std::uint64_t most = of_points ? group.vertices : group.cells;
   if (part.count > most || (part.count < most && info.blocks.empty()))
-    return file.wrong_index("a group has a different number of step values than elements");
+    return file.wrong_index(
+        "the number of step values of a group differs from the number of its elements");
   steps.back().refers = steps.back().refers || part.reference != StepReference::nothing;
   steps.back().end = parts_.size() + 1;
   parts_.push_back(

@@ -55,7 +55,7 @@ Result<void> FoundChunks::read() {
   for (const FoundChunk& chunk : scan_.chunks)
     if (chunk.whole && !container::is_known(chunk.header) &&
         (chunk.header.flags & container::kChunkOptional) == 0)
-      return unsupported("this reader does not support the chunk, which is not optional",
+      return unsupported("this reader does not support the chunk, and the chunk is not optional",
                          container::chunk_name(chunk.header.kind), chunk.offset);
   if (auto status = find_schema(); !status) return status;
   if (auto status = find_index(); !status) return status;
@@ -280,8 +280,9 @@ Result<void> FoundChunks::judge_by_numbers() {
     const FoundChunk& chunk = found[i];
     if (before != nullptr && before->header.sequence == chunk.header.sequence) {
       if (chunk.whole && !holds_the_same(*before, chunk))
-        return corrupt("has the number of the chunk at byte " + std::to_string(before->offset) +
-                           ", but different bytes: the file consists of parts of two files",
+        return corrupt("has the same number as the chunk at byte " +
+                           std::to_string(before->offset) +
+                           ", but different contents: the file consists of parts of two files",
                        container::chunk_name(chunk.header.kind), chunk.offset);
       if (chunk.whole) damages_.push_back(damage_of(DamageKind::repeated, chunk, source_->size()));
       continue;

@@ -47,8 +47,9 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
 Result<void> StepDecoder::begin_step(const container::StepHeader& header, std::uint64_t file) {
   Last& last = last_[header.array];
   if (!is_complete() || (last.begun && header.step <= last.step))
-    return wrong_step_values(*schema_, header,
-                             "begins before another step is complete, or after a later step");
+    return wrong_step_values(
+        *schema_, header,
+        "begins before the previous step is complete, or after the same or a later step");
   if (last.begun) {
     last.step_before = last.step;
     last.run = last.has_referred ? last.run + 1 : 1;

@@ -148,8 +148,8 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
     if (!decode_column(c, block, out)) {
       if (is_out_of_memory())
         return over_limit(
-            "values of its active vertices and cells need more memory than the limit for "
-            "a segment of its size");
+            "the values of the active vertices and cells need more memory than the limit for "
+            "a segment of this size");
       return corrupt((c == 0 ? "geometry" : array_stream_name(*schema_, array_of(c))) +
                      ": its values are invalid or too few");
     }

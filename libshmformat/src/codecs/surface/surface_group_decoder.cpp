@@ -26,7 +26,8 @@ Result<void> SurfaceGroupDecoder::begin_streams(std::optional<ConnectivityCodec>
   // If the first groups have no cells, the codec is set when the first group with cells begins.
   if (codec && !codec_) {
     if (*codec == ConnectivityCodec::shifts)
-      return corrupt("connectivity: the segment changes to shifts after its first group");
+      return corrupt(
+          "connectivity: the segment switches to the codec shifts after its first group");
     streams_.connectivity().set_codec(*codec);
   }
   for (RangeDecoder& coder : streams_.coders()) coder = RangeDecoder(std::span<const std::byte>());
