@@ -88,7 +88,7 @@ def lossy(rows):
         ours = bits_of(its, "shm default")
         if ours and any(f"cell {name}," in subject for name in LOSSY_FIELDS):
             other, name = best_other(its)
-            yield [f"lossy: {subject}, level default", f"at least {LOSSY_FACTOR} times smaller than {name}",
+            yield [f"lossy: {subject}, size at level default", f"at least {LOSSY_FACTOR} times smaller than {name}",
                    f"{other / ours:.2f} times smaller", "yes" if other >= LOSSY_FACTOR * ours else "no"]
 
 

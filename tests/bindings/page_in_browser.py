@@ -329,11 +329,11 @@ class Page(unittest.TestCase):
         self.browser.run("globalThis.card = document.getElementById('picture').getContext('webgl2')"
                          ".getExtension('WEBGL_lose_context'); card.loseContext()")
         self.browser.wait("!document.getElementById('error').hidden")
-        self.assertIn("comes back", self.text("error"))
+        self.assertIn("reappears", self.text("error"))
         for axis, words in (("1", "Cut across y"), ("", "faces")):  # a choice made meanwhile takes effect
             self.choose("clip", axis)
             self.browser.wait(f"/{words}[^C]*$/.test(document.getElementById('summary').textContent)")
-            self.assertIn("comes back", self.text("error"))
+            self.assertIn("reappears", self.text("error"))
             self.assertFalse(self.browser.run("document.getElementById('error').hidden"))
         self.browser.run("card.restoreContext()")
         self.browser.wait("document.getElementById('error').hidden")

@@ -214,7 +214,7 @@ class Remote(unittest.TestCase):
     def test_a_server_that_gives_too_much_is_told(self):
         mesh = self.open()
         self.server.mode = "all at once"
-        self.fails("other bytes", mesh.verify)
+        self.fails("did not return the requested bytes", mesh.verify)
 
     def test_reading_on_takes_few_requests(self):
         asked, _, _ = self.asks(self.open().verify)
@@ -231,7 +231,8 @@ class Remote(unittest.TestCase):
         with self.assertRaises(shmformat.Error) as caught:
             self.open("/text")
         self.assertIn(caught.exception.code, ("corrupt", "truncated"))
-        for mode, words in (("no ranges", "does not support byte ranges"), ("others", "other bytes")):
+        for mode, words in (("no ranges", "does not support byte ranges"),
+                            ("others", "did not return the requested bytes")):
             self.server.mode = mode
             self.fails(words, self.open)
 

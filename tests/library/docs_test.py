@@ -162,7 +162,7 @@ def faults_of_layers(text):
         return
     for heights, (top, table) in zip(pictures, tables.items()):
         for module in sorted(set(heights) ^ {module for module, _ in table}):
-            yield 1, f"{top}: the module {module} is not in both the picture of the layers and rules_test.cpp"
+            yield 1, f"{top}: the module {module} must be in both the picture of the layers and rules_test.cpp"
         for module, may_include in table:
             for lower in may_include:
                 if heights.get(lower, 0) <= heights.get(module, 0):

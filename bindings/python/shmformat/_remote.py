@@ -70,7 +70,7 @@ class _Http:
             raise _error(self._url, f"the server answers {status} {http.client.responses.get(status, '')}".rstrip())
         first, last, total = map(int, found.groups())
         if last - first + 1 != len(self.tail) or last + 1 != total:
-            raise _error(self._url, "the server returned other bytes than requested")
+            raise _error(self._url, "the server did not return the requested bytes")
         return total
 
     @staticmethod
@@ -141,7 +141,7 @@ class _Http:
         if status != 206:
             raise _error(self._url, f"the server answers {status} {http.client.responses.get(status, '')}".rstrip())
         if headers.get("Content-Range") != f"bytes {first}-{end - 1}/{self.size}" or len(body) != end - first:
-            raise _error(self._url, "the server returned other bytes than requested")
+            raise _error(self._url, "the server did not return the requested bytes")
         return body
 
     def _fetch_many(self, ranges: Sequence[Range]) -> list[bytes] | None:
@@ -184,7 +184,7 @@ class _Fsspec:
         firsts, ends = zip(*ranges)
         bodies = self._system.cat_ranges([self._path] * len(ranges), list(firsts), list(ends), on_error="raise")
         if any(len(body) != end - first for body, (first, end) in zip(bodies, ranges)):
-            raise _error(self._url, "the server returned other bytes than requested")
+            raise _error(self._url, "the server did not return the requested bytes")
         return bodies
 
     def close(self) -> None:

@@ -157,7 +157,7 @@ class UrlBytes {
     { cause });
   }
   otherBytes() {
-    return this.error("the server returned other bytes than requested");
+    return this.error("the server did not return the requested bytes");
   }
   static versionOf(answer) {
     return answer.headers.get("ETag") ?? answer.headers.get("Last-Modified");

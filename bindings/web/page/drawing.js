@@ -116,7 +116,8 @@ export class Drawing {
     this.wanted = false;
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
-      lost("the graphics card is not available; the picture comes back when the card does");
+      lost("the graphics card is not available now; the picture reappears when the card is "
+        + "available again");
     });
     canvas.addEventListener("webglcontextrestored", () => {
       this.begin();
@@ -175,8 +176,8 @@ export class Drawing {
     const { unit, parts, internal, format, type, Type } = kindsOf(gl)[name];
     const rows = Math.max(Math.ceil(values.length / parts / WIDE), 1);
     if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) {
-      throw new RangeError("the surface has more vertices or faces than this graphics card holds: "
-        + "choose a segment, or cut the mesh");
+      throw new RangeError("the surface has more vertices or faces than this graphics card can "
+        + "store: choose a segment, or cut the mesh");
     }
     const padded = new Type(rows * WIDE * parts);
     padded.set(values);

@@ -73,13 +73,13 @@ def script_of(entry, worker_url=None):
     for path, source, exports in modules[:-1]:
         if path.name == "remote.js":
             if source.count(WORKER) != 1 or source.count(NODES_WORKER) != 2 or worker_url is None:
-                fail(f"{path}: {WORKER} and {NODES_WORKER} were expected, each once")
+                fail(f"{path} must contain {WORKER} exactly once, and {NODES_WORKER} exactly once elsewhere")
             source = source.replace(WORKER, worker_url).replace(NODES_WORKER, "null")
         source = source.replace(DECODER, "null")
         script += f"const {name_of(path)} = (() => {{\n{source}return {{ {', '.join(exports)} }};\n}})();\n"
     script += modules[-1][1]
     if "import.meta" in script:
-        fail("a script inside of the page cannot use import.meta")
+        fail("a script that is embedded in the page cannot use import.meta")
     if re.search(r"</script|<!--", script, re.I):
         fail("a script must not contain </script or <!--")
     return script
@@ -127,7 +127,7 @@ def main():
     template = (page / "index.html").read_text(encoding="utf-8")
     used = re.findall(r"\{(\w+)\}", template)
     if sorted(used) != sorted(inside):
-        fail(f"index.html has the placeholders {used}, and {sorted(inside)} were expected, each once")
+        fail(f"index.html has the placeholders {used}, but each of {sorted(inside)} must occur exactly once")
     whole = re.sub(r"\{(\w+)\}", lambda match: inside[match[1]], template)
     # Writes a temporary file first, so that OUT is complete when it appears under its name.
     part = out.with_name(out.name + ".part")

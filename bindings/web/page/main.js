@@ -45,7 +45,7 @@ function isOfMemory(error) {
 function fail(error, name = state.name) {
   const sentence = String(error?.message ?? error);
   $("error").textContent = nameText(isOfMemory(error) ? `${nameText(name)}: this needs more memory `
-    + "than a page can use: choose a segment or fewer blocks, or make a smaller file of it with "
+    + "than a page can use: choose a segment or fewer blocks, or extract a part of the mesh with "
     + `shm extract (${sentence})` : sentence, 2000);
   $("error").hidden = false;
 }
