@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "archive/appended_extras.h"
+#include "archive/damage_report.h"
 #include "archive/foreign_steps.h"
 #include "base/failure.h"
 #include "compare/compare.h"
@@ -83,8 +84,8 @@ class Appending {
       return;
     }
     if (how_.time && !source.info().step_times.empty())
-      refuse(ErrorCode::misuse, "--time needs a SOURCE without time steps; it has " +
-                                    std::to_string(source.info().step_times.size()));
+      refuse(ErrorCode::misuse, "--time needs a SOURCE without time steps; SOURCE has " +
+                                    counted(source.info().step_times.size(), "time step"));
     foreign_ = std::make_unique<ForeignSteps>(*mesh_, source, how_.time, spool_);
     outcome_.differences = foreign_->differences(how_.progress);
     steps_ = foreign_.get();

@@ -35,8 +35,8 @@ AppendedExtras same_extras(const MeshInfo& old, const std::vector<Extra>& extras
     const auto found = by_key.find(extra.key);
     if (found == by_key.end() || *found->second != extra)
       does_not_fit(extra.key,
-                   "differs from the one in FILE; append a file that has both the existing steps "
-                   "and the new ones");
+                   "differs from the extra with this key in FILE; append a file that contains both "
+                   "the existing and the new steps instead");
   }
   return {};
 }

@@ -50,8 +50,8 @@ std::map<std::string, std::string> member_names(const std::vector<std::string>& 
                                            "' in the archive: " + entry->second + " and " + input);
     if (!is_member_name(name) || is_archive(input))
       throw Failure(ErrorCode::misuse,
-                    "'" + input + "' cannot be in an archive: it is an archive itself, or " +
-                        "its name is not a valid file name on all systems");
+                    "'" + input + "' cannot be added to an archive, because it is an archive " +
+                        "itself, or because its name is not valid on all systems");
     names[input] = name;
   }
   return names;

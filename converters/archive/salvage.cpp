@@ -134,11 +134,12 @@ void Salvage::tell_cells(const PieceMesh& piece) {
   tell_run(file_.cells());
   if (damage_.vertices && *damage_.vertices > report_.vertices)
     report_missing(std::to_string(*damage_.vertices - report_.vertices) + " vertices" +
-                       " used only by these cells, or by no cell",
+                       " that are used only by missing cells, or by no cell",
                    {{"what", "vertices"}, {"count", *damage_.vertices - report_.vertices}});
   if (!damage_.cells && !damage_.complete)
-    report_missing("any data after the last known cell: the file has no index that lists it",
-                   {{"what", "unknown"}});
+    report_missing(
+        "any data after the last cell that was found (without an index, its amount is unknown)",
+        {{"what", "unknown"}});
 }
 
 void Salvage::tell_static_arrays() {
@@ -191,9 +192,9 @@ void Salvage::tell_others() {
   for (const Damage& damage : damage_.damages)
     if (damage.section == "extra" && damage.kind != DamageKind::repeated &&
         damage.kind != DamageKind::out_of_order)
-      report_missing(
-          "a set, a name or other data of the mesh at byte " + std::to_string(damage.offset),
-          {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
+      report_missing("an extra (a set, a name or other data of the mesh) at byte " +
+                         std::to_string(damage.offset),
+                     {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
 }
 
 // Reports the loss of data that only the source format can interpret. The new file does not contain

@@ -156,7 +156,7 @@ void TextInput::fail(ErrorCode code, const std::string& detail) const {
 
 void TextInput::fail_number(std::string_view text) const {
   fail(ErrorCode::corrupt,
-       "'" + std::string(text.substr(0, 40)) + "' is not the number that is expected here");
+       "'" + std::string(text.substr(0, 40)) + "' is not a number of the expected type");
 }
 
 void TextInput::expect_room(std::uint64_t count, std::uint64_t bytes_each, const char* what) const {

@@ -306,7 +306,7 @@ void Comparison::compare_values(const Column& column, std::uint64_t first, std::
       if (std::isfinite(error)) {
         measured->largest = std::max(measured->largest, error);
         if (error <= measured->promised) continue;
-        broken = "; error " + number_text(error) + ", promised " + number_text(measured->promised);
+        broken = "; error " + number_text(error) + ", allowed " + number_text(measured->promised);
       }
     }
     std::string where =

@@ -182,7 +182,7 @@ std::vector<GmshGroup> gmsh_groups(const MeshInfo& info) {
     if (members > kMostGroupBlocks)
       throw Failure(Error{.code = ErrorCode::over_limit,
                           .detail = "there are more than " + std::to_string(kMostGroupBlocks) +
-                                    " pairs of a block and a physical group to which it belongs",
+                                    " pairs of a block and a physical group that contains it",
                           .section = "physical groups"});
     for (const auto& key : found) {
       GmshGroup& group = groups[key];

@@ -219,7 +219,8 @@ std::size_t array_named(const Schema& schema, const std::string& name) {
     paths += (paths.empty() ? "" : " or ") + ("'" + path + "'");
   }
   if (fitting.empty()) wrong_use("--array: the mesh has no array '" + name + "'");
-  if (fitting.size() > 1) wrong_use("--array: '" + name + "' fits several arrays; use " + paths);
+  if (fitting.size() > 1)
+    wrong_use("--array: several arrays are called '" + name + "'; use " + paths);
   return fitting.front();
 }
 

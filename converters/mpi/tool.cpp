@@ -87,7 +87,8 @@ void leave_out_many_files(CLI::App& command) {
     command.remove_option(command.get_option(option));
 }
 void take_one_file(FileCommand& command) {
-  if (command.files.size() != 1) wrong_use("shm_mpi processes one file, but several IN are given");
+  if (command.files.size() != 1)
+    wrong_use("shm_mpi processes one file, but several input files are given");
   command.input = command.files.front();
 }
 
@@ -100,9 +101,9 @@ int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
   commands.compress.threads = commands.decompress.threads = 1;
   CLI::App* compress = commands.compress.add_to(app);
   compress->description(
-      "Compress one mesh with all ranks. The file is the same as that of shm compress with the\n"
-      "same options. --segment-cells must be given, because ranks share the segments. --order is\n"
-      "keep or stream. --threads is the number of threads per rank (default: 1)");
+      "Compress one mesh with all ranks. The output is identical to that of shm compress with the\n"
+      "same options. --segment-cells must be given, because the segments are divided among the\n"
+      "ranks. --order is keep or stream. --threads is the number of threads per rank (default: 1)");
   compress->footer(
       "Examples:\n"
       "  mpirun -n 4 shm_mpi compress rotor.e --segment-cells 262144\n"

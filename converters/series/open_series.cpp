@@ -50,7 +50,9 @@ std::optional<std::vector<SeriesFile>> series_of(const std::string& path) {
   std::vector<SeriesFile> files;
   for (const NumberedName::File& each : name->files()) files.push_back({each.path, {}});
   if (files.empty())
-    throw Failure(ErrorCode::io, "there is no file of this name, such as " + name->at(0), path);
+    throw Failure(ErrorCode::io,
+                  "no file matches this name; for example, " + name->at(0) + " does not exist",
+                  path);
   return files;
 }
 

@@ -71,7 +71,7 @@ class SeriesMesh final : public MeshSource {
   void add(MeshSource& mesh, const SeriesFile& file, Spool& spool, const Remark& remark) {
     check_format(mesh.info(), file.path);
     if (mesh.info().schema.source_format != info_.schema.source_format)
-      refuse(file.path, "is of another format than " + file_.path);
+      refuse(file.path, "has a different format from " + file_.path);
     check_arrays(mesh.info(), file.path);
     add_time(mesh.info(), file);
     ForeignSteps steps(*this, mesh, info_.step_times.back(), spool);
@@ -96,7 +96,7 @@ class SeriesMesh final : public MeshSource {
 
  private:
   [[noreturn]] void differ(const std::string& path, const std::string& what) const {
-    refuse(path, "is not a step of the mesh of " + file_.path + ": " + what);
+    refuse(path, "does not belong to the same series as " + file_.path + ": " + what);
   }
 
   static void check_format(const MeshInfo& info, const std::string& path) {
@@ -120,7 +120,8 @@ class SeriesMesh final : public MeshSource {
     const auto time = file.time ? file.time : source_format(info).time(info, used);
     if (info_.step_times.empty()) has_time_ = time.has_value();
     if (time.has_value() != has_time_)
-      differ(file.path, has_time_ ? "it lacks a time" : "it has a time, unlike the other file");
+      differ(file.path, has_time_ ? "it has no time value, but the other file has one"
+                                  : "it has a time value, but the other file has none");
     info_.step_times.push_back(time.value_or(static_cast<double>(info_.step_times.size())));
   }
 

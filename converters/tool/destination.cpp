@@ -83,10 +83,13 @@ void check_series(const Places& places, bool force) {
   if (places.series.empty() || force) return;
   const std::string& first = places.series.front();
   const std::size_t others = places.series.size() - 1;
-  const std::string more =
-      others == 0 ? "" : " and " + std::to_string(others) + " more of " + *places.output;
-  if (!may_replace(first + more + (others == 0 ? " exists" : " exist")))
-    refuse(first, "exists already" + more + "; --force replaces existing files");
+  const std::string more = others == 0 ? ""
+                                       : std::to_string(others) +
+                                             (others == 1 ? " other file" : " other files") +
+                                             " of " + *places.output;
+  if (!may_replace(first + (others == 0 ? " exists" : " and " + more + " exist")))
+    refuse(first, "exists already" + (others == 0 ? "" : ", as well as " + more) +
+                      "; --force replaces existing files");
 }
 
 }  // namespace

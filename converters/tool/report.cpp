@@ -257,10 +257,11 @@ std::string compare_text(const CompareReport& report, const std::string& source,
       text += "  and " + std::to_string(report.differences - report.first.size()) + " more\n";
   }
   for (const MeasuredError& error : report.measured)
-    text += "  " + error.what + ": largest error " + number_text(error.largest) + ", promised " +
+    text += "  " + error.what + ": largest error " + number_text(error.largest) + ", allowed " +
             number_text(error.promised) + "\n";
   if (stray_bytes > 0)
-    text += "  " + plural(stray_bytes, "byte", "bytes") + " after its end do not belong to it\n";
+    text += "  " + plural(stray_bytes, "byte", "bytes") +
+            " after the end of the mesh do not belong to it\n";
   return text;
 }
 

@@ -108,7 +108,7 @@ void require_shm(const std::string& path) {
   if (is_shm(path)) return;
   std::error_code none;
   if (std::filesystem::is_empty(path, none)) throw Failure(ErrorCode::truncated, "is empty", path);
-  throw Failure(ErrorCode::unsupported, "is not a .shm file; shm compress makes one", path);
+  throw Failure(ErrorCode::unsupported, "is not a .shm file; use shm compress to create one", path);
 }
 
 void require_no_archive(const std::string& path) {

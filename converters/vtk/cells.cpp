@@ -62,7 +62,7 @@ bool CellTable::next_cell() {
   }
   if (end < 0 || count > row_.left())
     fail(rows_, name() + " states " + std::to_string(has_offsets_ ? count : end) +
-                    " nodes, more than the list has left");
+                    " nodes, but the list has " + std::to_string(row_.left()) + " more numbers");
   read_type(count);
   // The row of a polyhedron also contains the number of faces and the size of each face. A
   // polyhedron has at most one face per node, so its row may be twice as long as the row of another
@@ -116,7 +116,7 @@ void CellTable::unpack_faces() {
       nodes_[to++] = nodes_[from++];
     }
   }
-  if (from != nodes_.size()) fail(rows_, name() + " goes on after its last face");
+  if (from != nodes_.size()) fail(rows_, name() + " has numbers after its last face");
   nodes_.resize(to);
 }
 

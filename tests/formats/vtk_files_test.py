@@ -527,7 +527,7 @@ VECTORS v double
                 "LOOKUP_TABLE colours 1\n0 0 0 1\n")
         path = self.write("a.vtk", text)
         common = ["strings of array 's'", "field data 'mine'", "metadata of array 't'",
-                  "bits of array 'b' (numbers 0 and 1 there)"]
+                  "type bit of array 'b' (written as numbers 0 and 1)"]
         of_legacy = common + ["attribute SCALARS of array 't'", "lookup table 'colours'"]
         of_xml = common + ["attribute Scalars of array 't'"]
         for target in ("a.e", "a.msh"):

@@ -195,7 +195,7 @@ class SurfaceTest(FolderTest):
         self.assertTrue(self.bytes("any.name").startswith(b"#"))
         with open(self.path("mesh.vtk"), "rb") as source:
             Ply(self.shm("surface", "-", "-o", "-", stdin=source))
-        self.refused("mesh.vtk", "-o", "x.vtk", reason="a surface is a .ply, .stl or .obj file")
+        self.refused("mesh.vtk", "-o", "x.vtk", reason="must end in .ply, .stl or .obj, unless --format is given")
         self.refused("mesh.vtk", "--format", "off", reason="--format")
 
     def test_same_bytes_of_whatever_the_mesh_is_in(self):

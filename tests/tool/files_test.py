@@ -60,10 +60,10 @@ class FilesTest(FolderTest):
 
     def test_folders(self):
         _, text = self.shm("compress", "sub", code=2)
-        self.assertIn("sub: is a folder; -r takes the files in it", text)
+        self.assertIn("sub: is a folder; use -r to process the files in it", text)
         out, _ = self.shm("compress", "-r", "sub")
         self.assertIn("2 files: 2 done", out)
-        self.assertIn("1 other file in folders left alone", out)
+        self.assertIn("skipped 1 other file in folders", out)
         self.assertEqual(self.names("**/*.shm"), ["sub/c.vtk.shm", "sub/deep/a.vtk.shm"])
         # Symbolic links are not followed.
         (self.folder / "sub" / "round").symlink_to("..")

@@ -210,7 +210,7 @@ class PreviewTest(FolderTest):
 
             os.remove(self.path("out.png"))
             self.refused(name, "-o", "x.png", "--array", "both",
-                         reason="there are point/both and cell/both: name one of them")
+                         reason="there are point/both and cell/both; use one of these names")
             self.refused(name, "-o", "x.png", "--array", "nothing",
                          reason="there is no array nothing; there are .*cell/power")
             self.refused(name, "-o", "x.png", "--array", "power@0", reason="power has no time steps")
@@ -310,7 +310,7 @@ class PreviewTest(FolderTest):
             self.refused("mesh.vtk", f"--view={view}", reason="must be three numbers")
         for clip in ("1,0,0", "1,0:1", "1,0,0:nan", "1,0,0:", ":1", "1,0,0:1:2"):
             self.refused("mesh.vtk", f"--clip={clip}", reason="must be X,Y,Z:D")
-        self.refused("mesh.vtk", "-o", "x.svg", reason="a picture is a .png file")
+        self.refused("mesh.vtk", "-o", "x.svg", reason="the name of a picture must end in .png")
         self.refused("mesh.vtk", "-o", "-", "--json", reason="cannot both go to standard output")
         self.refused("mesh.vtk", "--part", "a", reason="--part needs an archive")
         self.refused("missing.vtk", code=3)

@@ -205,7 +205,7 @@ class Files(SeriesTest):
             folder = os.path.dirname(name)
             for step in range(6):
                 self.assert_step(os.path.join(folder, stem, f"{stem}_000{step}.vtu"), step)
-        self.shm("convert", "run.e", "run.pvd", "-q", "--step", "last", code=4, stderr="5 more of run.pvd")
+        self.shm("convert", "run.e", "run.pvd", "-q", "--step", "last", code=4, stderr="5 other files of run.pvd")
         self.shm("convert", "run.e", "run.pvd", "-q", "-f", "--step", "last", stderr="blocks that array")
         self.assertEqual(self.collection("run.pvd"), [(2.5, "run/run_0005.vtu")])
         self.shm("convert", "run.e", "x.pvd", "--format", "vtk", code=2, stderr="of VTU files")
@@ -224,7 +224,7 @@ class Files(SeriesTest):
         self.assertEqual(self.listed(), ["run.e"])
         self.write("a_7.vtu", "of another series")
         self.write("a_3.vtu", "of another series")
-        self.shm("convert", "run.e", "a_%d.vtu", code=4, stderr="a_3.vtu: exists already and 1 more of")
+        self.shm("convert", "run.e", "a_%d.vtu", code=4, stderr="a_3.vtu: exists already, as well as 1 other file of")
         os.link(self.path("run.e"), self.path("b_2.e"))
         self.shm("convert", "run.e", "b_%d.e", "-f", code=4, stderr="same file as run.e")
         os.mkdir(self.path("c_4.e"))
@@ -457,7 +457,8 @@ class Meshes(SeriesTest):
                 self.assertEqual(before, after)
                 self.assertEqual(self.values("h_1.vtu")["field", "TimeValue"][1], [8.5])
         self.vtk_file("b_5.vtu", 5)
-        self.shm("info", "b_%d.vtu", code=3, stderr="b_5.vtu: is not a step of the mesh of b_3.vtu: it has a time")
+        self.shm("info", "b_%d.vtu", code=3,
+                 stderr="b_5.vtu: does not belong to the same series as b_3.vtu: it has a time value")
 
     @staticmethod
     def collection_of(sets):
@@ -473,17 +474,17 @@ class Meshes(SeriesTest):
                           ({"cells": 1}, "cells: 2, 1"), ({"turned": True}, "cells: 2 of 2 differ"),
                           ({"name": "U"}, "it has array 'U' on points, 1 x float64"),
                           ({"more": True}, "it has array 'more' on cells"),
-                          ({"label": "brass"}, "label"), ({"time": "none"}, "it lacks a time")):
+                          ({"label": "brass"}, "label"), ({"time": "none"}, "it has no time value")):
             self.vtk_file("a_2.vtu", 2, **how)
             for command in (["compress", "a_%d.vtu", "-o", "a.shm"], ["info", "a_%d.vtu"],
                             ["diff", "a_0.vtu", "a_%d.vtu"], ["convert", "a_%d.vtu", "b_%d.vtk"]):
-                self.shm(*command, code=3, stderr="a_2.vtu: is not a step of the mesh of a_0.vtu: " +
+                self.shm(*command, code=3, stderr="a_2.vtu: does not belong to the same series as a_0.vtu: " +
                          (said if "label" not in said else ""))
         self.vtk_file("c_0.vtk", 0)
         self.vtk_file("c_1.vtk", 1)
         os.rename(self.path("c_1.vtk"), self.path("a_2.vtu"))
-        self.shm("info", "a_%d.vtu", code=3, stderr="a_2.vtu: is of another format than a_0.vtu")
-        self.shm("compress", "a_%d.vtk", "-o", "a.shm", code=3, stderr="no file of this name")
+        self.shm("info", "a_%d.vtu", code=3, stderr="a_2.vtu: has a different format from a_0.vtu")
+        self.shm("compress", "a_%d.vtk", "-o", "a.shm", code=3, stderr="no file matches this name")
         self.shm("compress", "c_%d.vtk", code=2, stderr="-o must name")
         self.exodus("e_0.e", range(2))
         self.shm("info", "e_%d.e", code=3, stderr="e_0.e: contains time steps itself")

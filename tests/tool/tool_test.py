@@ -93,7 +93,7 @@ class ToolTest(FolderTest):
         for words in (["--delay", "5"], ["--order", "stream", "--delay", "5"]):
             self.shm("compress", self.mesh, "--codec", "shifts", *words, code=2)
         self.shm("compress", self.mesh, "--segment-cells", "0", code=2)
-        self.assertIn("at least 1M", self.shm("compress", self.mesh, "--memory", "10", code=2)[1])
+        self.assertIn("the minimum is 1M", self.shm("compress", self.mesh, "--memory", "10", code=2)[1])
         self.shm("compress", self.mesh, "--threads", "0", code=2)
         self.shm("compress", self.mesh, "--key-steps", "0", code=2)
         self.shm("compress", self.mesh, "--restart-budget", "-1", code=2)
@@ -190,14 +190,14 @@ class ToolTest(FolderTest):
         self.assertEqual(self.shm("info", cut)[0].splitlines()[1:],
                          self.shm("info", packed)[0].splitlines()[1:])
         self.assertRegex(self.shm("verify", cut, code=1)[0],
-                         "sound, .*, but 23 bytes after its end do not belong to it\n$")
+                         "sound, .*, but 23 bytes after the end of the mesh do not belong to it\n$")
         self.assertEqual(json.loads(self.shm("verify", cut, "--json", code=1)[0])["stray_bytes"], 23)
         against = self.shm("verify", cut, "--against", self.mesh, code=1)[0]
-        self.assertRegex(against, "(?s)equal to .*\n  23 bytes after its end do not belong to it\n$")
+        self.assertRegex(against, "(?s)equal to .*\n  23 bytes after the end of the mesh do not belong to it\n$")
         archive = self.path("torn_archive.shm")
         self.shm("join", "-o", archive, packed, cut)
         self.assertRegex(self.shm("verify", archive, code=1)[0],
-                         "(?s)sound, [^\n]*[a-z]\n.*sound, .*, but 23 bytes after its end do not belong to it\n$")
+                         "(?s)sound, [^\n]*[a-z]\n.*sound, .*, but 23 bytes after the end of the mesh do not belong to it\n$")
         os.remove(archive)
         damaged = bytearray(good)
         damaged[len(good) // 2] ^= 0x10
@@ -515,7 +515,7 @@ class ToolTest(FolderTest):
         self.shm("verify", packed, "--against", self.mesh)
         out = self.shm("verify", packed, "--against", other, code=1)[0]
         self.assertIn("array 'heat', vertex 17: 0.0101 in the source, 0 in the restored mesh; "
-                      "error 0.0101, promised 0.01", out)
+                      "error 0.0101, allowed 0.01", out)
         report = json.loads(self.shm("verify", packed, "--against", other, "--json", code=1)[0])
         self.assertFalse(report["equal"])
         self.assertEqual(report["differences"], 1)
@@ -827,7 +827,7 @@ class ToolTest(FolderTest):
         self.assertTrue(root.tag.endswith("svg"))
 
         for name in ("x.gif", "x"):
-            self.assertIn("a picture is a .svg or .png file",
+            self.assertIn("the name of a picture must end in .svg or .png",
                           self.shm("layout", self.mesh, "-o", self.path(name), code=2)[1])
         if SANITIZED:  # LeakSanitizer would report memory that fontconfig does not free
             return

@@ -25,8 +25,8 @@ WRONG_CALLS = [
     ("compress mesh.vtk --delay -1", "--delay: '-1' is not a whole number"),
     ("append mesh.shm mesh.vtk --step -1", "must be N, first, last or A:B"),
     ("append mesh.shm mesh.vtk --time soon", "--time = soon is not a number"),
-    ("compress mesh.vtk --segment-cells 0", "'0' is not a whole number from 1 up"),
-    ("compress mesh.vtk --key-steps 0", "'0' is not a whole number from 1 up"),
+    ("compress mesh.vtk --segment-cells 0", "'0' is not a whole number of at least 1"),
+    ("compress mesh.vtk --key-steps 0", "'0' is not a whole number of at least 1"),
     ("compress mesh.vtk --bits 99", "'99' is not a whole number from 1 to 52"),
     ("compress mesh.vtk --delay=-1", "'-1' is not a whole number from 0 to 1048576"),
     ("compress mesh.vtk --threads 0", "'0' is not a whole number from 1 to 1024"),
@@ -35,8 +35,8 @@ WRONG_CALLS = [
     ("compress mesh.vtk --level 10x", "'10x' is not fast, default or best"),
     ("compress mesh.vtk --memory much", "'much' is not a size such as 512M"),
     ("compress mesh.vtk --memory -1M", "'-1M' is not a size such as 512M"),
-    ("compress mesh.vtk --memory 10", "10 bytes are too few; at least 1M"),
-    ("diff mesh.vtk mesh.vtk --limit -1", "'-1' is not a whole number from 0 up"),
+    ("compress mesh.vtk --memory 10", "10 bytes are too few; the minimum is 1M"),
+    ("diff mesh.vtk mesh.vtk --limit -1", "'-1' is not a whole number of at least 0"),
 ]
 
 # For files that no command can read: name, contents, and a part of the expected message.
@@ -75,7 +75,7 @@ class WordsTest(FolderTest):
                 file.write(content)
                 file.flush()
                 self.expect_line(["info", name], 3, line)
-        self.expect_line(["verify", "mesh.vtk"], 3, "is not a .shm file; shm compress makes one")
+        self.expect_line(["verify", "mesh.vtk"], 3, "is not a .shm file; use shm compress to create one")
         self.expect_line(["split", "mesh.shm"], 3, "is not an archive of several files made by shm join")
 
     def test_netcdf_that_is_not_exodus(self):

@@ -147,7 +147,7 @@ TEST(Lossy, NamesThatDoNotFit) {
     mesh.add_array<float>({"heat", Location::cell, ScalarType::float32, 1, false, {}, "", {}},
                           {values});
   EXPECT_EQ(error_of({"heat:abs=1"}),
-            "--array: 'heat' fits several arrays; use 'point/heat' or 'cell/heat' or "
+            "--array: several arrays are called 'heat'; use 'point/heat' or 'cell/heat' or "
             "'cell/heat#2'");
   const Schema schema = schema_of(mesh, named({"cell/heat#2:abs=1", "point/heat:abs=2"}));
   EXPECT_EQ(schema.arrays[2].quantization.max_abs, 2);
@@ -271,7 +271,7 @@ TEST(Compare, BrokenPromisesAreNamed) {
   set(restored, 10.5);
   EXPECT_EQ(words(report()),
             "array 'heat', step 1, vertex 5: 10 in the source, 10.5 in the restored mesh; error "
-            "0.5, promised 0.25\n");
+            "0.5, allowed 0.25\n");
   EXPECT_EQ(report().measured[0].largest, .5);
   set(source, std::numeric_limits<double>::infinity());
   EXPECT_EQ(words(report()),

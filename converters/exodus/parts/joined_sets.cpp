@@ -93,10 +93,9 @@ std::vector<std::uint64_t> SetJoin::factors_of_rows(const PartFile& part,
     }
   }
   if (std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}) != factors)
-    fail(
-        part.file, ErrorCode::unsupported, factors_,
-        "has " + std::to_string(factors) +
-            " distribution factors, which is neither one per node of each side nor one per member");
+    fail(part.file, ErrorCode::unsupported, factors_,
+         "has " + std::to_string(factors) +
+             " distribution factors; expected one per member, or one per node of each side");
   return counts;
 }
 
@@ -106,7 +105,8 @@ std::vector<std::byte> SetJoin::rows_of(const PartFile& part, const VariableInde
   const auto index_of = [&](const std::string& name) {
     const int index = own.find(name);
     if (index < 0)
-      fail(part.file, ErrorCode::corrupt, name, "is missing, but the set has members here");
+      fail(part.file, ErrorCode::corrupt, name,
+           "is missing, although this part has members of the set");
     return index;
   };
   const auto members = part.mesh->integers(index_of(members_), 0, count);
@@ -178,8 +178,8 @@ void SetJoin::finish(std::map<std::string, std::uint64_t>& lengths,
                       bytes_.begin() + static_cast<std::ptrdiff_t>(b.begin),
                       bytes_.begin() + static_cast<std::ptrdiff_t>(b.end)))
         fail(files_[b.part], ErrorCode::corrupt, members_,
-             "node " + std::to_string(a.member + 1) + " of the mesh has values in the set " +
-                 "that differ from " + files_[a.part]);
+             "the values of node " + std::to_string(a.member + 1) + " of the mesh in this set " +
+                 "differ from those in " + files_[a.part]);
       return true;
     };
     rows_.erase(std::unique(rows_.begin(), rows_.end(), same), rows_.end());

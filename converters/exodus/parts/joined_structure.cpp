@@ -155,7 +155,7 @@ void Joiner::check_joinable(const PartFile& part) const {
   for (const ArrayLayout& array : layout.arrays)
     if (array.info.role == "exodus:connectivity")
       throw Failure(Error{.code = ErrorCode::unsupported,
-                          .detail = "elements of this type in parts cannot be joined",
+                          .detail = "parts with elements of this type cannot be joined",
                           .section = "variable '" + array.info.name + "'",
                           .file = part.file});
 }

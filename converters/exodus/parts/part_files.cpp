@@ -29,7 +29,7 @@ std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std
   const int index = skeleton.find_variable(map);
   if (index < 0)
     fail(part, section,
-         "is missing, but it contains the numbers of the part's items in the whole mesh");
+         "is missing; without it, the global numbers of the part's nodes or elements are unknown");
   const exodus::Variable& variable = skeleton.variables[static_cast<std::size_t>(index)];
   if (!exodus::is_integer(variable.type) ||
       skeleton.shape(variable) != std::vector<std::uint64_t>{count})
@@ -181,8 +181,8 @@ void PartFiles::find_vertices() {
       const std::uint64_t stated = skeleton.length_of("num_nodes_global");
       if (stated != 0 && stated != vertices_)
         fail(part, "dimension 'num_nodes_global'",
-             "states " + std::to_string(stated) + " nodes; the highest number in any part is " +
-                 std::to_string(vertices_));
+             "states " + std::to_string(stated) +
+                 " nodes, but the highest node number in any part is " + std::to_string(vertices_));
     }
   });
 

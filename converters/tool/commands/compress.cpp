@@ -142,10 +142,10 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       ->check(whole_number(1))
       ->type_name("N");
   command
-      ->add_option(
-          "--restart-budget", restart_budget,
-          "Start segments only as long as they cause at most P percent of the vertices to be\n"
-          "stored twice (default: 0.2). With 0, there is only one segment")
+      ->add_option("--restart-budget", restart_budget,
+                   "Start new segments only while at most P percent of all vertices are stored "
+                   "twice because\n"
+                   "two segments use them (default: 0.2). With 0, there is only one segment")
       ->check(CLI::Validator(
           [](const std::string& word) {
             double percent = 0;

@@ -196,7 +196,8 @@ void Extraction::open() {
   if (path == "-") wrong_use("extract needs random access to its input; IN is standard input");
   const Format* format = format_of_file(path);
   if (format == nullptr || format->name != "shm")
-    throw Failure(ErrorCode::unsupported, "is not a .shm file; shm compress makes one", path);
+    throw Failure(ErrorCode::unsupported, "is not a .shm file; use shm compress to create one",
+                  path);
   file_ = unwrap(FileRandomSource::open(path), path);
   RandomSource* source = file_.get();
   if (is_archive(path)) {

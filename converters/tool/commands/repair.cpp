@@ -243,8 +243,8 @@ CLI::App* RepairCommand::add_to(CLI::App& tool) {
   command->add_option("IN", input, ".shm file")->required()->type_name("");
   command
       ->add_option("-o,--output", output,
-                   "File to write (default: IN,\n"
-                   "if none of its data is lost)")
+                   "File to write (default: replace IN,\n"
+                   "which is possible only if no data is lost)")
       ->type_name("OUT.shm");
   add_force(*command, *this);
   command->add_flag("--json", json, "Print the repaired blocks and the missing data as JSON");

@@ -54,8 +54,9 @@ std::uint64_t stray_bytes(const ToolInput& in) {
 }
 
 std::string stray_text(std::uint64_t bytes) {
-  return bytes == 0 ? std::string()
-                    : ", but " + counted(bytes, "byte") + " after its end do not belong to it";
+  return bytes == 0
+             ? std::string()
+             : ", but " + counted(bytes, "byte") + " after the end of the mesh do not belong to it";
 }
 
 std::string parity_text(const ParityState& state) {

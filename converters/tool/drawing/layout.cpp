@@ -59,7 +59,7 @@ Places LayoutCommand::places() {
   const bool is_device =
       std::filesystem::exists(output, none) && !std::filesystem::is_regular_file(output, none);
   if (output != "-" && !is_device && extension != ".svg" && extension != ".png")
-    wrong_use("a picture is a .svg or .png file; OUT is " + output);
+    wrong_use("the name of a picture must end in .svg or .png; OUT is " + output);
   if (is_png() && !has_png()) wrong_use("a .png needs librsvg, which is not installed");
   return {{input}, output};
 }

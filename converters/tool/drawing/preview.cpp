@@ -176,7 +176,7 @@ Places PreviewCommand::places() {
   if (!can_make_png()) wrong_use("a picture needs libpng; this shm was built without libpng");
   const std::string extension = std::filesystem::path(output).extension().string();
   if (std::find(kOthers.begin(), kOthers.end(), extension) != kOthers.end())
-    wrong_use("a picture is a .png file; OUT is " + output);
+    wrong_use("the name of a picture must end in .png; OUT is " + output);
   if (output == "-" && json) wrong_use("--json and the picture cannot both go to standard output");
   (void)picture_options(*this);
   (void)half_space(clip);

@@ -28,8 +28,10 @@ SurfaceFormat surface_format_of(const SurfaceCommand& command) {
   if (extension.empty()) return SurfaceFormat::ply;
   const auto format = surface_format(std::string_view(extension).substr(1));
   if (!format)
-    wrong_use("a surface is a .ply, .stl or .obj file, by its name or by --format; OUT is " +
-              command.output);
+    wrong_use(
+        "the name of a surface file must end in .ply, .stl or .obj, unless --format is given; OUT "
+        "is " +
+        command.output);
   return *format;
 }
 

@@ -49,19 +49,21 @@ void copy_shm(const std::string& path, const std::string& part, const std::strin
 }  // namespace
 
 CLI::App* ViewCommand::add_to(CLI::App& tool) {
-  CLI::App* command = add_command(
-      tool, *this, "view",
-      "Write a page that shows a mesh in a browser: a single file that contains the mesh, to open\n"
-      "or to send by mail. The page needs no network and no program except the browser",
-      "  shm view rotor.e.shm                     writes rotor.e.shm.html\n"
-      "  shm view rotor.e -o rotor.html           compresses the mesh first");
+  CLI::App* command =
+      add_command(tool, *this, "view",
+                  "Write a page that shows a mesh in a browser: a single file that contains the "
+                  "mesh and can be\n"
+                  "opened or emailed. The page needs no network and no program except the browser",
+                  "  shm view rotor.e.shm                     writes rotor.e.shm.html\n"
+                  "  shm view rotor.e -o rotor.html           compresses the mesh first");
   add_files(*command, *this, mesh_file_text());
   add_output(*command, *this, "Page to write, or folder for pages (default: IN.html next to IN)",
              "OUT.html");
   add_level(*command, level);
   command
-      ->add_option("--page", page,
-                   "Page to put the mesh into (default: the page installed with shm)")
+      ->add_option(
+          "--page", page,
+          "Template page into which the mesh is inserted (default: the page installed with shm)")
       ->type_name("FILE");
   add_part(*command, *this);
   return command;

@@ -31,7 +31,8 @@ class Listing {
     } else if (purpose_.recursive) {
       add_folder(path);
     } else {
-      refuse(path, refusal(ErrorCode::misuse, "is a folder; -r takes the files in it", path));
+      refuse(path,
+             refusal(ErrorCode::misuse, "is a folder; use -r to process the files in it", path));
     }
   }
   FileList done() { return std::move(list_); }

@@ -179,7 +179,7 @@ class Sum {
     if (passed_over_ > 0) sum += ", " + std::to_string(passed_over_) + " passed over";
     if (failed_ > 0) sum += ", " + std::to_string(failed_) + " failed";
     if (command_.changes_size()) sum += "; " + ratio_text(output_bytes_, input_bytes_);
-    if (others > 0) sum += "; " + counted(others, "other file") + " in folders left alone";
+    if (others > 0) sum += "; skipped " + counted(others, "other file") + " in folders";
     return sum + "\n";
   }
 

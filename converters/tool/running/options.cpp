@@ -22,7 +22,8 @@ const CLI::Validator kSize(
       } catch (const CLI::ValidationError&) {
         return wrong;
       }
-      return std::stoull(word) < kLeast ? word + " bytes are too few; at least 1M" : std::string();
+      return std::stoull(word) < kLeast ? word + " bytes are too few; the minimum is 1M"
+                                        : std::string();
     },
     "");
 
@@ -34,8 +35,10 @@ CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
         std::uint64_t number = 0;
         if (TextInput::parse(std::string_view(word), number) && number >= least && number <= most)
           return std::string();
-        return "'" + word + "' is not a whole number from " + std::to_string(least) +
-               (most < ~std::uint32_t{0} ? " to " + std::to_string(most) : " up");
+        return "'" + word + "' is not a whole number " +
+               (most < ~std::uint32_t{0}
+                    ? "from " + std::to_string(least) + " to " + std::to_string(most)
+                    : "of at least " + std::to_string(least));
       },
       ""};
 }
@@ -64,8 +67,8 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
       ->add_option(
           "--memory", options.memory,
           "Memory limit for tables, e.g. 512M (default: 256M; 1G with --order free and diff "
-          "--match). Excess\ngoes to --temp. A higher limit also admits .shm files with more "
-          "active vertices")
+          "--match). Data\nbeyond the limit is stored in the --temp directory. A higher limit also "
+          "allows .shm files with\nmore active vertices to be read")
       ->transform(kSize)
       ->type_name("SIZE");
   command
@@ -105,7 +108,7 @@ void add_output(CLI::App& command, FileCommand& options, const std::string& outp
 void add_removal(CLI::App& command, FileCommand& options) {
   CLI::Option* const remove = command.add_flag(
       "--rm", options.remove,
-      "Remove IN once the output has been read back and found to be the same mesh");
+      "Remove IN after the output has been read back and found to contain the same mesh");
   command.add_flag("-k,--keep", options.keep, "Keep IN (default)")->excludes(remove);
 }
 
@@ -152,17 +155,18 @@ void add_format(CLI::App& command, std::string& format) {
   std::string names;
   for (const Format& one : formats()) names += (names.empty() ? "" : "|") + std::string(one.name);
   command
-      .add_option(
-          "--format", format,
-          "Format of OUT (default: as its name indicates). Refused if the name of OUT indicates "
-          "another\nformat, which could store data that this format loses")
+      .add_option("--format", format,
+                  "Format of OUT (default: as its name indicates). It is an error if the name of "
+                  "OUT indicates\n"
+                  "another format that could store data which this format loses")
       ->type_name(names);
 }
 
 void add_strict(CLI::App& command, bool& strict) {
   command.add_flag("--strict", strict,
-                   "Write nothing (exit code 6) if OUT, in another format than the source, would "
-                   "lack data.\nSuch data is listed on standard error in any case");
+                   "Write nothing (exit code 6) if OUT has another format than the source and "
+                   "cannot store all\nof its data. Lost data is listed on standard error in any "
+                   "case");
 }
 
 void add_steps(CLI::App& command, StepChoice& steps) {

@@ -34,7 +34,7 @@ bool choose_called(const std::string& name, const Schema& schema, ArrayChoice& c
   if (parts.empty()) return false;
   const bool of_points = is_anywhere(Location::point, parts[0], schema);
   if (of_points && is_anywhere(Location::cell, parts[0], schema))
-    wrong_use("there are point/" + name + " and cell/" + name + ": name one of them");
+    wrong_use("there are point/" + name + " and cell/" + name + "; use one of these names");
   choice.location = of_points ? Location::point : Location::cell;
   for (auto& part : parts) {
     std::erase_if(part,

@@ -93,8 +93,8 @@ Result<void> FileInPage::put(std::string_view text) {
 Result<void> FileInPage::write(std::span<const std::byte> bytes) {
   if (bytes.size() > kMostInPage - bytes_)
     return Error{.code = ErrorCode::over_limit,
-                 .detail = "a page holds files of " + std::to_string(kMostInPage) +
-                           " bytes at most, and this one has more"};
+                 .detail = "a page can contain a file of at most " + std::to_string(kMostInPage) +
+                           " bytes, but this file is larger"};
   bytes_ += bytes.size();
   std::string text = std::move(head_);
   head_.clear();

@@ -398,7 +398,7 @@ class LegacyBuilder {
 LegacyParts legacy_of_xml(const MeshInfo& info, LossList* losses) {
   auto contents = Contents::of(info);
   if (!contents && find_extra(info, "vtu/skeleton") != nullptr)
-    fail_extra("vtu/skeleton", "the skeleton of the VTU file is invalid");
+    fail_extra("vtu/skeleton", "the stored structure of the VTU file is invalid");
   if (!contents) return {};
   return LegacyBuilder(info, *contents, losses).build();
 }

@@ -102,7 +102,7 @@ class XmlBuilder {
     const Extra* text = extras_.find("vtk/skeleton");
     if (text == nullptr) return std::move(parts_);
     const auto parsed = vtk::parse_skeleton(text_of_extra(*text));
-    if (!parsed) vtk::fail_extra(text->key, "the skeleton of the VTK file is invalid");
+    if (!parsed) vtk::fail_extra(text->key, "the stored structure of the VTK file is invalid");
     skeleton_ = &*parsed;
     for (const Entry& entry : skeleton_->entries) add(entry);
     add_dataset();

@@ -19,9 +19,9 @@ void Parser::begin_section(EntryKind kind) {
   const auto count = input_.number<std::uint64_t>();
   section_ = of_cells ? Section::cell_data : Section::point_data;
   if (count != section_size())
-    input_.fail(ErrorCode::corrupt, "states " + std::to_string(count) + " values an array for " +
-                                        std::to_string(section_size()) +
-                                        (of_cells ? " cells" : " points"));
+    input_.fail(ErrorCode::corrupt,
+                "states " + std::to_string(count) + " values per array, but there are " +
+                    std::to_string(section_size()) + (of_cells ? " cells" : " points"));
   skeleton_.entries.push_back(Entry{.kind = kind});
 }
 
@@ -96,7 +96,7 @@ void Parser::lookup_table() {
 void Parser::values(Entry entry) {
   const ValueForm form = form_of_word(entry.type);
   if (form == ValueForm::unknown)
-    input_.fail(ErrorCode::corrupt, "'" + entry.type.substr(0, 40) + "' is not a type of values");
+    input_.fail(ErrorCode::corrupt, "'" + entry.type.substr(0, 40) + "' is not a known value type");
   if (form == ValueForm::number) {
     numbers(entry, *scalar_of_word(entry.type, skeleton_.binary));
   } else {

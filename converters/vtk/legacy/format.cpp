@@ -65,7 +65,7 @@ void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList
         losses.push_back("attribute " + std::string(keyword(entry.kind)) + " of " +
                          quoted_array(name));
       if (form_of_word(entry.type) == ValueForm::bit)
-        losses.push_back("bits of " + quoted_array(name) + " (numbers 0 and 1 there)");
+        losses.push_back("type bit of " + quoted_array(name) + " (written as numbers 0 and 1)");
     }
     if (entry.origin != Origin::extra || used.contains(data_key(entry.index))) continue;
     if (entry.kind >= EntryKind::x_coordinates && entry.kind <= EntryKind::z_coordinates)

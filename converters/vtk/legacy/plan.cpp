@@ -42,9 +42,9 @@ void FilePlan::check_lists() const {
     const bool known = std::any_of(lists_.begin(), lists_.end(),
                                    [&](const CellList& list) { return list.kind == each.kind; });
     if (!known || !listed.insert(each.kind).second)
-      fail_extra(
-          "vtk/skeleton",
-          "the skeleton has the same list of cells twice, or a list that its data set cannot have");
+      fail_extra("vtk/skeleton",
+                 "the stored structure has the same list of cells twice, or a list that its data "
+                 "set cannot have");
   }
 }
 
@@ -57,7 +57,7 @@ const FilePlan::CellList& FilePlan::cell_list(EntryKind kind) const {
 void FilePlan::plan_from_source(const Extra& text) {
   const auto* begin = reinterpret_cast<const char*>(text.data.data());
   auto parsed = parse_skeleton({begin, text.data.size()});
-  if (!parsed) fail_extra(text.key, "the skeleton of the VTK file is invalid");
+  if (!parsed) fail_extra(text.key, "the stored structure of the VTK file is invalid");
   skeleton_ = std::move(*parsed);
   settle_dataset();
   Location location = Location::point;

@@ -326,9 +326,7 @@ std::string Parser::plain_words_of(EntryKind kind) {
     const std::string_view word = input_.word();
     double number = 0;
     if (!TextInput::parse(word, number))
-      input_.fail(ErrorCode::corrupt, "'" + std::string(word.substr(0, 40)) +
-                                          "' is not the number that is expected "
-                                          "here");
+      input_.fail(ErrorCode::corrupt, "'" + std::string(word.substr(0, 40)) + "' is not a number");
     words.append(i > 0 ? " " : "").append(word);
   }
   return words;
@@ -370,7 +368,8 @@ void Parser::blanking() {
   entry.tuples = input_.number<std::uint64_t>();
   entry.type = input_.word();
   if (!scalar_of_word(entry.type, skeleton_.binary))
-    input_.fail(ErrorCode::corrupt, "'" + entry.type.substr(0, 40) + "' is not a type of numbers");
+    input_.fail(ErrorCode::corrupt,
+                "'" + entry.type.substr(0, 40) + "' is not a known number type");
   if (!source_.lattice_ || source_.lattice_->points() != entry.tuples)
     input_.fail(ErrorCode::corrupt,
                 "does not have one value for each point; the number of "

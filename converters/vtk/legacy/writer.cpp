@@ -163,7 +163,9 @@ void Writer::extra_values(const Entry& entry) {
     const ScalarType type = *scalar_of_word(entry.type, skeleton_.binary);
     if (found->type != type || raw.size() % scalar_bytes(type) != 0 ||
         raw.size() / scalar_bytes(type) != count)
-      fail_extra(key, "the type or the number of the values differs from the skeleton");
+      fail_extra(
+          key,
+          "the type or the number of the values differs from the stored structure of the VTK file");
     const std::uint64_t per_line = entry.components > 1 ? entry.components : kNumbersPerLine;
     out_.numbers(type, found->data.data(), count, per_line);
     out_.end_column();

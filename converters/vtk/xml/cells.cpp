@@ -249,7 +249,7 @@ bool CellCollector::face_streams(Node& faces, Node& ends, const PieceRange& piec
       const auto end = static_cast<std::uint64_t>(stated);
       if (stated <= static_cast<std::int64_t>(position) || end > numbers.size())
         loader_.fail(ErrorCode::corrupt, ends,
-                     "the faces of cell " + std::to_string(c) + " have an impossible end");
+                     "the end of the faces of cell " + std::to_string(c) + " is out of range");
       const std::int64_t count = numbers.at(position++);
       if (count < 0 || static_cast<std::uint64_t>(count) > end - position)
         loader_.fail(ErrorCode::corrupt, faces,
@@ -295,7 +295,7 @@ bool CellCollector::face_tables(Node& cells, const PieceRange& piece) {
     const auto end = static_cast<std::uint64_t>(stated);
     if (stated < static_cast<std::int64_t>(position) || end > face_ids.size())
       loader_.fail(ErrorCode::corrupt, *arrays[3],
-                   "the faces of cell " + std::to_string(c) + " have an impossible end");
+                   "the end of the faces of cell " + std::to_string(c) + " is out of range");
     const bool polyhedron = types_.get<std::uint8_t>(first_cell + c) == vtk::kPolyhedron;
     standard &= polyhedron || end == position;
     if (polyhedron) begin_stream(end - position);
@@ -311,7 +311,7 @@ bool CellCollector::face_tables(Node& cells, const PieceRange& piece) {
       const std::int64_t to = face_ends.at(face);
       if (from < 0 || to < from || static_cast<std::uint64_t>(to) > points.size())
         loader_.fail(ErrorCode::corrupt, *arrays[1],
-                     "face " + std::to_string(id) + " has an impossible end");
+                     "the end of face " + std::to_string(id) + " is out of range");
       if (polyhedron)
         add_stream_face(*arrays[0], points, static_cast<std::uint64_t>(from),
                         static_cast<std::uint64_t>(to));
@@ -344,7 +344,7 @@ void CellCollector::add_cells(Node& offsets, Node& connectivity, const PieceRang
     const std::int64_t end = ends.at(c);
     if (end < begin || static_cast<std::uint64_t>(end) > nodes.size())
       loader_.fail(ErrorCode::corrupt, offsets,
-                   "cell " + std::to_string(c) + " has an impossible end");
+                   "the end of cell " + std::to_string(c) + " is out of range");
     if (end - begin > static_cast<std::int64_t>(kMaxNodesPerCell))
       loader_.fail(ErrorCode::unsupported, connectivity,
                    "cell " + std::to_string(c) + " has more than 65536 points");

@@ -34,7 +34,7 @@ void add_array(Node& array, LossCollector& losses) {
   if (!word || word->kind != ValuesWord::Kind::array) return losses.add(label);
   if (has_metadata(array)) losses.add("metadata of " + label);
   if (array.attribute_or("type", "") == "Bit")
-    losses.add("bits of " + label + " (numbers 0 and 1 there)");
+    losses.add("type bit of " + label + " (written as numbers 0 and 1)");
 }
 
 void add_losses_of_contents(Contents& contents, const MeshInfo& info, const Keys& used,

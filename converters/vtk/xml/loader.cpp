@@ -57,7 +57,7 @@ void ArrayLoader::read_head(Node& root) {
   if (order != "LittleEndian" && order != "BigEndian")
     fail(ErrorCode::corrupt, root, "'" + order.substr(0, 40) + "' is not a byte order");
   if (header != "UInt32" && header != "UInt64")
-    fail(ErrorCode::corrupt, root, "'" + header.substr(0, 40) + "' is not a type of headers");
+    fail(ErrorCode::corrupt, root, "'" + header.substr(0, 40) + "' is not a header type");
   form.big_endian = order == "BigEndian";
   form.header_bytes = header == "UInt64" ? 8 : 4;
   const std::string compressor = root.attribute_or("compressor", "");
@@ -82,7 +82,7 @@ std::uint64_t ArrayLoader::count_attribute(const Node& node, std::string_view ke
   const auto count = parse_count(*text);
   if (!count)
     fail(ErrorCode::corrupt, node,
-         "'" + text->substr(0, 40) + "' is not a count for " + std::string(key));
+         "'" + text->substr(0, 40) + "' is not a valid value of the attribute " + std::string(key));
   return *count;
 }
 

@@ -224,7 +224,7 @@ void PayloadReader::decode_blocks(const PayloadPlace& place, Bytes& sizes, const
   if (blocks == 0) return;
   if (full > kMostBlockBytes)
     fail(ErrorCode::unsupported, place,
-         "has blocks of " + std::to_string(full) + " bytes; 64 MiB is the most");
+         "has blocks of " + std::to_string(full) + " bytes; at most 64 MiB are supported");
   if (full == 0 || last > full)
     fail(ErrorCode::corrupt, place, "states blocks of an impossible size");
   if (blocks > sizes.most_left() / word)

@@ -55,7 +55,7 @@ void VtuPlan::plan_from_source(const Extra& text) {
   const auto* begin = reinterpret_cast<const char*>(text.data.data());
   auto parsed = parse_skeleton({begin, text.data.size()});
   if (!parsed || parsed->root().child("UnstructuredGrid") == nullptr)
-    vtk::fail_extra(text.key, "the skeleton of the VTU file is invalid");
+    vtk::fail_extra(text.key, "the stored structure of the VTU file is invalid");
   document_ = std::move(*parsed);
   read_head();
   add_time(grid());

@@ -45,7 +45,8 @@ class ReorderedPolyhedra {
     std::size_t begin = 0;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (counts[i] < 0 || static_cast<std::uint64_t>(counts[i]) > points_.size() - begin)
-        vtk::fail_extra("vtu/polyhedron/counts", "states more points than there are");
+        vtk::fail_extra("vtu/polyhedron/counts",
+                        "states more points than vtu/polyhedron/points contains");
       const auto size = static_cast<std::size_t>(counts[i]);
       by_cell_[cells[i]] = std::span(points_).subspan(begin, size);
       begin += size;

@@ -282,7 +282,8 @@ void Writer::extra_values(const ValuesWord& word, PayloadWriter::Head head) {
   if (found == nullptr) vtk::fail_extra(key, "is missing");
   const std::size_t width = scalar_bytes(head.type);
   if (found->type != head.type || found->data.size() % width != 0)
-    vtk::fail_extra(key, "the type of the values is not the type given in the skeleton");
+    vtk::fail_extra(key,
+                    "the type of the values differs from the stored structure of the VTU file");
   head.count = found->data.size() / width;
   payload_.begin(head);
   payload_.numbers(found->data.data(), head.count);
