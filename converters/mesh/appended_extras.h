@@ -1,5 +1,5 @@
-// The extras of a mesh (its data other than mesh and arrays) after time steps from another file
-// have been appended to the mesh.
+// Computes the extras (all data except vertices, cells and arrays) that a file has after the time
+// steps of another file have been appended to it.
 #pragma once
 
 #include <string>

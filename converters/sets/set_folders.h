@@ -32,8 +32,8 @@ struct SetFolder {
 // Returns nothing if the extra does not belong to a set.
 std::optional<SetFolder> set_folder_of(std::string_view key);
 
-// Returns true if the extra with this key belongs to a side set, or if it is the extra `sides` of
-// an edge set or face set (Exodus).
+// Returns true if this is the key of an Extra record that belongs to a side set, or of the record
+// "sides" of an edge set or face set (Exodus).
 bool is_about_sides(std::string_view key);
 
 // Returns the folders of all sets. They are in the order in which their first extras occur in

@@ -233,8 +233,8 @@ std::string layout_svg(const Layout& layout, const std::string& title) {
   add_text(svg, kLeft, 38, "class=\"t\"", escaped_markup(title));
   add_text(svg, kLeft, 62, "class=\"s\"",
            grouped(layout.vertices) + " vertices, " + grouped(layout.cells) +
-               " cells; a line runs from the first to the last cell that uses a vertex (darker: "
-               "more of the vertices in that row)");
+               " cells; the line of a vertex runs from the first to the last cell that uses it "
+               "(darker where the lines of more vertices overlap)");
   add_diagram(svg, layout, layout.stored, kLeft, "As stored",
               "all " + grouped(layout.vertices) + " vertices before the first cell",
               "vertices, as numbered in the file");

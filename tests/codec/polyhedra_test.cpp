@@ -115,8 +115,8 @@ TEST(Polyhedra, ComeBackWhereNothingFits) {
   expect_all_modes(mesh);
 }
 
-/// Each cell is a hexahedron stored as a polyhedron. Its node list contains all six faces, with 30
-/// nodes in total. Nevertheless, a cell needs only 12 bits.
+/// Each cell is a hexahedron stored as a polyhedron. Its list of faces has 30 entries: the number
+/// of nodes and the four nodes of each face. Nevertheless, a cell needs only 12 bits.
 TEST(Polyhedra, OfAGridTakeFewBytes) {
   TestMesh mesh = grid(12, 12, 12, ScalarType::float32, straight);
   mesh.schema.blocks[0].shape = CellShape::faces;

@@ -43,8 +43,8 @@ class AskingFilesTest(FolderTest):
                         ["extract", name, "piece.shm", "--cells", "0:1", "-f"],
                         ["repair", name, "-o", "whole.shm", "-f"], ["join", name, "-o", "joined.shm", "-f"],
                         ["append", name, "more.vtk", "-o", "longer.shm", "-f"], ["diff", name, "more.vtk"]]
-            # These files take long to read. The test therefore runs only the first four commands; the others
-            # would read the files in the same way.
+            # These files take a long time to read. The test therefore runs only the first four commands; the
+            # other commands would read the files in the same way.
             if name.startswith(("components", "stepped", "sheet", "larger")):
                 commands = commands[:4]
             for words in commands:

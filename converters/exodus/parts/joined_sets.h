@@ -18,8 +18,8 @@ namespace shm::converters {
 
 class SetJoin {
  public:
-  // `dimension` is the name of the dimension that counts the members of the set in the structure of
-  // the whole mesh.
+  // `dimension` is the name of the netCDF dimension that gives the number of members of the set in
+  // the file with the whole mesh.
   SetJoin(std::string dimension, const exodus::SetDimension& set)
       : dimension_(std::move(dimension)), set_(&set) {}
 

@@ -28,8 +28,9 @@ void take_residuals(const FloatResiduals& from, std::size_t first, std::size_t c
     words[i] = static_cast<Bits>(words[i] >> 1) ^ static_cast<Bits>(0 - (words[i] & 1));
 }
 
-/// Reads `count` floating-point values and stores their indices in `places`. An index is the
-/// position of a value among all values of its type in ascending order; the index of a NaN is 0.
+/// Reads `count` floating-point values and stores the index of each value in `places`. An index is
+/// the position of the value if all values that the type can represent are in ascending order. The
+/// index of a NaN is 0.
 template <class Bits>
 void take_places(const std::byte* from, std::size_t stride, std::size_t count,
                  Block<Bits>& places) {

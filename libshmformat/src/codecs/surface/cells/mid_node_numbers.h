@@ -28,8 +28,8 @@ class MidNodeNumbers {
   void learn(std::uint64_t number);
 
  private:
-  /// Rules in order of preference. Some rules add a step. It is the step with which the previous
-  /// prediction of the same rule would have been right.
+  /// Rules that predict the number of a mid node, in order of preference. Some rules add a step:
+  /// the number that would have made the previous prediction of the same rule exact.
   enum Rule : std::uint8_t {
     follows,       ///< the most recently coded number plus 1
     follows_kind,  ///< the most recent number of a node of the same kind (edge, face or body), plus

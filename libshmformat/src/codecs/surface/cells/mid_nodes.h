@@ -50,8 +50,9 @@ class MiddleTable {
     if (slot < entries_.size() && entries_[slot].is_set) erase(slot);
   }
 
-  /// Returns the XOR of the signatures of all cell sides so far that contain an edge. A side shared
-  /// by two cells occurs twice and cancels out. `slot`: the vertex in the middle of the edge.
+  /// Each edge has a checksum: the XOR of the signatures of the sides that contain the edge, over
+  /// all cells coded so far. A side shared by two cells occurs twice and cancels out. Returns the
+  /// checksum of the edge whose middle vertex is `slot`.
   std::uint64_t& open(std::uint32_t slot) { return entries_[slot].open; }
 
  private:

@@ -162,7 +162,8 @@ class Polyhedra {
   // candidate
   std::array<std::array<MixedBit, 4>, 3> is_new_, among_;
 
-  // Models of the candidates, by the number of nodes so far and the reasons for the candidate
+  // Models for the decision whether a candidate is the next node. Indexed by the number of nodes of
+  // the face so far, and by the set of rules that proposed the candidate
   std::array<std::vector<MixedBit>, 3> which_;
   // Models of the decision whether this is the last use of a vertex, by the number of open faces
   // and the number of edges at the vertex
