@@ -1,9 +1,10 @@
 // values_bench [--level fast|default|best]... [--seconds S] [--stepped NAME]... [--like FILE.shm]
 // [--sizes | --dump FOLDER] MESH
 //
-// Measures the cost of coordinates and arrays in a .shm file, for a mesh of any format. Writes
-// lines of JSON to standard output. The Writer and the Reader run in memory, in one thread and with
-// order keep. Times are CPU times. All results are decoded and compared with the original values.
+// Measures the bytes and the CPU time that coordinates and arrays need in a .shm file, for a mesh
+// of any format. Writes lines of JSON to standard output. The Writer and the Reader run in memory,
+// in one thread, and with the order "keep". Times are CPU times. All results are decoded and
+// compared with the original values.
 //
 // For each level, reports the stream size and the additional time, in seconds, of the coordinates
 // and of each array. Let T be the time for the mesh without arrays. The additional time of an array

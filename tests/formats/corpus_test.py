@@ -42,7 +42,7 @@ ORACLES = {  # key: source_format of `shm info`; value: extension for decompress
 # slow and would not test anything more.
 LARGEST_CONVERTED = 1 << 20
 FOLDERS = ("exodus", "vtk", "gmsh", "other")
-# Order and level of each compression. The .shm file of the last entry is also decompressed.
+# The values of --order and --level for each compression. The .shm file of the last entry is also decompressed.
 CHOICES = (("stream", "fast"), ("stream", "default"), ("free", "default"), ("keep", "default"))
 
 

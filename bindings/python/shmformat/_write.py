@@ -216,7 +216,7 @@ def _write_times(times: Sequence[float] | None, writer: _Writer) -> None:
 
 
 def _cell_targets(cells: Cells | Any, blocks: Sequence[Block] | None, writer: _Writer) -> list[Any]:
-    """Declares the blocks, and returns the targets that pass the cells to shmf_writer_mesh()."""
+    """Declares the blocks. Returns objects that receive the cells and pass them to shmf_writer_mesh()."""
     if isinstance(cells, Cells):
         corners = _numbers(cells.connectivity)
         more = [_target(lib.SHMF_CORNER_BEGIN, _numbers(cells.offsets), writer),

@@ -148,7 +148,7 @@ class UrlBytes {
     throw this.error(`the server answers ${status}`);
   }
   /** Returns an error for a failed connection. If the origin of the server differs from that of the
-   *  page, the browser hides the reason from the script, so the message mentions a possible one. */
+   *  page, the browser hides the reason from the script, so the message names a likely cause. */
   failed(cause) {
     const { origin } = globalThis.location ?? {};
     const isOther = origin !== undefined && origin !== new URL(this.url).origin;

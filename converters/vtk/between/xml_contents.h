@@ -57,8 +57,8 @@ std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t st
 // Removes the value ranges (attributes and information keys) from an array element.
 void forget_ranges(Node& array);
 
-// Returns true if an array element contains names of components, or information keys other than
-// ranges.
+// Returns true if a <DataArray> element contains names of components, or information keys other
+// than ranges.
 bool has_metadata(const Node& array);
 
 }  // namespace shm::converters::vtu

@@ -17,8 +17,8 @@ struct CellForm {
     itself,  ///< the cell itself is a face, an edge or a point; the first nodes of the cell are its
              ///< corners
     solid,   ///< the cell has sides; the first nodes of the cell are its corners
-    polyhedron,  ///< the nodes of the cell list its faces; each face repeats its first vertex at
-                 ///< its end
+    polyhedron,  ///< the node list of the cell contains its faces; each face ends with a repeat of
+                 ///< its first vertex
   };
   Kind kind = unknown;
   /// Number of nodes that are corners; set for the kinds `itself` and `solid`.

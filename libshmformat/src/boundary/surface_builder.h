@@ -34,10 +34,10 @@ std::vector<std::byte> no_value(const ArrayInfo& info);
 
 class SurfaceBuilder {
  public:
-  /// Returns a 64-bit mark that states which element of a stepped array belongs to a cell. The mark
-  /// contains the index of that element, and whether the array covers the cell. If it does not, the
-  /// index is that of the next covered cell's element. In coding order, the marks of the cells are
-  /// ascending.
+  /// Returns a 64-bit mark that states where the values of a stepped array contain the value of a
+  /// cell. The mark contains an index into the values, and a flag that is set if the array covers
+  /// the cell. If the array does not cover the cell, the index is that of the next cell, in coding
+  /// order, that the array covers. In coding order, marks ascend.
   static constexpr std::uint64_t mark_of(std::uint64_t element, bool is_covered) {
     return element * 2 + (is_covered ? 1 : 0);
   }

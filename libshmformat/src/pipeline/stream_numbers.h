@@ -31,8 +31,8 @@ class StreamNumbers {
   // Vertices owned by segments before the encoded part of the mesh: call set_imported() before
   // complete()
 
-  /// Returns a new ticket for a vertex that is owned by a segment before the encoded part of the
-  /// mesh.
+  /// Returns a new ticket for an imported vertex: its owner is a segment that precedes the part of
+  /// the mesh that is encoded.
   std::uint32_t new_imported() { return imported_.emplace_back(new_ticket()); }
   /// Returns the number of calls to new_imported().
   std::size_t imported() const { return imported_.size(); }

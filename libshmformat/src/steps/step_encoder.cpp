@@ -228,8 +228,8 @@ EncodedColumn StepEncoder::choose_terms() {
       before.liked = StepReference::trend;
     }
   }
-  // If some kind of reference was not allowed at this step, the next step compares all references
-  // again.
+  // If one of the kinds of references was not allowed at this step, the next step compares all
+  // kinds again.
   before.liked_bytes = most_here_ == most_ ? best.column.bytes.size() : 0;
   reference_ = best.refers ? before.liked : StepReference::nothing;
   return std::move(best.column);

@@ -68,8 +68,8 @@ class MiddleTable {
   void erase(std::uint32_t slot);
 
   const ActiveSurface* surface_;
-  std::vector<Entry> entries_;  // the entry of each vertex that is in the middle of an edge or
-                                // face, by vertex slot
+  // For each vertex in the middle of an edge or face, which edge or face this is. Indexed by slot
+  std::vector<Entry> entries_;
 
   // Two maps, one for edges and one for faces. The key consists of the slots of the two vertices
   // that identify the edge or face. The value is the vertex in its middle

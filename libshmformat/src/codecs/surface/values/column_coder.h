@@ -88,7 +88,7 @@ struct ColumnTraits {
   bool copies = false;
 };
 
-/// The choices for the coding of an array in one group.
+/// The coding options that the encoder chooses for one array in one group.
 struct ColumnStyle {
   Reach reach = Reach::farther;  ///< distance at which neighbours are used
   bool matches = true;           ///< whether predictions use matches and other components

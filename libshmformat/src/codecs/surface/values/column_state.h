@@ -135,10 +135,10 @@ struct ColumnSlots {
   }
 };
 
-/// Decoding: the memory budget that all columns of a segment share. If memory becomes scarce, a
-/// column changes its storage if nearly all of its slots are equal: it then stores only the
-/// exceptions, and borrows a full set of slots for the current tile. Requests that exceed the limit
-/// are refused. The budget does not change decoded values.
+/// Decoding: the memory budget that all columns of a segment share. When memory becomes scarce, a
+/// column whose slots are nearly all equal stores only the slots that differ. It then expands them
+/// into a buffer for each tile; all columns share this buffer. Requests that exceed the limit are
+/// refused. The budget does not change decoded values.
 class ColumnMemory {
  public:
   /// Sets the limit in bytes. Memory that is already in use counts towards the limit. Memory is
@@ -451,7 +451,7 @@ class ColumnState {
   // `scale`: scale of the prediction; see the scale() functions in value_domain.h.
   ResidualContext residual_context(const TileElement& element, std::int32_t scale) const;
   SizesAround sizes_around(const TileElement& element, std::int32_t scale) const;
-  /// Returns the number of near elements that were predicted by a second mode.
+  /// Returns the number of near neighbours that were predicted by the second mode of their class.
   std::uint32_t seconds_near(const Neighbourhood& item) const {
     std::uint32_t count = 0;
     for (std::uint32_t a = 0; a < 3; ++a)
