@@ -153,7 +153,8 @@ TEST(IndexEntries, TheEntryAndItsFieldAreNamed) {
   const auto read = read_all(inconsistent);
   ASSERT_FALSE(read);
   EXPECT_NE(read.error().detail.find("of the group at byte "), std::string::npos);
-  EXPECT_NE(read.error().detail.find("a different box"), std::string::npos) << read.error().message();
+  EXPECT_NE(read.error().detail.find("a different box"), std::string::npos)
+      << read.error().message();
 }
 
 TEST(IndexEntries, ChunksThatAReaderMaySkipAreListedToo) {
