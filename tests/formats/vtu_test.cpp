@@ -350,8 +350,10 @@ TEST_F(VtuTest, PolyhedraAsListsOfFaces) {
   EXPECT_NE(back.find("0 1 2 3 3 4"), std::string::npos) << back;
   EXPECT_NE(find_extra(open_text(shared)->info(), "vtu/data/0"), nullptr);
   expect_failure(tables("0 1 2 9", "4 4", "0 1 2", "3"), ErrorCode::corrupt, "names face 1 of 1");
-  expect_failure(tables("0", "1 0", "0 1 2", "3"), ErrorCode::corrupt, "is out of range");
-  expect_failure(tables("0", "1 1", "0 1 2", "4"), ErrorCode::corrupt, "is out of range");
+  expect_failure(tables("0", "1 0", "0 1 2", "3"), ErrorCode::corrupt,
+                 "the end of the faces of cell 1 is out of range");
+  expect_failure(tables("0", "1 1", "0 1 2", "4"), ErrorCode::corrupt,
+                 "the end of face 0 is out of range");
 }
 
 TEST_F(VtuTest, BrokenPolyhedra) {
@@ -360,11 +362,13 @@ TEST_F(VtuTest, BrokenPolyhedra) {
                                              point_array("faceoffsets", ends, "Int64"));
   };
   expect_failure(tetrahedra("version=\"1.0\"", ""), ErrorCode::corrupt, "no arrays of faces");
-  expect_failure(with("4 3 0 1", "17 34"), ErrorCode::corrupt, "is out of range");
+  expect_failure(with("4 3 0 1", "17 34"), ErrorCode::corrupt,
+                 "the end of the faces of cell 0 is out of range");
   expect_failure(with("9 3 0 1 2", "5 5"), ErrorCode::corrupt, "impossible number of faces");
   expect_failure(with("1 9 0 1 2", "5 5"), ErrorCode::corrupt, "beyond its end");
   expect_failure(with("1 3 0 1 9 1 3 0 1 2", "5 10"), ErrorCode::corrupt, "point");
-  expect_failure(with("", "-1 -1"), ErrorCode::corrupt, "is out of range");
+  expect_failure(with("", "-1 -1"), ErrorCode::corrupt,
+                 "the end of the faces of cell 0 is out of range");
 }
 
 // --- other formats
