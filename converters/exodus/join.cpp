@@ -63,7 +63,7 @@ typename std::list<Item>::iterator place_for(std::string_view name,
 
 // For each name of a part: among this name and the names after it in the part, finds the first one
 // that the list of all names contains. Returns the positions of the names that were found in the
-// list. The position is `end` if there is no such name.
+// list. The position is `end` if no name was found.
 template <class Items, class Iterator, class Name>
 std::vector<Iterator> next_known(const Items& items, const std::map<std::string, Iterator>& known,
                                  Iterator end, Name&& name_of) {

@@ -82,9 +82,9 @@ struct Capabilities {
   // every name unchanged.
   bool (*name)(const std::string& name) = nullptr;
   // Name of the sibling: another format whose extras the writer of this format understands, so that
-  // it can write meshes of that format directly. Empty if there is none. For example, VTK legacy
-  // and VTU are siblings. losses_of_sibling() describes the data that is lost when a mesh of the
-  // sibling is written in this format.
+  // it can write meshes of that format directly. Empty if the format has no sibling. For example,
+  // VTK legacy and VTU are siblings. losses_of_sibling() describes the data that is lost when a
+  // mesh of the sibling is written in this format.
   std::string_view sibling = {};
   LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
 };

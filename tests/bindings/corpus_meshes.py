@@ -398,7 +398,7 @@ def different_arrays(seen, theirs, ours, roles):
 
 def parts_of(key, values, ours):
     """Some readers merge several arrays into one array with several components. Returns the keys in `ours`
-    of the arrays that were merged into the array `key`, or an empty list if there are none."""
+    of the arrays that were merged into the array `key`, or an empty list if no arrays were merged into it."""
     count = values.shape[1] if values.ndim > 1 else 1
     names = [other for other in ours if other[0] == key[0]]
     for first in range(len(names) - count + 1):

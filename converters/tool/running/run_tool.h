@@ -11,7 +11,7 @@ namespace shm::converters {
 using Commands = std::vector<std::unique_ptr<Command>>;
 
 // Runs the command that the arguments name and returns the exit code. Reports failures on standard
-// error, even if there is not enough memory to create the commands.
+// error, even if memory runs out while the commands are created.
 int run_tool(Commands (*commands)(), int argc, char** argv) noexcept;
 
 }  // namespace shm::converters

@@ -35,7 +35,7 @@ constexpr std::uint64_t most_compressed_bytes(std::uint64_t size) {
 bool decompress(Compressor compressor, const std::vector<std::byte>& block, std::byte* out,
                 std::size_t size);
 // Compresses `size` bytes and returns the result. Precondition: size > 0. Throws Failure (output)
-// if there is not enough memory.
+// if memory runs out.
 std::vector<std::byte> compress(Compressor compressor, const std::byte* values, std::size_t size);
 
 // Appends the base64 form of `count` bytes to `text`: four characters for three bytes, padded with

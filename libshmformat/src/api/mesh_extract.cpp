@@ -261,7 +261,7 @@ Result<std::optional<DecodingQueue::Output>> MeshExtractor::Impl::next_output() 
   }
 }
 
-/// Reads the next group and passes it to the queue. Returns false if there are no more groups to
+/// Reads the next group and passes it to the queue. Returns false if all groups have been
 /// read.
 Result<bool> MeshExtractor::Impl::add_next_group() {
   if (reading_ && (groups_.next == groups_.end || needs_no_more())) reading_.reset();

@@ -220,7 +220,7 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, const StoredCell& stored, C
 }
 
 /// Encoding: searches the kMaxLastUse positions before `i` for the vertex at position `i`. Returns
-/// the lowest position with this vertex, or kNone if there is none.
+/// the lowest position with this vertex, or kNone if the vertex does not occur there.
 template <class Coder>
 std::uint32_t Connectivity<Coder>::earlier_position(const StoredCell& stored,
                                                     const CellTopology& cell, std::uint32_t i) {

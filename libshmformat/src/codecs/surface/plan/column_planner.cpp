@@ -63,8 +63,8 @@ class Elements {
   std::size_t before_;
 };
 
-/// Returns, for each element, the index of the next element with the same kind and corner, or its
-/// own index if there is none. `stands`: results of stand_of().
+/// Returns, for each element, the index of the next element with the same kind and corner. For the
+/// last such element, returns its own index. `stands`: results of stand_of().
 std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
   constexpr std::size_t kPlaces = 64;
   std::vector<std::uint32_t> next(stands.size());

@@ -153,7 +153,7 @@ class EarlierValues {
     bool follows;
   };
   static constexpr std::uint8_t kNothing =
-      255;  // residual length that is stored if there is no earlier value to predict from
+      255;  // residual length that is stored if no earlier value can predict the value
 
   std::vector<Missed> missed_;             // residual lengths, by value
   std::vector<std::uint64_t> magnitudes_;  // magnitudes, by value

@@ -17,9 +17,9 @@ constexpr bool kMayRecall = !requires(const Space& space) {
   space.table;
 };
 
-/// Returns the modes with which an element is predicted if it has no partner (an earlier element
-/// with a similar reference value). If one of the modes of the class is kPartnerMode, only the
-/// other mode is used; if there is no other mode, the lattice prediction is used.
+/// Returns the modes that predict an element without a partner (an earlier element with a similar
+/// reference value). They are the modes of the element's class except kPartnerMode. If the class
+/// has only kPartnerMode, the element is predicted by the lattice.
 ClassModes modes_without_partner(const ClassModes& modes) {
   ClassModes own = modes;
   if (own.second == kPartnerMode) own.second = kNoMode;
