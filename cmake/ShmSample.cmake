@@ -1,5 +1,5 @@
-# If sanitizers are enabled, the gate (scripts/test) builds only one third of the test programs and
-# of the fuzz targets. The commit determines which third.
+# If sanitizers are enabled, the gate (scripts/test) builds only a quarter of the test programs and
+# of the fuzz targets. The commit determines which quarter.
 set(SHM_TEST_SHARE 1 CACHE STRING "Build every N-th test program and fuzz target, chosen by SHM_TEST_SEED")
 set(SHM_TEST_SEED "" CACHE STRING "Seed that selects the programs if SHM_TEST_SHARE is above 1")
 
