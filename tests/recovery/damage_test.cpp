@@ -470,6 +470,29 @@ TEST(Damage, ACopyOfTheIndexIsNoEnd) {
     EXPECT_LT(damage.offset, middle + bytes) << damage.section;
 }
 
+// Bytes in a damaged chunk that look like the mark of a chunk header are skipped.
+TEST(Damage, MarksWithinADamagedChunkAreSkipped) {
+  const Bytes whole = file(Order::keep);
+  const auto at = places(whole);
+  const auto largest = std::max_element(at.begin(), at.end(), [](const auto& a, const auto& b) {
+    return a.second - a.first < b.second - b.first;
+  });
+  ASSERT_GT(largest->second - largest->first, 200u);
+  Bytes damaged = whole;
+  damaged[largest->first + 5] ^= std::byte{1};
+  const DamageReport without_marks = found(damaged);
+  constexpr std::string_view kMark = "SHMc";
+  for (const std::size_t offset : {40u, 43u, 100u, 150u})
+    for (std::size_t i = 0; i < kMark.size(); ++i)
+      damaged[largest->first + offset + i] = static_cast<std::byte>(kMark[i]);
+  const DamageReport report = found(damaged);
+  ASSERT_EQ(report.damages.size(), without_marks.damages.size());
+  for (std::size_t i = 0; i < report.damages.size(); ++i) {
+    EXPECT_EQ(report.damages[i].offset, without_marks.damages[i].offset);
+    EXPECT_EQ(report.damages[i].bytes, without_marks.damages[i].bytes);
+  }
+}
+
 /// Returns copies of the file in which the index is unusable. The first copies have a damaged byte
 /// in the index, a damaged header of the index, or damaged headers of index and trailer. In the
 /// last copy, a byte of the index is damaged and all chunks are in reverse order.

@@ -165,6 +165,9 @@ class AppendTest(FolderTest):
         self.assertEqual(report["step_times"], [0, .5, 1, 2, 3])
         self.assertEqual(report["bytes"], os.path.getsize(out))
         self.assert_steps(out, self.exodus("some.e", [0, 1, 2, 4, 6]))
+        # The appended file has as many steps as the new file, but other times.
+        self.shm("append", file, self.exodus("middle.e", range(4, 9)), "-o", out, "--step", "3", "--step", "4")
+        self.assert_steps(out, self.exodus("some.e", [0, 1, 2, 7, 8]))
         self.shm("append", file, all_steps, "--step", "9", code=2, stderr="no step 9")
         self.shm("append", file, all_steps, "--step", "1", "--all", code=2,
                  stderr="excludes")

@@ -15,6 +15,7 @@
 #include "base/stored_value.h"
 #include "compare/mesh_match.h"
 #include "compare/point_tree.h"
+#include "compare/values.h"
 #include "mesh/cell_keys.h"
 #include "mesh/cell_rotations.h"
 #include "mesh/coding_order.h"
@@ -312,6 +313,37 @@ TEST(MeshDiff, Tolerances) {
     wrong.*set = {"no such"};
     EXPECT_THROW(diff(a, b, wrong), Failure);
   }
+}
+
+// A relative tolerance of coordinates is relative to the longest side of the bounding box of A.
+TEST(MeshDiff, RelativeTolerancesOfCoordinates) {
+  MemoryMesh a = grid_mesh(4, 4, 4), b = grid_mesh(4, 4, 4);
+  const std::size_t at = 5 * 24;
+  const double x = load<double>(a.points.data() + at);
+  set_value(b.points, 15, x + .003);
+  ValueRange range(3);
+  range.add(a.points.data(), a.mesh.vertices, ScalarType::float64);
+  const double relative = .003 / range.largest_side();
+  EXPECT_TRUE(diff(a, b, within(Accuracy::relative(relative * 1.01))).equal());
+  EXPECT_FALSE(diff(a, b, within(Accuracy::relative(relative * .99))).equal());
+  EXPECT_NEAR(diff(a, b).differences[0].relative.value(), relative, relative / 100);
+}
+
+TEST(MeshDiff, CornersOfDifferentCellsAreListed) {
+  const MemoryMesh a = grid_mesh(2, 2, 2);
+  MemoryMesh b = a;
+  std::swap(b.cells[5][0], b.cells[5][1]);
+  const auto corners = [](const MemoryMesh& mesh) {
+    std::string text;
+    for (const std::uint64_t corner : mesh.cells[5])
+      text += (text.empty() ? "corners (" : " ") + std::to_string(corner);
+    return text + ")";
+  };
+  MemoryMesh one = a;
+  const MeshDiff found = diff(one, b);
+  ASSERT_EQ(found.differences.size(), 1u) << words(found);
+  EXPECT_EQ(found.differences[0].places[0].value_a, corners(a));
+  EXPECT_EQ(found.differences[0].places[0].value_b, corners(b));
 }
 
 TEST(MeshDiff, RolesAndExtrasCanBeLeftOut) {
