@@ -22,18 +22,18 @@ class Exodus:
     The cells of a block of hexahedra are an array with one row of eight corners per hexahedron. The cells of a block of
     polygons are a list with the nodes of each polygon. The cells of a block of polyhedra are a list with the
     indices of the faces of each polyhedron; `faces` contains the nodes of each face. `node_sets` contains a tuple for
-    each set: name and nodes. `side_sets` contains a tuple for each set: name, elements and sides. put_step() writes the
-    values of all arrays at one time step."""
+    each set: name and nodes. `side_sets` contains a tuple for each set: name, elements and sides. `word` is the type of all
+    real numbers of the file, f4 or f8. put_step() writes the values of all arrays at one time step."""
 
     def __init__(self, path, title, points, blocks, faces=(), node_sets=(), side_sets=(), times=(),
                  node_names=(), cell_names=(), qa=(), info=(), maps=False, factors=False,
-                 kind="NETCDF3_64BIT_OFFSET"):
-        self.blocks = blocks
+                 kind="NETCDF3_64BIT_OFFSET", word="f8"):
+        self.blocks, self.word = blocks, word
         self.file = netCDF4.Dataset(path, "w", format=kind)
         self.file.set_fill_off()
         self.sizes = [len(of) for _, _, of in blocks]
         self.file.setncatts({"api_version": np.float32(8.11), "version": np.float32(8.11),
-                             "floating_point_word_size": np.int32(8), "file_size": np.int32(1),
+                             "floating_point_word_size": np.int32(word[1]), "file_size": np.int32(1),
                              "maximum_name_length": np.int32(NAME_LENGTH),
                              "int64_status": np.int32(0), "title": title})
         # variables and their values, which are written after all dimensions and variables have been defined
@@ -43,10 +43,10 @@ class Exodus:
                            ("time_step", None), ("num_nodes", len(points)),
                            ("num_elem", sum(self.sizes)), ("num_el_blk", len(blocks))):
             self.file.createDimension(name, size)
-        self.define("time_whole", "f8", ("time_step",), np.array(times))
+        self.define("time_whole", word, ("time_step",), np.array(times))
         self.texts("coor_names", ("num_dim", "len_name"), ["x", "y", "z"])
         for axis, letter in enumerate("xyz"):
-            self.define(f"coord{letter}", "f8", ("num_nodes",), points[:, axis])
+            self.define(f"coord{letter}", word, ("num_nodes",), points[:, axis])
         if maps:
             self.define("node_num_map", "i4", ("num_nodes",), np.arange(1, len(points) + 1))
             self.define("elem_num_map", "i4", ("num_elem",), np.arange(1, sum(self.sizes) + 1))
@@ -122,7 +122,7 @@ class Exodus:
             self.file.createDimension(f"num_nod_ns{number}", len(nodes))
             self.define(f"node_ns{number}", "i4", (f"num_nod_ns{number}",), nodes + 1)
             if factors:
-                self.define(f"dist_fact_ns{number}", "f8", (f"num_nod_ns{number}",), np.ones(len(nodes)))
+                self.define(f"dist_fact_ns{number}", self.word, (f"num_nod_ns{number}",), np.ones(len(nodes)))
         for number, (_, elements, sides) in enumerate(side_sets, 1):
             dimension, of_nodes = f"num_side_ss{number}", f"num_df_ss{number}"
             self.file.createDimension(dimension, len(elements))
@@ -130,7 +130,7 @@ class Exodus:
             self.define(f"side_ss{number}", "i4", (dimension,), sides + 1)
             if factors:
                 self.file.createDimension(of_nodes, 4 * len(elements))
-                self.define(f"dist_fact_ss{number}", "f8", (of_nodes,), np.ones(4 * len(elements)))
+                self.define(f"dist_fact_ss{number}", self.word, (of_nodes,), np.ones(4 * len(elements)))
 
     def put_variables(self, node_names, cell_names):
         for names, what in ((node_names, "nod"), (cell_names, "elem")):
@@ -142,10 +142,10 @@ class Exodus:
                         np.ones((len(self.sizes), len(cell_names)), "i4"))
         for number, name in enumerate(node_names, 1):
             self.values["node", name] = [self.file.createVariable(
-                f"vals_nod_var{number}", "f8", ("time_step", "num_nodes"))]
+                f"vals_nod_var{number}", self.word, ("time_step", "num_nodes"))]
         for number, name in enumerate(cell_names, 1):
             self.values["cell", name] = [self.file.createVariable(
-                f"vals_elem_var{number}eb{block}", "f8", ("time_step", f"num_el_in_blk{block}"))
+                f"vals_elem_var{number}eb{block}", self.word, ("time_step", f"num_el_in_blk{block}"))
                 for block in range(1, len(self.sizes) + 1)]
 
     def put_step(self, step, node_values, cell_values):

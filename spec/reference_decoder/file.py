@@ -7,7 +7,8 @@ from itertools import accumulate, islice
 from .basics import MASK32, MASK64, SCALAR_BYTES, Cursor, ShmError, checksum, packed_blob, reject_unless
 from .group import STREAM_NAMES, GroupHeader, Imported, Segment
 from .schema import read_schema
-from .steps import StepValues, read_parts
+from .bundles import BUNDLE, MOST_PAIRS
+from .steps import StepValues, read_parts, shares_of_bundle
 
 # ---------------------------------------------------------------------------- 2 Container
 
@@ -106,7 +107,8 @@ def read_chunk(data, at, sequence):
     payload = data[at : at + size]
     if sum_ != checksum(payload):
         raise ShmError("a checksum that does not match", "payload of a chunk", at)
-    known = SCHEMA <= kind <= INDEX and version <= (kind in WITH_VERSION_1) and (segment == 0 or kind == GROUP)
+    newest = 2 if kind == STEP_VALUES else kind in WITH_VERSION_1
+    known = SCHEMA <= kind <= INDEX and version <= newest and (segment == 0 or kind == GROUP)
     return Chunk(kind, version, segment, bool(flags & 1), known, at - size_of_header, size_of_header, payload)
 
 
@@ -214,15 +216,32 @@ class File:
         if self.step_values is None:
             self.step_values = StepValues(self.schema, self.groups)
         self.listed = []
-        for part in read_parts(chunk):
+        parts = read_parts(chunk)
+        if parts[0].codec == BUNDLE:
+            yield from self._bundle(chunk, parts)
+            return
+        for part in parts:
             piece = self.step_values.decode(part, chunk.base())
             if piece.step >= MOST_STEPS:
                 raise ShmError("over limit: a step of 2^20 or more", "step values", chunk.offset)
             self.totals.steps = max(self.totals.steps, piece.step + 1)
             self._count_bytes(self.schema.stream_name(piece.array), len(part.data))
             reference = 0 if part.reference_step == part.step else 1 + part.trend
-            self.listed.append([part.array, part.step, piece.first, part.count, part.group, reference, part.codec])
+            self.listed.append([part.array, part.step, piece.first, part.count, part.group, reference, part.codec,
+                                1, 1])
             yield piece
+
+    def _bundle(self, chunk, parts):
+        for part in parts:
+            self.listed.append([part.array, part.step, 0, part.count, part.group, 0, part.codec, part.arrays,
+                                part.steps])
+        if parts[0].step + parts[0].steps > MOST_STEPS:
+            raise ShmError("over limit: a step of 2^20 or more", "step values", chunk.offset)
+        for piece in self.step_values.decode_bundle(parts, chunk.base()):
+            self.totals.steps = max(self.totals.steps, piece.step + 1)
+            yield piece
+        for array, size in shares_of_bundle(parts):
+            self._count_bytes(self.schema.stream_name(array), size)
 
     # ------------------------------------------------------------------ 8 Step times
 
@@ -365,12 +384,15 @@ class File:
         steps = self._differences(cursor, sum(parts), MASK64)
         counts = [cursor.varint() for _ in range(sum(parts))]
         references, codecs = ([cursor.u8() for _ in range(sum(parts))] for _ in range(2))
+        covered = [(cursor.varint32(), cursor.varint()) if codec == BUNDLE else (1, 1) for codec in codecs]
+        if any(not 1 <= a * s <= MOST_PAIRS for a, s in covered):
+            cursor.fail("a bundle of no arrays or steps, or of too many")
         cursor.end()
         firsts = []
         for i, count in enumerate(counts):
             goes_on = i > 0 and (arrays[i], steps[i]) == (arrays[i - 1], steps[i - 1])
             firsts.append(firsts[-1] + counts[i - 1] if goes_on else 0)
-        of_part = zip(arrays, steps, firsts, counts, in_groups, references, codecs)
+        of_part = zip(arrays, steps, firsts, counts, in_groups, references, codecs, *zip(*covered))
         of_chunk = iter(parts)
         for entry in entries:
             if entry[0] == GROUP:
@@ -393,7 +415,7 @@ class File:
             listed += [[cursor.f64() for _ in range(6)], cursor.varint()]
         elif entry[0] == STEP_VALUES:
             part = [cursor.varint32(), *(cursor.varint() for _ in range(3))]
-            listed = [[*part, cursor.varint32(), cursor.u8(), cursor.u8()]]
+            listed = [[*part, cursor.varint32(), cursor.u8(), cursor.u8(), 1, 1]]
         return *entry, listed
 
 

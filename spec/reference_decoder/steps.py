@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from .basics import FLOAT32, MASK32, MASK64, SCALAR_BYTES, Cursor, ShmError, reject_unless
+from .bundles import BUNDLE, MOST_PAIRS, read_bundle, values_at
 from .columns import COLUMNS, MIXED_COLUMNS, SHUFFLED_ZSTD, WITH_TABLES, Column, shuffled_values
 from .domains import as_double, as_float32, bits_of
 from .patterns import TERMS, Terms
@@ -40,6 +41,8 @@ class Part:
     group: int = 0
     count: int = 0
     codec: int = 0
+    arrays: int = 1  # of a bundle
+    steps: int = 1
     bytes: int = 0  # of version 1
     data: bytes = b""
 
@@ -48,6 +51,8 @@ def read_parts(chunk):
     cursor = Cursor(chunk.payload, chunk.base(), "step values")
     if chunk.version == 0:
         return [_only_part(cursor)]
+    if chunk.version == 2:
+        return _parts_of_bundle(cursor)
     parts = []
     cursor.list_of(lambda: parts.append(_head(cursor, parts[-1] if parts else Part())))
     if not 1 <= len(parts) <= MOST_PARTS:
@@ -78,7 +83,37 @@ def _head(cursor, before):
     if part.reference_step < 0:
         cursor.fail("a reference to a step before the first")
     part.codec, part.bytes = cursor.u8(), cursor.varint()
+    if part.codec == BUNDLE:
+        cursor.fail("a bundle in a chunk of version 1")
     return part
+
+
+def _parts_of_bundle(cursor):
+    """The first part has all bytes."""
+    group, step, steps = cursor.varint32(), cursor.varint32(), cursor.varint()
+    if not 1 <= steps <= MOST_PAIRS or step + steps > 2**32:
+        cursor.fail("a bundle of no steps, or of too many")
+    parts, array, pairs = [], 0, 0
+    for _ in range(cursor.varint()):
+        array += cursor.varint32()
+        part = Part(array, step, step, 0, group, 0, BUNDLE, cursor.varint32(), steps)
+        part.count = cursor.varint()
+        array += part.arrays
+        pairs += part.arrays * steps
+        if not part.arrays or not part.count or pairs > MOST_PAIRS or array > MASK32 or len(parts) == MOST_PARTS:
+            cursor.fail("a bundle of no arrays or elements, or of too many")
+        parts.append(part)
+    if not parts:
+        cursor.fail("a bundle of no arrays")
+    parts[0].data = cursor.rest()
+    return parts
+
+
+def shares_of_bundle(parts):
+    """Array and bytes that count for it, of each array."""
+    arrays = [part.array + a for part in parts for a in range(part.arrays)]
+    size = len(parts[0].data)
+    return [(array, size // len(arrays) + (n < size % len(arrays))) for n, array in enumerate(arrays)]
 
 
 class StepPiece:
@@ -128,6 +163,27 @@ class StepValues:
             self.open = None
         first = sum(self.counts[index][:group])
         return StepPiece(index, step, first, values)
+
+    def decode_bundle(self, parts, base):
+        """Yields the pieces of a bundle."""
+        arrays = [(part, part.array + a) for part in parts for a in range(part.arrays)]
+        try:
+            for _, index in arrays:
+                reject_unless(index in self.counts, "step values of no stepped array")
+            of_schema = [(self.schema.arrays[index], part.count) for part, index in arrays]
+            columns = read_bundle(parts[0].data, of_schema, parts[0].steps)
+            for s in range(parts[0].steps):
+                for (part, index), its in zip(arrays, columns):
+                    self._begin(index, part.step + s, part.group, part.count)
+                    reject_unless(part.count == sum(self.counts[index]), "a bundle of a part of an array")
+                    values = values_at(its, s, part.count)
+                    self.steps[index][-1].values[part.group] = values
+                    self.open = None
+                    yield StepPiece(index, part.step + s, 0, values)
+        except ShmError as error:
+            error.section = error.section or "step values"
+            error.offset = base if error.offset is None else error.offset
+            raise
 
     def _begin(self, index, step, group, count):
         steps = self.steps[index]

@@ -283,6 +283,8 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"steps_and_extras", 0x342b986554a9127a},
     {"steps_and_extras_stream", 0x5481c24f20ab7830},
     {"steps_that_stand_alone", 0x342b986554a9127a},
+    {"bundles", 0x5dcb1e765cfc909f},
+    {"bundles_stream", 0x925b3acbb82e269b},
     {"large_extras", 0x6a1c8cdbdc918f57},
     {"mirrored", 0xea96b028ae07c0e1},
     {"mirrored_best", 0x2cb53ca5faa5a104},

@@ -35,7 +35,10 @@ Result<std::vector<std::byte>> example_file() {
   schema.arrays = {material, heat};
 
   MemorySink sink;
-  auto writer = Writer::create(sink, schema, {.connectivity = ConnectivityCodec::rows});
+  WriteOptions options;
+  options.connectivity = ConnectivityCodec::rows;
+  options.waiting_bytes = 0;  // no bundles
+  auto writer = Writer::create(sink, schema, options);
   if (!writer) return writer.error();
   const std::array<std::uint64_t, 8> corners{0, 1, 2, 3, 4, 5, 6, 7};
   constexpr float kXyz[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},

@@ -127,7 +127,8 @@ inline std::vector<std::byte> asking_columns(std::uint32_t side, Location locati
 /// which are predicted from neighbouring vertices.
 inline Bytes asking_sheet(std::uint32_t side, ConnectivityCodec codec,
                           std::uint32_t components = 0) {
-  Stepped stepped{grid(side, side, 2), {}, {}};
+  Stepped stepped;
+  stepped.mesh = grid(side, side, 2);
   stepped.options.connectivity = codec;
   if (components > 0) {
     const auto array =

@@ -86,7 +86,8 @@ constexpr std::uint64_t kThousands = 10000;
 
 /// Returns a mesh with a field on all points and a field on all cells.
 Stepped ordinary() {
-  Stepped stepped{bent_grid(kSide, kSide, kSide), {}, {}};
+  Stepped stepped;
+  stepped.mesh = bent_grid(kSide, kSide, kSide);
   for (const Location location : {Location::point, Location::cell}) {
     const std::uint32_t a = add_stepped(stepped.mesh, array_of("f", location, ScalarType::float32));
     for (std::uint64_t step = 0; step < 3; ++step)
@@ -101,7 +102,8 @@ Stepped ordinary() {
 Stepped on_one_cell(TestMesh mesh, std::uint64_t steps, std::uint32_t components = 16) {
   mesh.schema.blocks.push_back({2, "spring", CellShape::hexahedron, 8});
   mesh.cells.back().block = 1;
-  Stepped stepped{std::move(mesh), {}, {}};
+  Stepped stepped;
+  stepped.mesh = std::move(mesh);
   for (int n = 0; n < 2; ++n) {
     const std::uint32_t a = add_stepped(
         stepped.mesh, array_of("f", Location::cell, ScalarType::float32, components, {1}));
@@ -187,7 +189,8 @@ TEST(HostileWork, AFewElementsOverManyStepsInManyTinySegments) {
 }
 
 TEST(HostileWork, AllElementsOfManyTinySegments) {
-  Stepped stepped{bent_grid(kSide / 2, kSide / 2, kSide / 2), {}, {}};
+  Stepped stepped;
+  stepped.mesh = bent_grid(kSide / 2, kSide / 2, kSide / 2);
   for (const Location location : {Location::point, Location::cell}) {
     const std::uint32_t a = add_stepped(stepped.mesh, array_of("f", location, ScalarType::float32));
     for (std::uint64_t step = 0; step < 3; ++step)
@@ -218,7 +221,8 @@ TEST(HostileWork, ThousandsOfBlocks) {
 }
 
 TEST(HostileWork, ThousandsOfArraysWithoutElements) {
-  Stepped stepped{bent_grid(2, 2, 2), {}, {}};
+  Stepped stepped;
+  stepped.mesh = bent_grid(2, 2, 2);
   stepped.mesh.schema.blocks.push_back({2, "empty", CellShape::hexahedron, 8});
   for (std::uint64_t n = 0; n < kThousands; ++n)
     add_stepped(stepped.mesh,

@@ -167,7 +167,7 @@ TEST(Container, GroupHeaderThatCannotBe) {
 
 std::vector<StepPart> any_parts() {
   const StepHeader header{
-      3, 1 << 20, 1 << 19, true, 77, std::uint64_t{1} << 33, Codec::shuffled_zstd};
+      3, 1 << 20, 1, 1, 1 << 19, true, 77, std::uint64_t{1} << 33, Codec::shuffled_zstd};
   StepHeader before = header, alone = header;
   before.array = 1;
   before.group = 0;
@@ -301,7 +301,7 @@ TEST(Container, PackedIndex) {
   IndexEntry more = index.entries[1];
   more.parts[0].group = 1;
   more.parts[0].count = 3;
-  more.parts.push_back({9, 11, 0, 12, 0, StepReference::trend, Codec::shuffled_zstd});
+  more.parts.push_back({9, 11, 0, 12, 1, 1, 0, StepReference::trend, Codec::shuffled_zstd});
   index.entries.insert(index.entries.begin() + 2, more);
   ByteWriter out;
   put(out, index);

@@ -34,7 +34,8 @@ TestMesh scattered(std::uint64_t n, std::uint32_t seed) {
 
 /// Adds arrays on each block, on pairs of blocks, and on points.
 Stepped with_arrays_on_few(TestMesh mesh, Order order) {
-  Stepped out{with_order(std::move(mesh), order, order == Order::keep, 0), {}, {}};
+  Stepped out;
+  out.mesh = with_order(std::move(mesh), order, order == Order::keep, 0);
   const auto blocks = static_cast<std::uint32_t>(out.mesh.schema.blocks.size());
   for (std::uint32_t b = 0; b < blocks; ++b) {
     add_stepped(out.mesh, array_of("", Location::cell, ScalarType::float64, 1 + b % 2, {b}));

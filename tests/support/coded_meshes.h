@@ -37,6 +37,7 @@ constexpr std::string_view registered_name(Codec codec) {
     case Codec::differences: return "differences";
     case Codec::patterns: return "patterns";
     case Codec::terms: return "terms";
+    case Codec::bundle: return "bundle";
   }
   return {};
 }
@@ -131,7 +132,7 @@ inline std::vector<FeatureFile> coded_files() {
       const Order order = turn % 2 == 0 ? Order::keep : Order::stream;
       const bool steps = turn % 4 == 3 || has_steps(generated.mesh.schema);
       Stepped stepped = steps ? with_steps(generated.mesh, order)
-                              : Stepped{with_order(generated.mesh, order, true, 0), {}, {}};
+                              : Stepped{with_order(generated.mesh, order, true, 0), {}};
       stepped.mesh.schema.delay = 5;
       if (turn % 5 > 1 || !can_be_in(stepped.mesh.schema, codec)) stepped.mesh.schema.delay = 0;
       stepped.options.connectivity = codec;

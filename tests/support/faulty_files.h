@@ -58,6 +58,8 @@ class FaultyFiles {
     broken_bitstreams({"broken", "shifts_broken", "replay_strays"});
     large_blobs();
     entries_of_indices();
+    headers_of_bundles();
+    columns_of_bundles();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -784,6 +786,117 @@ class FaultyFiles {
         with("steps_and_extras", [](FileParts& parts) {
           parts.find(ChunkKind::step_values)->payload.push_back(std::byte{0});
         }));
+  }
+
+  /// Returns the file "bundles", in which `change` has changed its bundle. The index agrees with
+  /// the changed bundle.
+  Bytes with_bundle(const std::function<void(StepPayload&)>& change) const {
+    return with("bundles", [&](FileParts& parts) {
+      for (Chunk& chunk : parts.chunks) {
+        if (!chunk.is(ChunkKind::step_values) || chunk.header.version != container::kBundleVersion)
+          continue;
+        auto steps = take_steps_apart(chunk);
+        change(*steps);
+        chunk.payload = put_steps_together(std::move(*steps), container::kBundleVersion);
+      }
+      list_anew(parts);
+    });
+  }
+
+  void headers_of_bundles() {
+    using Parts = std::vector<container::StepPart>;
+    const auto of = [&](const std::string& sentence, const std::function<void(Parts&)>& lie,
+                        ErrorCode code = kCorrupt) {
+      add(code, "Bundle: " + sentence, with_bundle([&](StepPayload& it) { lie(it.heads); }));
+    };
+    of("of no steps.", [](Parts& it) { it[0].header.steps = 0; });
+    of("of one step too many.", [](Parts& it) { it[0].header.steps += 1; });
+    of("of one step too few.", [](Parts& it) { it[0].header.steps -= 1; });
+    of("of 2^15 + 1 steps.", [](Parts& it) { it[0].header.steps = (1 << 15) + 1; });
+    of("of 2^15 steps of many arrays.", [](Parts& it) { it[0].header.steps = 1 << 15; });
+    of("steps that end after 2^32.", [](Parts& it) { it[0].header.step = 0xffffffffu; });
+    of("of another group.", [](Parts& it) { it[0].header.group = 1; });
+    of("a part of no arrays.", [](Parts& it) { it[0].header.arrays = 0; });
+    of("of arrays that do not exist.", [](Parts& it) { it.back().header.arrays += 100; });
+    of("of one array too few.", [](Parts& it) { it.pop_back(); });
+    of("of one element too many.", [](Parts& it) { it[0].header.count += 1; });
+    of("of one element too few.", [](Parts& it) { it[0].header.count -= 1; });
+    of("a part of no elements.", [](Parts& it) { it[0].header.count = 0; });
+  }
+
+  /// The bytes of a bundle of the arrays "wave" and "equal" of the file "bundles". They have 18
+  /// elements and one component.
+  struct Columns {
+    std::uint8_t first = 3 | 1 << 4, second = 0;   // coded, full, not predicted; zero
+    Bytes details = {std::byte{0}, std::byte{1}};  // floats; residuals of one byte
+    std::size_t residuals = 2 * 18;
+    std::uint64_t steps = 2;
+    std::size_t bytes_after = 0;
+  };
+  Bytes with_columns(const Columns& columns) const {
+    return with_bundle([&](StepPayload& it) {
+      container::StepHeader& header = it.heads[0].header;
+      header.array = 2;
+      header.arrays = 2;
+      header.steps = columns.steps;
+      header.count = 18;
+      it.heads.resize(1);
+      it.values.resize(1);
+      ByteWriter head, out;
+      head.put_u8(columns.first);
+      head.put_u8(columns.second);
+      head.put_bytes(columns.details);
+      const auto put_stored = [&](const Bytes& bytes) {
+        out.put_varint(bytes.size());
+        out.put_bytes(bytes);
+      };
+      out.put_varint(head.bytes.size());
+      put_stored(head.bytes);
+      if (columns.residuals > 0) put_stored(Bytes(columns.residuals, std::byte{1}));
+      out.put_bytes(Bytes(columns.bytes_after));
+      it.values[0] = std::move(out.bytes);
+    });
+  }
+
+  void columns_of_bundles() {
+    const Bytes valid = with_columns({});
+    EXPECT_TRUE(decode_in_pieces(valid));
+    const auto of = [&](const std::string& sentence, const std::function<void(Columns&)>& lie) {
+      Columns columns;
+      lie(columns);
+      add(kCorrupt, "Columns of a bundle: " + sentence, with_columns(columns));
+    };
+    of("shape 3.", [](Columns& it) { it.first |= 3 << 2; });
+    of("predictor 6.", [](Columns& it) { it.first = 3 | 6 << 4; });
+    of("a shape of a zero column.", [](Columns& it) { it.second = 1 << 2; });
+    of("a predictor of a zero column.", [](Columns& it) { it.second = 1 << 4; });
+    of("a copy of itself.", [](Columns& it) {
+      it.second = 2;
+      it.details.push_back(std::byte{0});
+    });
+    of("a copy of a column before the first.", [](Columns& it) {
+      it.second = 2;
+      it.details.push_back(std::byte{2});
+    });
+    of("a copy of a constant column.", [](Columns& it) {
+      it.first = 1;
+      it.second = 2;
+      it.details = Bytes(9, std::byte{1});
+      it.residuals = 0;
+    });
+    of("a domain that does not exist.", [](Columns& it) { it.details[0] = std::byte{7}; });
+    of("the domain of integers.", [](Columns& it) { it.details[0] = std::byte{5}; });
+    of("the domain of quantized values.", [](Columns& it) { it.details[0] = std::byte{6}; });
+    of("residuals of nine bytes.", [](Columns& it) { it.details[1] = std::byte{9}; });
+    of("a description that ends early.", [](Columns& it) { it.details.pop_back(); });
+    of("a description that is too long.", [](Columns& it) { it.details.push_back(std::byte{0}); });
+    of("residuals that are missing.", [](Columns& it) { it.residuals = 0; });
+    of("residuals that end early.", [](Columns& it) { it.residuals -= 1; });
+    of("bytes after the residuals.", [](Columns& it) { it.bytes_after = 1; });
+    of("more than 2^15 values.", [](Columns& it) {
+      it.steps = (1 << 15) / 18 + 1;
+      it.residuals = it.steps * 18;
+    });
   }
 
   /// Adds files with a blob of zeros that unpacks to more bytes than its packed size permits.

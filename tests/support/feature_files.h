@@ -519,6 +519,7 @@ inline std::vector<std::byte> steps_and_extras_file(Order order, std::uint32_t k
   MemorySink sink;
   WriteOptions options;
   options.key_steps = key_steps;
+  options.waiting_bytes = 0;  // no bundles
   auto writer = Writer::create(sink, mesh.schema, options);
   EXPECT_TRUE(writer);
   const auto text = std::as_bytes(std::span("a name", 6));
@@ -627,6 +628,76 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
         for (std::uint64_t e = 0; e < elements; ++e)
           append(values, static_cast<float>(e * e % 100 + 3 * step));
         if (auto status = writer.add_step_values(array, step, values); !status) return status;
+      }
+    return {};
+  };
+  EXPECT_TRUE(write_mesh(mesh, sink, options, steps));
+  return std::move(sink.bytes);
+}
+
+/// Returns a file of a small mesh with many arrays at twelve steps, all in bundles. The columns of
+/// these arrays have every form, every shape, and every kind of values. One array lacks some steps,
+/// so it has parts of its own.
+inline std::vector<std::byte> bundles_file(Order order, Level level) {
+  TestMesh mesh = with_order(bent_grid(2, 2, 1), order, true, 0);
+  const auto wave = [](std::uint64_t e, std::uint64_t step) {
+    return 3.0 + .25 * static_cast<double>(e) + .125 * static_cast<double>(step * step);
+  };
+  const auto noise = [](std::uint64_t e, std::uint64_t step) {
+    return static_cast<double>((e * 7919 + step * 104729 + 17) * 2654435761u % 1000003) * 0x1p-10;
+  };
+  struct Made {
+    ArrayInfo info;
+    std::function<double(std::uint64_t element, std::uint64_t component, std::uint64_t step)> value;
+  };
+  using enum Location;
+  using enum ScalarType;
+  ArrayInfo bounded = array_of("bounded", point, float64);
+  bounded.quantization = Quantization::absolute(.01, 1);
+  const std::vector<Made> all = {
+      {array_of("zero", point, float64), [](auto, auto, auto) { return 0.0; }},
+      {array_of("constant", cell, float32, 2), [](auto, auto c, auto) { return 1.5 + double(c); }},
+      {array_of("wave", point, float64), [&](auto e, auto, auto s) { return wave(e, s); }},
+      {array_of("equal", point, float64), [&](auto e, auto, auto s) { return wave(e, s); }},
+      {array_of("fixed", cell, float64), [&](auto e, auto, auto) { return noise(e, 0); }},
+      {array_of("uniform", cell, float32), [&](auto, auto, auto s) { return noise(0, s); }},
+      {array_of("tensor", cell, float32, 9),
+       [&](auto e, auto c, auto s) { return noise(e, s) * double(c / 3 + c % 3); }},
+      {array_of("decimal", point, float64, 3),
+       [](auto e, auto c, auto s) { return double((e * 31 + s * 7 + c) % 199) / 100; }},
+      {array_of("whole", cell, int32), [](auto e, auto, auto s) { return double(e * s) - 20; }},
+      {array_of("bytes", point, uint8, 2),
+       [](auto e, auto c, auto s) { return double((e + s * c) % 251); }},
+      {array_of("noise", point, float64), [&](auto e, auto, auto s) { return noise(e, s) / 3; }},
+      {bounded, [&](auto e, auto, auto s) { return noise(e, s) / 7; }},
+      {array_of("sometimes", cell, float64), [&](auto e, auto, auto s) { return wave(e, s); }},
+  };
+  for (const Made& it : all) {
+    mesh.schema.arrays.push_back(it.info);
+    mesh.schema.arrays.back().per_step = true;
+    mesh.arrays.emplace_back();
+  }
+  MemorySink sink;
+  WriteOptions options;
+  options.level = level;
+  const auto steps = [&](Writer& writer) -> Result<void> {
+    for (std::uint64_t step = 0; step < 12; ++step)
+      for (std::uint32_t a = 0; a < all.size(); ++a) {
+        if (a + 1 == all.size() && step % 3 == 1) continue;
+        const ArrayInfo& info = all[a].info;
+        std::vector<std::byte> values;
+        for (std::uint64_t e = 0; e < (info.location == point ? mesh.vertices : mesh.cells.size());
+             ++e)
+          for (std::uint64_t c = 0; c < info.components; ++c) {
+            const double value = all[a].value(e, c, step);
+            if (info.type == float64)
+              append(values, value);
+            else if (info.type == float32)
+              append(values, static_cast<float>(value));
+            else
+              append_scalar(values, info.type, static_cast<std::int64_t>(value));
+          }
+        if (auto status = writer.add_step_values(a, step, values); !status) return status;
       }
     return {};
   };
@@ -786,6 +857,8 @@ inline std::vector<FeatureFile> feature_files() {
   add("steps_and_extras", steps_and_extras_file(keep));
   add("steps_and_extras_stream", steps_and_extras_file(stream));
   add("steps_that_stand_alone", steps_and_extras_file(keep, 1));
+  add("bundles", bundles_file(keep, Level::standard));
+  add("bundles_stream", bundles_file(stream, Level::fast));
   add("large_extras", large_extras_file());
   add("mirrored", mirrored_file(Level::standard));
   add("mirrored_best", mirrored_file(Level::best));

@@ -167,7 +167,17 @@ class FieldWalk {
       get("codec", FieldType::u8);
       if (version > 0) get("part bytes", FieldType::varint);
     };
-    version == 0 ? part() : list("parts", part);
+    if (version == container::kBundleVersion)
+      bundle();
+    else
+      version == 0 ? part() : list("parts", part);
+  }
+  /// Finds the fields of the headers of a bundle.
+  void bundle() {
+    for (const char* name : {"group", "step", "bundle steps"}) get(name, FieldType::varint);
+    list("parts", [&] {
+      for (const char* name : {"arrays before", "arrays", "count"}) get(name, FieldType::varint);
+    });
   }
   void times() {
     while (in_.left() > 0 && ok()) get("time", FieldType::u64);
@@ -299,7 +309,12 @@ class FieldWalk {
     }
     for (const char* name : {"array", "group", "step", "count"})
       column(name, FieldType::varint, parts);
-    for (const char* name : {"reference", "codec"}) column(name, FieldType::u8, parts);
+    column("reference", FieldType::u8, parts);
+    std::uint64_t bundles = 0;
+    for (std::uint64_t i = 0; i < parts && ok(); ++i)
+      bundles += get("codec", FieldType::u8) == static_cast<std::uint64_t>(container::kBundleCodec);
+    for (std::uint64_t i = 0; i < bundles && ok(); ++i)
+      for (const char* name : {"arrays", "bundle steps"}) get(name, FieldType::varint);
   }
 
   ByteReader in_;

@@ -287,14 +287,16 @@ inline void list_anew(FileParts& parts) {
   last->payload = std::move(out.bytes);
 }
 
-/// Moves each part of step values into a separate chunk, because an index of version 0 requires one
-/// part per chunk.
+/// Moves each part of step values that is not in a bundle into a separate chunk, because an index
+/// of version 0 requires one part per chunk.
 inline std::vector<std::byte> with_parts_apart(std::span<const std::byte> bytes) {
   FileParts parts = take_apart(bytes);
   std::vector<Chunk> chunks;
   for (Chunk& chunk : parts.chunks) {
-    const auto steps =
-        chunk.is(container::ChunkKind::step_values) ? take_steps_apart(chunk) : std::nullopt;
+    const auto steps = chunk.is(container::ChunkKind::step_values) &&
+                               chunk.header.version != container::kBundleVersion
+                           ? take_steps_apart(chunk)
+                           : std::nullopt;
     for (std::size_t p = 0; steps && p < steps->heads.size(); ++p) {
       chunk.payload =
           put_steps_together({{steps->heads[p]}, {steps->values[p]}}, chunk.header.version);

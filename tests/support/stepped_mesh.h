@@ -16,10 +16,18 @@ using Bytes = std::vector<std::byte>;
 /// in coding order.
 using Values = std::map<std::pair<std::uint32_t, std::uint64_t>, Bytes>;
 
+/// Returns options with which steps never wait. Each array, step and group then has a part of its
+/// own, even if it is so small that it would otherwise be part of a bundle.
+inline WriteOptions without_bundles() {
+  WriteOptions options;
+  options.waiting_bytes = 0;
+  return options;
+}
+
 struct Stepped {
   TestMesh mesh;
   Values values;
-  WriteOptions options;
+  WriteOptions options = without_bundles();
 };
 
 inline std::uint64_t elements_of(const TestMesh& mesh, std::uint32_t array) {
@@ -58,7 +66,8 @@ inline Bytes moving_values(const ArrayInfo& info, std::uint64_t elements, std::u
 /// Adds stepped arrays on points, on cells, and on the cells of one block, with values at steps 0,
 /// 1, 2, 4, 5 and 9.
 inline Stepped with_steps(TestMesh mesh, Order order) {
-  Stepped out{with_order(std::move(mesh), order, order == Order::keep, 0), {}, {}};
+  Stepped out;
+  out.mesh = with_order(std::move(mesh), order, order == Order::keep, 0);
   add_stepped(out.mesh, array_of("u", Location::point, ScalarType::float64, 3));
   add_stepped(out.mesh, array_of("n", Location::point, ScalarType::int32));
   add_stepped(out.mesh, array_of("p", Location::cell, ScalarType::float32));

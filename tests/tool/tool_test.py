@@ -358,17 +358,21 @@ class ToolTest(FolderTest):
 
     def test_key_steps(self):
         """The values are constant, so a step needs few bytes unless it is coded without reference to other
-        steps."""
+        steps. A step has more than 64 KiB, because smaller steps are coded as bundles."""
         mesh, packed = self.path("steps.msh"), self.path("steps.shm")
-        corners = ("0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1")
+        layers = 2100
+        nodes = [(x, y, z) for z in range(layers) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
         with open(mesh, "w") as out:
-            out.write("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n")
-            for node, place in enumerate(corners, 1):
-                out.write(f"{node} {place}\n")
-            out.write("$EndNodes\n$Elements\n1\n1 5 2 1 1 1 2 3 4 5 6 7 8\n$EndElements\n")
+            out.write(f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{len(nodes)}\n")
+            for node, (x, y, z) in enumerate(nodes, 1):
+                out.write(f"{node} {x} {y} {z}\n")
+            out.write(f"$EndNodes\n$Elements\n{layers - 1}\n")
+            for cell in range(1, layers):
+                out.write(f"{cell} 5 2 1 1 {' '.join(str(4 * cell - 3 + i) for i in range(8))}\n")
+            out.write("$EndElements\n")
             for step in range(9):
-                out.write(f'$NodeData\n1\n"heat"\n1\n{step / 2}\n3\n{step}\n1\n8\n')
-                for node in range(1, 9):
+                out.write(f'$NodeData\n1\n"heat"\n1\n{step / 2}\n3\n{step}\n1\n{len(nodes)}\n')
+                for node in range(1, len(nodes) + 1):
                     out.write(f"{node} {0.1 * node ** 3.3!r}\n")
                 out.write("$EndNodeData\n")
         sizes = {}

@@ -26,6 +26,8 @@ struct AppendOptions {
   /// between key steps in the old file, but at least 8. The schema of the old file limits the
   /// number of earlier steps to which a new step may refer (Schema::step_references).
   std::uint32_t key_steps = 0;
+  /// Memory limit in bytes for steps that wait, as in WriteOptions::waiting_bytes.
+  std::uint64_t waiting_bytes = std::uint64_t{8} << 20;
 };
 
 /// Adds time steps to a copy of a file. Order of calls: open; optionally drop_extras; then steps,

@@ -79,6 +79,7 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   std::optional<StepReader> reader_;
   std::vector<Array> arrays_;
   std::uint32_t longest_run_ = 0;
+  std::uint64_t bundle_pairs_ = 0;  // number of pairs of an array and a step in bundles
   Calls calls_;
   bool with_extras_ = true;
 
@@ -107,13 +108,15 @@ void Appender::Impl::look_at_steps() {
   };
   for (const IndexEntry& entry : file_.index().entries)
     for (const container::StepEntry& part : entry.parts) {
-      Array& array = arrays_[part.array];
-      if (array.last_step != part.step) {
-        if (array.last_step) end_step(array);
-        array.last_step = part.step;
-        array.last_refers = false;
+      if (part.codec == Codec::bundle) bundle_pairs_ += part.arrays * part.steps;
+      for (Array& array : std::span(arrays_).subspan(part.array, part.arrays)) {
+        if (array.last_step != part.step) {
+          if (array.last_step) end_step(array);
+          array.last_step = part.step + part.steps - 1;
+          array.last_refers = false;
+        }
+        array.last_refers |= part.reference != StepReference::nothing;
       }
-      array.last_refers |= part.reference != StepReference::nothing;
     }
   for (Array& array : arrays_)
     if (array.last_step) end_step(array);
@@ -230,6 +233,8 @@ Result<void> Appender::Impl::begin_steps() {
   const std::uint32_t key_steps =
       options_.key_steps > 0 ? options_.key_steps : std::max(kLeastKeySteps, longest_run_);
   encoder_ = &writer_->begin_steps(*topology_, std::move(elements), key_steps, options_.level);
+  if (options_.waiting_bytes > 0)
+    writer_->use_bundles(options_.waiting_bytes, bundle_pairs_, file_.index_offset());
   return {};
 }
 

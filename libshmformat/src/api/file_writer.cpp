@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/packing.h"
 #include "format/schema.h"
+#include "steps/bundle_chunk.h"
 
 namespace shm {
 namespace {
@@ -75,11 +76,15 @@ Result<void> FileWriter::write_schema() {
 /// Writes any chunk except the index.
 Result<void> FileWriter::write(ChunkKind kind, std::span<const std::byte> payload,
                                const container::IndexEntry& entry) {
+  return write(kind, payload, entry, container::version_of_chunk(kind, start_));
+}
+Result<void> FileWriter::write(ChunkKind kind, std::span<const std::byte> payload,
+                               const container::IndexEntry& entry, std::uint8_t version) {
   if (kind != ChunkKind::extra)
     if (auto status = write_extras(); !status) return status;
   if (kind != ChunkKind::step_values)
     if (auto status = write_parts(); !status) return status;
-  return chunks_.write(kind, payload, entry, container::version_of_chunk(kind, start_));
+  return chunks_.write(kind, payload, entry, version);
 }
 
 Result<void> FileWriter::write_group(std::uint32_t segment, const container::GroupHeader& header,
@@ -110,6 +115,28 @@ StepEncoder& FileWriter::begin_steps(StepTopology& topology, std::vector<std::ui
                               [this](const auto& header, auto first, auto bytes) {
                                 return add_part(header, first, bytes);
                               });
+}
+void FileWriter::use_bundles(std::uint64_t waiting_bytes, std::uint64_t pairs,
+                             std::uint64_t bytes) {
+  if (container::version_of_chunk(ChunkKind::step_values, start_) == 0) return;
+  step_values_->use_bundles([this](auto parts, auto data) { return write_bundle(parts, data); },
+                            waiting_bytes, pairs, bytes);
+}
+
+/// Writes a bundle as one chunk.
+Result<void> FileWriter::write_bundle(std::span<const container::StepPart> parts,
+                                      std::span<const std::byte> bytes) {
+  if (auto status = write_parts(); !status) return status;
+  ByteWriter payload;
+  container::put(payload, parts, container::kBundleVersion);
+  payload.put_bytes(bytes);
+  container::IndexEntry entry;
+  for (const container::StepPart& part : parts)
+    entry.parts.push_back(container::entry_of(part.header));
+  for_each_share(parts, [&](std::uint32_t array, std::uint64_t share) {
+    stream_bytes_[array_key(array)] += share;
+  });
+  return write(ChunkKind::step_values, payload.bytes, entry, container::kBundleVersion);
 }
 
 Result<void> FileWriter::check_step_values(std::uint32_t array,

@@ -87,6 +87,9 @@ class FileWriter {
   /// The other arguments are those of StepEncoder.
   StepEncoder& begin_steps(StepTopology& topology, std::vector<std::uint64_t> elements,
                            std::uint32_t key_steps, Level level);
+  /// Allows bundles for step values, if the version of the file permits them. Must be called before
+  /// the first step values. The arguments are those of StepEncoder::use_bundles().
+  void use_bundles(std::uint64_t waiting_bytes, std::uint64_t pairs = 0, std::uint64_t bytes = 0);
   /// Checks that the array is stepped and that `values` consist of whole elements.
   Result<void> check_step_values(std::uint32_t array, std::span<const std::byte> values) const;
   /// Adds values of a step. Precondition: begin_steps() has been called, and check_step_values()
@@ -97,7 +100,9 @@ class FileWriter {
   }
   /// Ends the current step of an array, if there is one. If the part of this step is small, it may
   /// be held back until other small parts can share its chunk.
-  Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
+  Result<void> end_step_array() {
+    return step_values_ ? step_values_->end_steps() : Result<void>();
+  }
   /// Writes the parts that were held back. Each of them contains all elements of its array.
   Result<void> write_parts() { return write_parts(0); }
   bool has_times() const { return times_set_; }
@@ -116,6 +121,10 @@ class FileWriter {
   Result<void> write_schema();
   Result<void> write(container::ChunkKind kind, std::span<const std::byte> payload,
                      const container::IndexEntry& entry = {});
+  Result<void> write(container::ChunkKind kind, std::span<const std::byte> payload,
+                     const container::IndexEntry& entry, std::uint8_t version);
+  Result<void> write_bundle(std::span<const container::StepPart> parts,
+                            std::span<const std::byte> bytes);
   Result<void> write_extras();
   Result<void> add_part(const container::StepHeader& header, std::uint64_t first,
                         std::span<const std::byte> bytes);

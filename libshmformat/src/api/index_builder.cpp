@@ -70,7 +70,10 @@ Result<void> IndexBuilder::add(const FoundChunk& chunk) {
     if (auto status = source_->read_at(chunk.offset + done, bytes); !status) return status;
     if (auto status = decode(bytes); !status) return status;
   }
-  if (pieces_ != pieces + index_.entries.back().parts.size()) return not_all(chunk.offset);
+  std::uint64_t expected = 0;
+  for (const container::StepEntry& part : index_.entries.back().parts)
+    expected += part.arrays * part.steps;
+  if (pieces_ != pieces + expected) return not_all(chunk.offset);
   return {};
 }
 

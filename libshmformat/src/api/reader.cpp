@@ -80,7 +80,9 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   Result<void> read_schema(std::span<const std::byte> payload);
   void look_at_group(std::span<const std::byte> payload);
   Result<void> read_step_values(std::span<const std::byte> payload);
-  Result<void> read_part(const container::StepPart& part, std::span<const std::byte> bytes);
+  Result<void> read_part(const container::StepHeader& header, std::span<const std::byte> bytes);
+  Result<void> take_piece(Result<StepPiece> piece);
+  Result<void> read_next_of_bundle();
   Result<void> read_next_part();
   Result<void> read_step_times(std::span<const std::byte> payload);
   Result<void> read_extra(std::span<const std::byte> payload);
@@ -108,6 +110,9 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   // Parts of step values in the current chunk that have not been decoded yet; their bytes are in
   // part_bytes_.
   std::deque<container::StepPart> parts_;
+  std::optional<BundleChunk>
+      bundle_;                      // bundle of the current chunk, if not all of it has been read
+  std::size_t next_of_bundle_ = 0;  // index of the next pair of an array and a step
   std::vector<std::byte> part_bytes_;
   // Error that occurred while reading ahead. advance() reports it after all earlier blocks have
   // been taken.
@@ -137,8 +142,9 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       item_ = std::move(extras_[next_extra_++]);
       break;
     }
-    if (!parts_.empty() && !error_ahead_) {
-      if (auto status = read_next_part(); !status) error_ahead_ = status.error();
+    if ((!parts_.empty() || bundle_) && !error_ahead_) {
+      if (auto status = bundle_ ? read_next_of_bundle() : read_next_part(); !status)
+        error_ahead_ = status.error();
       continue;
     }
     const bool complete = has_next();
@@ -309,7 +315,24 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   if (!container::get(in, parts, file_.header().version, payload.size()))
     return wrong("its header is invalid");
   chunks_.add_step_values(file_.header(), parts);
-  if (auto status = read_part(parts[0], in.get_bytes(parts[0].bytes)); !status) return status;
+  if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
+  if (parts[0].header.codec == Codec::bundle) {
+    auto bundle = BundleChunk::read(*schema_, parts, in.get_bytes(in.left()));
+    if (!bundle) return wrong(bundle.error().detail, bundle.error().code);
+    for_each_share(parts, [&](std::uint32_t array, std::uint64_t share) {
+      stream_bytes_[array_names_[array]] += share;
+    });
+    bundle_ = std::move(*bundle);
+    next_of_bundle_ = 0;
+    return read_next_of_bundle();
+  }
+  for (const container::StepPart& part : parts) {
+    if (part.header.array >= schema_->arrays.size())
+      return wrong("does not belong to a stepped array");
+    stream_bytes_[array_names_[part.header.array]] += part.bytes;
+  }
+  if (auto status = read_part(parts[0].header, in.get_bytes(parts[0].bytes)); !status)
+    return status;
   parts_.assign(parts.begin() + 1, parts.end());
   const auto left = in.get_bytes(in.left());
   part_bytes_.assign(left.begin(), left.end());
@@ -321,20 +344,26 @@ Result<void> Decoder::Impl::read_next_part() {
   parts_.pop_front();
   std::uint64_t bytes_left = part.bytes;
   for (const container::StepPart& later : parts_) bytes_left += later.bytes;
-  return read_part(part, std::span(part_bytes_)
-                             .last(static_cast<std::size_t>(bytes_left))
-                             .first(static_cast<std::size_t>(part.bytes)));
+  return read_part(part.header, std::span(part_bytes_)
+                                    .last(static_cast<std::size_t>(bytes_left))
+                                    .first(static_cast<std::size_t>(part.bytes)));
 }
 
-Result<void> Decoder::Impl::read_part(const container::StepPart& part,
+Result<void> Decoder::Impl::read_next_of_bundle() {
+  auto piece = step_values_->read(*bundle_, next_of_bundle_++, file_.offset());
+  if (next_of_bundle_ == bundle_->pairs()) bundle_.reset();
+  return take_piece(std::move(piece));
+}
+
+Result<void> Decoder::Impl::read_part(const container::StepHeader& header,
                                       std::span<const std::byte> bytes) {
-  const container::StepHeader& header = part.header;
-  auto piece = step_values_->read(header, bytes, file_.offset());
+  return take_piece(step_values_->read(header, bytes, file_.offset()));
+}
+
+Result<void> Decoder::Impl::take_piece(Result<StepPiece> piece) {
   if (!piece) return wrong(piece.error().detail, piece.error().code);
   if (auto status = count_bytes(piece->values.size()); !status) return status;
-  if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
-  stream_bytes_[array_names_[header.array]] += bytes.size();
-  steps_ = std::max(steps_, header.step + 1);
+  steps_ = std::max(steps_, piece->step + 1);
   item_ = std::move(*piece);
   return {};
 }

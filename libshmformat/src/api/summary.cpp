@@ -26,6 +26,7 @@ using container::StreamKind;
 bool is_told_by(const container::StepEntry& entry, const container::StepPart& part) {
   const container::StepHeader& header = part.header;
   return header.array == entry.array && header.step == entry.step && header.group == entry.group &&
+         header.arrays == entry.arrays && header.steps == entry.steps &&
          header.count == entry.count && header.codec == entry.codec &&
          container::refers_to(header) == entry.reference;
 }
@@ -168,11 +169,17 @@ Result<void> Summarizer::add_step_values(const ChunkHeader& header, const IndexE
     return corrupt("the chunk at this position differs from its entry in the index", section,
                    entry.offset);
   for (const container::StepPart& part : parts) {
-    if (part.header.array >= array_names_.size())
+    if (part.header.array >= array_names_.size() ||
+        part.header.arrays > array_names_.size() - part.header.array)
       return corrupt("does not belong to a stepped array", section, entry.offset);
-    totals_.streams[array_names_[part.header.array]] += part.bytes;
-    totals_.steps = std::max(totals_.steps, part.header.step + 1);
+    totals_.steps = std::max(totals_.steps, part.header.step + part.header.steps);
+    if (part.header.codec != Codec::bundle)
+      totals_.streams[array_names_[part.header.array]] += part.bytes;
   }
+  if (parts[0].header.codec == Codec::bundle)
+    for_each_share(parts, [&](std::uint32_t array, std::uint64_t share) {
+      totals_.streams[array_names_[array]] += share;
+    });
   has_step_values_ = true;
   return {};
 }

@@ -27,7 +27,8 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
                 return write_group(segment, header, streams);
               }),
         key_steps_(options.key_steps),
-        level_(options.level) {
+        level_(options.level),
+        waiting_bytes_(options.waiting_bytes) {
     if (has_steps(schema_))
       topology_.emplace(schema_, ~std::uint64_t{0}, needs_of_steps(schema_),
                         to_size(options.kept_topology_bytes));
@@ -103,6 +104,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
       for (std::uint32_t a = 0; a < elements.size(); ++a)
         elements[a] = elements_of(schema_, mesh_.totals(), a);
       file_.begin_steps(*topology_, std::move(elements), key_steps_, level_);
+      if (waiting_bytes_ > 0) file_.use_bundles(waiting_bytes_);
     }
     return file_.add_step_values(array, step, values);
   }
@@ -140,6 +142,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
 
   std::uint32_t key_steps_;
   Level level_;
+  std::uint64_t waiting_bytes_;
   // Topology for step values; set only if the schema has stepped arrays.
   std::optional<StepTopology> topology_;
 };

@@ -197,6 +197,8 @@ EntryReader::Line EntryReader::next() {
       part.count = in_.get_varint();
       part.reference = static_cast<StepReference>(in_.get_u8());
       part.codec = static_cast<Codec>(in_.get_u8());
+      part.arrays = in_.get_varint32();
+      part.steps = in_.get_varint();
       if (has_part_ && part_before_.array == part.array && part_before_.step == part.step)
         part.first = part_before_.first + part_before_.count;
       part_before_ = part;
@@ -211,6 +213,8 @@ EntryReader::Line EntryReader::next() {
 std::string_view difference_of(const StepEntry& listed, const StepEntry& there) {
   if (listed.array != there.array) return "array";
   if (listed.step != there.step) return "step";
+  if (listed.arrays != there.arrays) return "count of arrays";
+  if (listed.steps != there.steps) return "count of steps";
   if (listed.first != there.first) return "first element";
   if (listed.count != there.count) return "count of elements";
   if (listed.group != there.group) return "group";
@@ -270,6 +274,8 @@ void ChunkList::add_step_values(const ChunkHeader& header, std::span<const StepP
     lines_.put_varint(entry.count);
     lines_.put_u8(static_cast<std::uint8_t>(entry.reference));
     lines_.put_u8(static_cast<std::uint8_t>(entry.codec));
+    lines_.put_varint(entry.arrays);
+    lines_.put_varint(entry.steps);
   }
 }
 

@@ -119,10 +119,13 @@ HeaderState get(ByteReader& in, ChunkHeader& header) {
   return head.ok() && stated == checksum(bytes.first(bytes.size() - 4)) ? HeaderState::good
                                                                         : HeaderState::bad_checksum;
 }
+std::uint8_t highest_version(ChunkKind kind) {
+  return kind == ChunkKind::step_values ? kBundleVersion : version_of_chunk(kind, {});
+}
 bool is_known(const ChunkHeader& header) {
   return header.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&
          header.kind <= static_cast<std::uint8_t>(ChunkKind::index) &&
-         header.version <= version_of_chunk(static_cast<ChunkKind>(header.kind), {}) &&
+         header.version <= highest_version(static_cast<ChunkKind>(header.kind)) &&
          (header.segment == 0 || header.kind == static_cast<std::uint8_t>(ChunkKind::group));
 }
 
@@ -274,13 +277,55 @@ bool get_part(ByteReader& in, StepPart& part, const StepHeader& before) {
   const bool refers = take_reference(in.get_varint(), header);
   header.codec = static_cast<Codec>(in.get_u8());
   part.bytes = in.get_varint();
-  return in.ok() && refers;
+  return in.ok() && refers && header.codec != kBundleCodec;
+}
+
+void put_bundle(ByteWriter& out, std::span<const StepPart> parts) {
+  const StepHeader& first = parts[0].header;
+  out.put_varint(first.group);
+  out.put_varint(first.step);
+  out.put_varint(first.steps);
+  out.put_varint(parts.size());
+  std::uint32_t next = 0;
+  for (const StepPart& part : parts) {
+    out.put_varint(part.header.array - next);
+    out.put_varint(part.header.arrays);
+    out.put_varint(part.header.count);
+    next = part.header.array + part.header.arrays;
+  }
+}
+bool get_bundle(ByteReader& in, std::vector<StepPart>& parts, std::uint64_t payload_bytes) {
+  StepHeader header;
+  header.codec = kBundleCodec;
+  header.group = in.get_varint32();
+  header.step = header.reference_step = in.get_varint32();
+  header.steps = in.get_varint();
+  const std::uint64_t count = in.get_varint();
+  if (count == 0 || count > kMostStepParts) return false;
+  if (header.steps == 0 || header.steps > std::min(kMostBundlePairs, 0x100000000u - header.step))
+    return false;
+  parts.assign(static_cast<std::size_t>(count), {});
+  std::uint64_t next = 0, pairs = 0;
+  for (StepPart& part : parts) {
+    const std::uint64_t array = next + in.get_varint32();
+    header.arrays = in.get_varint32();
+    header.count = in.get_varint();
+    next = array + header.arrays;
+    pairs += header.arrays * header.steps;
+    if (header.arrays == 0 || next > 0xffffffffu || header.count == 0 || pairs > kMostBundlePairs)
+      return false;
+    header.array = static_cast<std::uint32_t>(array);
+    part.header = header;
+  }
+  parts[0].bytes = payload_bytes - std::min<std::uint64_t>(in.position(), payload_bytes);
+  return in.ok();
 }
 
 }  // namespace
 
 void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version) {
   if (version == 0) return put_only(out, parts[0].header);
+  if (version == kBundleVersion) return put_bundle(out, parts);
   out.put_varint(parts.size());
   StepHeader before;
   for (const StepPart& part : parts) {
@@ -290,6 +335,7 @@ void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version)
 }
 bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
          std::uint64_t payload_bytes) {
+  if (version == kBundleVersion) return get_bundle(in, parts, payload_bytes);
   const std::uint64_t count = version == 0 ? 1 : in.get_varint();
   if (count == 0 || count > kMostStepParts) return false;
   parts.assign(static_cast<std::size_t>(count), {});
@@ -308,7 +354,7 @@ bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
 }
 
 StepEntry entry_of(const StepHeader& header) {
-  return {header.array, header.step,       0,           header.count,
+  return {header.array, header.step,       0,           header.count, header.arrays, header.steps,
           header.group, refers_to(header), header.codec};
 }
 
@@ -504,6 +550,11 @@ void put_columns(ByteWriter& out, const std::vector<IndexEntry>& entries) {
     out.put_u8(static_cast<std::uint8_t>(entry.reference));
   });
   parts([&](Part entry, const StepEntry*) { out.put_u8(static_cast<std::uint8_t>(entry.codec)); });
+  parts([&](Part entry, const StepEntry*) {
+    if (entry.codec != kBundleCodec) return;
+    out.put_varint(entry.arrays);
+    out.put_varint(entry.steps);
+  });
 }
 
 bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t max_entries) {
@@ -560,7 +611,16 @@ bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t
     entry.reference = static_cast<StepReference>(in.get_u8());
   });
   parts([&](Part entry, const StepEntry*) { entry.codec = static_cast<Codec>(in.get_u8()); });
-  return in.ok() && in.left() == 0;
+  bool are_bundles_small = true;
+  parts([&](Part entry, const StepEntry*) {
+    if (entry.codec != kBundleCodec) return;
+    entry.arrays = in.get_varint32();
+    entry.steps = in.get_varint();
+    are_bundles_small = are_bundles_small && entry.arrays > 0 && entry.steps > 0 &&
+                        entry.steps <= kMostBundlePairs &&
+                        entry.arrays <= kMostBundlePairs / entry.steps;
+  });
+  return in.ok() && in.left() == 0 && are_bundles_small;
 }
 
 }  // namespace

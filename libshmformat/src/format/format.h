@@ -114,6 +114,8 @@ inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
                              kind == ChunkKind::extra || kind == ChunkKind::index;
   return start.minor >= 10 && has_version_1 ? 1 : 0;
 }
+/// Returns the highest chunk version of this kind that this reader can decode.
+std::uint8_t highest_version(ChunkKind kind);
 /// Returns true if this reader can decode a chunk with this header in a file that contains a mesh.
 bool is_known(const ChunkHeader& header);
 
@@ -178,10 +180,13 @@ struct GroupChunk {
   std::uint64_t offset = 0, number = 0;
 };
 
-/// Description of the values of one array at one step in one group.
+/// Description of the values of one array at one step in one group. In a bundle, it describes the
+/// values of `arrays` arrays, beginning with `array`, at `steps` steps, beginning with `step`.
 struct StepHeader {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
+  std::uint32_t arrays = 1;
+  std::uint64_t steps = 1;
   /// The reference: the step from which the values are predicted. Equal to `step` if they are not
   /// predicted from another step.
   std::uint64_t reference_step = 0;
@@ -209,6 +214,18 @@ struct StepPart {
 /// Limits for step_values chunks. A chunk has at most kMostStepParts parts. A Writer stores several
 /// parts in one chunk only if their coded values have at most kPartBytesTogether bytes in total.
 inline constexpr std::size_t kMostStepParts = 64, kPartBytesTogether = 4096;
+/// Version of step_values chunks that contain a bundle. The headers of all its parts have the same
+/// group, step and number of steps. The first part has all bytes.
+inline constexpr std::uint8_t kBundleVersion = 2;
+/// Codec::bundle, whose definition is in a higher module.
+inline constexpr Codec kBundleCodec{15};
+/// Limit for the number of pairs of an array and a step in a bundle. Frozen: part of the format.
+inline constexpr std::uint64_t kMostBundlePairs = std::uint64_t{1} << 15;
+/// Returns the limit for the number of these pairs in all bundles of a file of this size in bytes.
+/// It bounds the memory of readers, which list the steps of each array. Frozen: part of the format.
+constexpr std::uint64_t most_bundle_pairs(std::uint64_t file) {
+  return (std::uint64_t{1} << 20) + file;
+}
 /// Writes the headers of all parts. The coded values of the parts come after the headers in the
 /// same payload. Version 0 has one part, which extends to the end of the payload.
 void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version);
@@ -224,6 +241,8 @@ inline constexpr std::uint64_t kMostStepHeadBytes = most_step_head_bytes(kMostSt
 struct StepEntry {
   std::uint32_t array = 0;
   std::uint64_t step = 0, first = 0, count = 0;
+  std::uint32_t arrays = 1;  ///< as in StepHeader
+  std::uint64_t steps = 1;
   std::uint32_t group = 0;
   StepReference reference = StepReference::nothing;
   Codec codec{};

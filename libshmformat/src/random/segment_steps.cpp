@@ -185,6 +185,8 @@ Result<void> SegmentSteps::read_step(std::size_t step, std::size_t nth,
 
 Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const StepIndex::Part& part,
                                                     const ColumnElements* elements) {
+  if (part.codec == Codec::bundle && held_->bundle && held_->bundle_offset == part.offset)
+    return values_in_bundle(step, part);
   container::IndexEntry entry;
   entry.kind = static_cast<std::uint8_t>(container::ChunkKind::step_values);
   entry.offset = part.offset;
@@ -194,6 +196,13 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
   ByteReader in(payload->bytes);
   std::vector<container::StepPart> parts;
   const bool known = container::get(in, parts, payload->version, payload->bytes.size());
+  if (known && part.codec == Codec::bundle && parts[0].header.codec == Codec::bundle) {
+    auto bundle = BundleChunk::read(file_->schema(), parts, in.get_bytes(parts[0].bytes));
+    if (!bundle) return bundle.error();
+    held_->bundle = std::move(*bundle);
+    held_->bundle_offset = part.offset;
+    return values_in_bundle(step, part);
+  }
   const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& other) {
     return other.header.array == array_ && other.header.step == index_->steps(array_)[step].step &&
            other.header.group == file_->group_number(part.group);
@@ -220,6 +229,20 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
                        kind == StepReference::nothing  ? std::span<const std::byte>()
                        : kind == StepReference::before ? std::span<const std::byte>(one_back_)
                                                        : std::span<const std::byte>(trend_));
+}
+
+/// Returns the values of the array at a step. They are in the bundle that was read most recently.
+Result<std::vector<std::byte>> SegmentSteps::values_in_bundle(std::size_t step,
+                                                              const StepIndex::Part& part) const {
+  const BundleChunk& bundle = *held_->bundle;
+  const auto pair = bundle.find(array_, index_->steps(array_)[step].step);
+  if (!pair || bundle.header(*pair).count != part.count ||
+      bundle.header(*pair).group != file_->group_number(part.group))
+    return corrupt("the chunk at this position differs from its entry in the index", "step values",
+                   part.offset);
+  if (auto status = columns_[step - pass_.from]->check_size(bundle.header(*pair)); !status)
+    return status.error();
+  return bundle.values(*pair);
 }
 
 /// Checks the reference of a step. A trend (extrapolation of the two previous steps) is allowed

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "random/step_index.h"
+#include "steps/bundle_chunk.h"
 #include "steps/step_parts.h"
 
 namespace shm {
@@ -22,6 +23,9 @@ struct HeldSteps {
   /// Index in StepIndex::steps() of the step whose values are in `last`.
   std::optional<std::size_t> at;
   std::vector<std::byte> last, one_back;  ///< values of the step `at` and of the previous step
+  /// The bundle that was read most recently, and the position of its chunk.
+  std::optional<BundleChunk> bundle;
+  std::uint64_t bundle_offset = 0;
 };
 
 class SegmentSteps {
@@ -68,6 +72,8 @@ class SegmentSteps {
   Result<void> read_step(std::size_t step, std::size_t nth, const ColumnElements* elements);
   Result<std::vector<std::byte>> decode(std::size_t step, const StepIndex::Part& part,
                                         const ColumnElements* elements);
+  Result<std::vector<std::byte>> values_in_bundle(std::size_t step,
+                                                  const StepIndex::Part& part) const;
   Result<void> check_reference(std::size_t step, const container::StepHeader& header) const;
   void hold(std::size_t offset);
   bool told_by_mesh(std::size_t step) const;

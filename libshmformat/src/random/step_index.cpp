@@ -13,6 +13,7 @@ using container::StepEntry;
 Result<StepIndex> StepIndex::of(IndexedFile& file) {
   StepIndex index;
   index.steps_.resize(file.schema().arrays.size());
+  index.most_bundle_pairs_ = container::most_bundle_pairs(file.source().size());
   if (file.decodable()) {
     if (auto status = index.add_decodable(file); !status) return status.error();
     index.find_keys();
@@ -21,7 +22,10 @@ Result<StepIndex> StepIndex::of(IndexedFile& file) {
   if (auto status = index.count_elements(file); !status) return status.error();
   for (const IndexEntry& entry : file.index().entries)
     for (const StepEntry& part : entry.parts)
-      if (auto status = index.add(file, entry, part); !status) return status.error();
+      if (auto status = part.codec == Codec::bundle ? index.add_bundle(file, entry, part)
+                                                    : index.add(file, entry, part);
+          !status)
+        return status.error();
   if (auto status = index.expect_complete(file); !status) return status.error();
   index.find_keys();
   file.drop_step_entries();
@@ -98,6 +102,36 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
   steps.back().end = parts_.size() + 1;
   parts_.push_back(
       {entry.offset, entry.bytes, part.first, part.count, part.group, part.reference, part.codec});
+  return {};
+}
+
+/// Adds the steps of the arrays of a bundle. Each array has one part, for all of these steps.
+Result<void> StepIndex::add_bundle(const IndexedFile& file, const IndexEntry& entry,
+                                   const StepEntry& bundle) {
+  if (auto status = expect_complete(file); !status) return status;
+  const Schema& schema = file.schema();
+  if (bundle.step >= file.limits().max_steps ||
+      bundle.steps > file.limits().max_steps - bundle.step)
+    return over_limit("the limit is " + std::to_string(file.limits().max_steps) + " steps", "index",
+                      entry.offset);
+  bundle_pairs_ += bundle.arrays * bundle.steps;
+  if (bundle_pairs_ > most_bundle_pairs_)
+    return over_limit("the bundles have too many arrays and steps", "index", entry.offset);
+  for (std::uint32_t a = bundle.array; a - bundle.array < bundle.arrays; ++a) {
+    if (a >= schema.arrays.size() || !schema.arrays[a].per_step)
+      return file.wrong_index("has step values of an array without steps");
+    std::vector<Step>& steps = steps_[a];
+    if (!steps.empty() && steps.back().step >= bundle.step)
+      return file.wrong_index("steps of an array do not ascend");
+    if (bundle.group >= file.groups().size() || bundle.count == 0 || bundle.count != elements_[a] ||
+        bundle.reference != StepReference::nothing)
+      return file.wrong_index("a bundle does not contain whole arrays");
+    for (std::uint64_t s = 0; s < bundle.steps; ++s)
+      steps.push_back({bundle.step + s, false, 0, parts_.size(), parts_.size() + 1});
+    parts_.push_back(
+        {entry.offset, entry.bytes, 0, bundle.count, bundle.group, bundle.reference, bundle.codec});
+    last_array_ = a;
+  }
   return {};
 }
 

@@ -56,6 +56,8 @@ class StepIndex {
   Result<void> count_elements(const IndexedFile& file);
   Result<void> add(const IndexedFile& file, const container::IndexEntry& entry,
                    const container::StepEntry& part);
+  Result<void> add_bundle(const IndexedFile& file, const container::IndexEntry& entry,
+                          const container::StepEntry& bundle);
   Result<void> expect_complete(const IndexedFile& file) const;
   void find_keys();
 
@@ -63,6 +65,8 @@ class StepIndex {
   std::vector<std::vector<Step>> steps_;  // list of the steps of each array
   std::vector<Part> parts_;
   std::uint32_t last_array_ = 0;  // array of the previous part; not used for the first part
+  // Number of pairs of an array and a step in bundles, and its limit
+  std::uint64_t bundle_pairs_ = 0, most_bundle_pairs_ = 0;
 };
 
 }  // namespace shm

@@ -230,10 +230,13 @@ std::size_t Gatherer::segment_of(std::size_t group) const {
 /// Lists the groups that have elements of arrays that do not cover all blocks.
 void Gatherer::list_partial() {
   const auto add = [&](const container::StepEntry& part) {
-    if (part.array >= schema().arrays.size() || covers_all(part.array)) return;
     const std::size_t place = place_of(part.group);
-    if (place == out_.groups.size() || !partial_.insert({part.array, place}).second) return;
-    ++expected_[{part.array, segment_of(place)}];
+    if (place == out_.groups.size()) return;
+    for (std::uint64_t a = part.array; a - part.array < part.arrays; ++a) {
+      const auto array = static_cast<std::uint32_t>(a);
+      if (a >= schema().arrays.size() || covers_all(array)) continue;
+      if (partial_.insert({array, place}).second) ++expected_[{array, segment_of(place)}];
+    }
   };
   if (found_->index()) {
     for (const IndexEntry& listed : found_->index()->entries)
@@ -285,11 +288,26 @@ bool Gatherer::is_complete(std::span<const FoundPart* const> run, std::size_t se
   return out_.has_index || covers_all(array) || !touches_gap(run);
 }
 
+/// Appends a part for each pair of an array and a step of a bundle.
+void add_pairs(const FoundPart& bundle, std::vector<FoundPart>& parts) {
+  for (std::uint64_t s = 0; s < bundle.values.steps; ++s)
+    for (std::uint32_t a = 0; a < bundle.values.arrays; ++a) {
+      FoundPart& part = parts.emplace_back(bundle);
+      part.values.array += a;
+      part.values.step += s;
+      part.values.arrays = 1;
+      part.values.steps = 1;
+      part.reference_step = part.values.step;
+    }
+}
+
 void Gatherer::gather_values() {
   if (found_->index())
     for (const IndexEntry& listed : found_->index()->entries)
       for (const container::StepEntry& part : listed.parts)
-        out_.listed_steps.insert({part.array, part.step});
+        for (std::uint32_t a = 0; a < part.arrays; ++a)
+          for (std::uint64_t s = 0; s < part.steps; ++s)
+            out_.listed_steps.insert({part.array + a, part.step + s});
   list_partial();
   groups_with_vertices_.assign(1, 0);
   groups_with_cells_.assign(1, 0);
@@ -297,10 +315,17 @@ void Gatherer::gather_values() {
     groups_with_vertices_.push_back(groups_with_vertices_.back() + (group.vertices > 0 ? 1 : 0));
     groups_with_cells_.push_back(groups_with_cells_.back() + (group.cells > 0 ? 1 : 0));
   }
-  std::vector<const FoundPart*> parts;
+  std::vector<FoundPart> of_bundles;
   for (const FoundPart& part : found_->parts())
+    if (part.values.codec == container::kBundleCodec) add_pairs(part, of_bundles);
+  std::vector<const FoundPart*> parts;
+  const auto add = [&](const FoundPart& part) {
     if (part.values.array < schema().arrays.size() && schema().arrays[part.values.array].per_step)
       parts.push_back(&part);
+  };
+  for (const FoundPart& part : found_->parts())
+    if (part.values.codec != container::kBundleCodec) add(part);
+  for (const FoundPart& part : of_bundles) add(part);
   const auto key = [](const FoundPart* part) {
     return std::tuple(part->values.array, part->values.step, part->values.group);
   };

@@ -35,6 +35,12 @@ Damage damage_of(DamageKind kind, const FoundChunk& chunk, std::uint64_t size) {
   return damage;
 }
 
+/// Returns the number of pairs of an array and a step in an entry for a bundle; 0 for other
+/// entries.
+std::uint64_t pairs_of(const container::StepEntry& part) {
+  return part.codec == container::kBundleCodec ? part.arrays * part.steps : 0;
+}
+
 }  // namespace
 
 Result<FoundChunks> FoundChunks::of(RandomSource& source, const ReadLimits& limits) {
@@ -133,6 +139,10 @@ Result<void> FoundChunks::find_index() {
   if (!container::get(in, index, last.header.version, last.header.sequence) ||
       index.entries.size() != last.header.sequence)
     return {};
+  std::uint64_t pairs = 0;
+  for (const IndexEntry& entry : index.entries)
+    for (const container::StepEntry& part : entry.parts) pairs += pairs_of(part);
+  if (pairs > container::most_bundle_pairs(source_->size())) return {};
   const auto contradicted = is_contradicted(index);
   if (!contradicted) return contradicted.error();
   if (*contradicted) return {};
@@ -255,12 +265,14 @@ void FoundChunks::add_damage(Damage damage, const std::vector<container::StepEnt
     damages_.push_back(std::move(damage));
     return;
   }
-  for (const container::StepEntry& part : parts) {
-    damage.arrays = {part.array};
-    damage.step = part.step;
-    damages_.push_back(damage);
-    damage.chunks = 0;
-  }
+  for (const container::StepEntry& part : parts)
+    for (std::uint64_t s = 0; s < part.steps; ++s)
+      for (std::uint32_t a = 0; a < part.arrays; ++a) {
+        damage.arrays = {part.array + a};
+        damage.step = part.step + s;
+        damages_.push_back(damage);
+        damage.chunks = 0;
+      }
 }
 
 // --- files without an index: damage is found from the chunk headers
@@ -415,9 +427,13 @@ Result<void> FoundChunks::take_parts(const FoundChunk& chunk) {
   ByteReader in(*bytes);
   std::vector<container::StepPart> parts;
   if (!container::get(in, parts, chunk.header.version, chunk.header.payload_bytes)) return {};
-  for (const container::StepPart& part : parts)
+  for (const container::StepPart& part : parts) {
     parts_.push_back({chunk.header.sequence, chunk.offset, chunk.bytes(),
                       container::entry_of(part.header), part.header.reference_step});
+    bundle_pairs_ += pairs_of(parts_.back().values);
+  }
+  if (bundle_pairs_ > container::most_bundle_pairs(source_->size()))
+    return over_limit("the bundles have too many arrays and steps", "step values", chunk.offset);
   return {};
 }
 

@@ -92,6 +92,7 @@ class FoundChunks {
   std::vector<container::FoundChunk> chunks_;
   std::vector<FoundGroup> groups_;
   std::vector<FoundPart> parts_;
+  std::uint64_t bundle_pairs_ = 0;  // number of pairs of an array and a step in the bundles found
   std::optional<container::Index> index_;
   std::uint64_t index_offset_ = 0;
   std::vector<std::byte> schema_payload_;

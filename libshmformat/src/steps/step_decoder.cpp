@@ -22,6 +22,25 @@ StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, StepTop
 
 Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
                                     std::span<const std::byte> bytes, std::uint64_t file) {
+  if (auto status = begin_part(header, file); !status) return status.error();
+  auto values = decode(header, bytes);
+  if (!values) return values.error();
+  return end_part(header, std::move(*values));
+}
+
+Result<StepPiece> StepDecoder::read(const BundleChunk& bundle, std::size_t pair,
+                                    std::uint64_t file) {
+  const container::StepHeader header = bundle.header(pair);
+  if (auto status = begin_part(header, file); !status) return status.error();
+  if (header.count != elements_[header.array])
+    return wrong_step_values(*schema_, header, "a bundle does not contain the whole array");
+  if (auto status = parts_->check_size(header); !status) return status.error();
+  return end_part(header, bundle.values(pair));
+}
+
+/// Begins a part, and a step if the part is the first one of a step. Checks everything except the
+/// values and the reference.
+Result<void> StepDecoder::begin_part(const container::StepHeader& header, std::uint64_t file) {
   if (header.array >= schema_->arrays.size() || !schema_->arrays[header.array].per_step)
     return corrupt("belongs to no stepped array", "step values");
   if (header.step >= limits_.max_steps)
@@ -30,11 +49,14 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
                              ErrorCode::over_limit);
   Last& last = last_[header.array];
   if (array_ != header.array || header.step != last.step)
-    if (auto status = begin_step(header, file); !status) return status.error();
-  if (auto status = expect_group(header); !status) return status.error();
-  auto values = decode(header, bytes);
-  if (!values) return values.error();
-  StepPiece piece{header.array, header.step, last.first, std::move(*values)};
+    if (auto status = begin_step(header, file); !status) return status;
+  return expect_group(header);
+}
+
+StepPiece StepDecoder::end_part(const container::StepHeader& header,
+                                std::vector<std::byte> values) {
+  Last& last = last_[header.array];
+  StepPiece piece{header.array, header.step, last.first, std::move(values)};
   last.values.take(static_cast<std::size_t>(last.first) *
                        static_cast<std::size_t>(piece.values.size() / header.count),
                    piece.values);

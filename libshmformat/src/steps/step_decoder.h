@@ -12,6 +12,7 @@
 
 #include "shm/blocks.h"
 #include "shm/limits.h"
+#include "steps/bundle_chunk.h"
 #include "steps/step_memory.h"
 #include "steps/step_parts.h"
 
@@ -29,6 +30,8 @@ class StepDecoder {
   /// part. Errors contain no offset.
   Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes,
                          std::uint64_t file);
+  /// Returns the values of a pair of an array and a step of a bundle. Otherwise as above.
+  Result<StepPiece> read(const BundleChunk& bundle, std::size_t pair, std::uint64_t file);
   /// Returns true if all values of the most recent step have been decoded.
   bool is_complete() const { return array_ == kNone || last_[array_].first == elements_[array_]; }
 
@@ -48,6 +51,8 @@ class StepDecoder {
     bool has_referred = false;
   };
 
+  Result<void> begin_part(const container::StepHeader& header, std::uint64_t file);
+  StepPiece end_part(const container::StepHeader& header, std::vector<std::byte> values);
   Result<void> begin_step(const container::StepHeader& header, std::uint64_t file);
   Result<void> expect_group(const container::StepHeader& header);
   Result<StepReference> reference_of(const container::StepHeader& header) const;

@@ -1,6 +1,7 @@
 #include "steps/step_encoder.h"
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -10,6 +11,19 @@
 
 namespace shm {
 namespace {
+
+/// Largest size in bytes of a step of an array that waits.
+constexpr std::size_t kMostWaitingStep = std::size_t{1} << 16;
+/// Arrays with at most kTinyStep values per step are always coded as bundles, if there are more
+/// than kFewPairs pairs of an array and a step. Trying ordinary parts would take long, and they
+/// would hardly be smaller.
+constexpr std::uint64_t kTinyStep = 32, kFewPairs = 64;
+/// Number of steps that are encoded as ordinary parts to estimate the size of all steps.
+constexpr std::size_t kTriedSteps = 3;
+/// Approximate number of bytes that a part needs in its chunk and in the index.
+constexpr std::size_t kBytesAroundPart = 7;
+/// The same for a bundle.
+constexpr std::size_t kBytesAroundBundle = 40;
 
 // Zstd compression level for arrays that have too many components for the codec `columns`.
 constexpr int kWideArrayZstdLevel = 9;
@@ -52,14 +66,14 @@ StepEncoder::StepEncoder(const Schema& schema, StepTopology& topology,
       most_(key_steps > 1 ? most_reference(schema, elements_) : StepReference::nothing),
       sink_(std::move(sink)) {
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
-    before_.push_back(Before{0, 0, memory_of(schema.arrays[a], most_)});
+    before_.push_back(Before{0, 0, 0, memory_of(schema.arrays[a], most_)});
     if (schema.arrays[a].per_step) mesh_.expect(a, elements_[a]);
   }
 }
 
 void StepEncoder::begin_part(Part part) {
   if (most_ != StepReference::nothing) most_ = most_reference(*schema_, part.all);
-  before_.assign(before_.size(), Before{0, 0, StepMemory(most_)});
+  before_.assign(before_.size(), Before{0, 0, 0, StepMemory(most_)});
   part_ = std::move(part);
 }
 
@@ -72,6 +86,13 @@ Result<void> StepEncoder::begin(std::uint32_t array, std::uint64_t step) {
 Result<void> StepEncoder::add(std::uint32_t array, std::uint64_t step,
                               std::span<const std::byte> values) {
   if (auto status = begin(array, step); !status) return status;
+  if (!waits_) return encode_values(values);
+  pending_.insert(pending_.end(), values.begin(), values.end());
+  return {};
+}
+
+/// Encodes values of the current step. Groups are encoded as soon as they are complete.
+Result<void> StepEncoder::encode_values(std::span<const std::byte> values) {
   while (!values.empty()) {
     if (count_ == 0)
       if (auto status = begin_group(); !status) return status;
@@ -87,6 +108,7 @@ Result<void> StepEncoder::add(std::uint32_t array, std::uint64_t step,
 
 void StepEncoder::go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run) {
   before_[array].next_step = last_step + 1;
+  before_[array].encoded_step = last_step;
   before_[array].run = run;
   steps_ = std::max(steps_, last_step + 1);
 }
@@ -104,12 +126,27 @@ StepReference StepEncoder::most_next(std::uint32_t array) const {
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
   if (step < before.next_step) return misuse("steps of an array must ascend", "steps");
-  // Number of the previous step; not used if the new step may not refer to other steps.
-  reference_step_ = before.next_step - 1;
-  most_here_ = most_next(array);
   before.next_step = step + 1;
   // A step of an array without elements stores nothing in the file.
   if (elements_[array] > 0) steps_ = std::max(steps_, step + 1);
+  waits_ = may_wait(array);
+  if (waits_) {
+    array_ = array;
+    step_ = step;
+    pending_.clear();
+    return {};
+  }
+  begin_encoding(array, step);
+  if (reference_ && *reference_ > most_here_ && elements_[array] > 0)
+    return misuse("a step cannot refer to steps that were not added", "steps");
+  return {};
+}
+
+void StepEncoder::begin_encoding(std::uint32_t array, std::uint64_t step) {
+  Before& before = before_[array];
+  // Number of the previous step; not used if the new step may not refer to other steps.
+  reference_step_ = std::exchange(before.encoded_step, step);
+  most_here_ = most_next(array);
   array_ = array;
   step_ = step;
   first_ = 0;
@@ -117,10 +154,7 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   count_ = 0;
   reference_ = std::exchange(given_reference_, std::nullopt);
   has_referred_ = false;
-  if (reference_ && *reference_ > most_here_ && elements_[array] > 0)
-    return misuse("a step cannot refer to steps that were not added", "steps");
   column_.emplace(*schema_, array);
-  return {};
 }
 
 /// Begins the next group that has elements of the array.
@@ -238,17 +272,280 @@ EncodedColumn StepEncoder::choose_terms() {
 Result<void> StepEncoder::end_step() {
   if (!array_) return {};
   const ArrayInfo& info = schema_->arrays[*array_];
-  const std::uint64_t got = first_ + pending_.size() / stride();
+  const std::uint64_t got = (waits_ ? 0 : first_) + pending_.size() / stride();
   if (got != elements_[*array_])
     return misuse("array '" + info.name + "' got " + std::to_string(got) + " elements at step " +
                       std::to_string(step_) + ", the mesh has " +
                       std::to_string(elements_[*array_]),
                   "steps");
+  if (!waits_) {
+    end_encoding();
+    return {};
+  }
+  waiting_bytes_ += pending_.size();
+  waiting_.push_back({*array_, step_, std::exchange(pending_, {})});
+  array_.reset();
+  return waiting_bytes_ > most_waiting_bytes_ ? encode_waiting() : Result<void>();
+}
+
+void StepEncoder::end_encoding() {
   Before& before = before_[*array_];
   before.run = has_referred_ ? before.run + 1 : 1;
   array_.reset();
   column_.reset();
+}
+
+Result<void> StepEncoder::end_steps() {
+  if (auto status = end_step(); !status) return status;
+  return encode_waiting();
+}
+
+// --- steps that wait, and bundles
+
+/// Returns true if steps of this array wait for other steps: they are small, and one group has all
+/// elements of the array.
+bool StepEncoder::may_wait(std::uint32_t array) {
+  if (!bundle_sink_ || elements_[array] == 0) return false;
+  const ArrayInfo& info = schema_->arrays[array];
+  const std::uint64_t stride = scalar_bytes(info.type) * info.components;
+  if (elements_[array] > kMostWaitingStep / stride) return false;
+  const auto group = mesh_.nth_group(array, 0, mesh_.groups() - 1);
+  return group && *group != nullptr && (*group)->count == elements_[array];
+}
+
+/// Bundles of arrays that wait for the same steps. The bundles are not written yet.
+class StepEncoder::Bundles {
+ public:
+  /// `first` is the first step, `steps` the number of steps.
+  Bundles(const StepEncoder& encoder, std::uint64_t first, std::uint64_t steps)
+      : encoder_(&encoder), first_(first), steps_(steps) {}
+
+  /// Adds an array. Returns false if no bundle can contain the array. An array whose columns are
+  /// all in a bundle already, or need no values, is added to that bundle.
+  bool add(const WaitingArray& it) {
+    for (OneBundle& bundle : bundles_)
+      if (bundle.encoder.needs_no_values(it.columns) && add(it, bundle)) return true;
+    if (!bundles_.empty() && add(it, bundles_.back())) return true;
+    const Level level = encoder_->level_;
+    OneBundle next(level == Level::fast ? 1 : level == Level::best ? 19 : 12);
+    if (!add(it, next)) return false;
+    bundles_.push_back(std::move(next));
+    return true;
+  }
+  /// Encodes all bundles. No other array may be added afterwards.
+  void finish() {
+    for (OneBundle& it : bundles_) {
+      it.bytes = it.encoder.finish();
+      it.parts[0].bytes = it.bytes.size();
+    }
+  }
+  /// Returns the approximate number of bytes that the finished bundles need in the file.
+  std::size_t bytes() const {
+    std::size_t bytes = 0;
+    for (const OneBundle& it : bundles_) bytes += it.bytes.size() + kBytesAroundBundle;
+    return bytes;
+  }
+  /// Writes the finished bundles.
+  Result<void> write(StepEncoder& encoder) const {
+    for (const OneBundle& it : bundles_) {
+      encoder.bundle_pairs_ += it.pairs;
+      encoder.written_ += it.bytes.size();
+      if (auto status = encoder.bundle_sink_(it.parts, it.bytes); !status) return status;
+    }
+    return {};
+  }
+
+ private:
+  struct OneBundle {
+    explicit OneBundle(int zstd_level) : encoder(zstd_level) {}
+
+    BundleEncoder encoder;
+    std::vector<container::StepPart> parts;
+    std::uint64_t pairs = 0;
+    std::vector<std::byte> bytes;
+  };
+
+  /// Adds an array to a bundle. Returns false, and adds nothing, if the bundle would exceed a
+  /// limit.
+  bool add(const WaitingArray& it, OneBundle& to) const {
+    const std::uint64_t count = encoder_->elements_[it.array];
+    bool continues = false;
+    if (!to.parts.empty()) {
+      const container::StepHeader& last = to.parts.back().header;
+      continues = last.array + last.arrays == it.array && last.count == count;
+      if (last.group != it.group || to.pairs + steps_ > container::kMostBundlePairs ||
+          (!continues && to.parts.size() == container::kMostStepParts))
+        return false;
+    }
+    if (!to.encoder.add(it.columns)) return false;
+    to.pairs += steps_;
+    if (continues) {
+      ++to.parts.back().header.arrays;
+      return true;
+    }
+    container::StepHeader& header = to.parts.emplace_back().header;
+    header.array = it.array;
+    header.step = header.reference_step = first_;
+    header.steps = steps_;
+    header.group = it.group;
+    header.count = count;
+    header.codec = Codec::bundle;
+    return true;
+  }
+
+  const StepEncoder* encoder_;
+  std::uint64_t first_, steps_;
+  std::vector<OneBundle> bundles_;
+};
+
+/// Encodes the steps that wait. Arrays that wait for the same consecutive steps are encoded as
+/// bundles, unless they are smaller as ordinary parts.
+Result<void> StepEncoder::encode_waiting() {
+  const std::vector<Waiting> waiting = std::exchange(waiting_, {});
+  waiting_bytes_ = 0;
+  std::map<std::uint32_t, std::vector<const Waiting*>> of_array;
+  for (const Waiting& it : waiting) of_array[it.array].push_back(&it);
+  // Arrays by the first step and the number of steps; the number is 0 if steps are missing. An
+  // array that has too many values for a bundle is divided into several runs of steps.
+  std::map<std::pair<std::uint64_t, std::uint64_t>, std::vector<WaitingArray>> sets;
+  for (const auto& [array, steps] : of_array) {
+    const std::uint64_t values = elements_[array] * schema_->arrays[array].components;
+    const auto most =
+        static_cast<std::size_t>(std::max<std::uint64_t>(kMostBundleValues / values, 1));
+    const std::size_t runs = (steps.size() + most - 1) / most;
+    for (std::size_t run = 0; run < runs; ++run) {
+      const std::size_t begin = run * steps.size() / runs, end = (run + 1) * steps.size() / runs;
+      const std::uint64_t first = steps[begin]->step, last = steps[end - 1]->step;
+      const bool consecutive = last - first == end - begin - 1;
+      WaitingArray& it = sets[{first, consecutive ? end - begin : 0}].emplace_back();
+      it.array = array;
+      it.steps.assign(steps.begin() + static_cast<std::ptrdiff_t>(begin),
+                      steps.begin() + static_cast<std::ptrdiff_t>(end));
+      for (const Waiting* of_step : it.steps) it.values.push_back(of_step->values);
+    }
+  }
+  for (auto& [range, arrays] : sets)
+    if (auto status = encode_set(range.first, range.second, arrays); !status) return status;
   return {};
+}
+
+/// Encodes and writes arrays that wait for the same steps.
+Result<void> StepEncoder::encode_set(std::uint64_t first, std::uint64_t steps,
+                                     std::vector<WaitingArray>& arrays) {
+  const std::uint64_t pairs = steps * arrays.size();
+  const bool may_bundle = steps > 0 && steps <= container::kMostBundlePairs &&
+                          bundle_pairs_ + pairs <= container::most_bundle_pairs(written_);
+  BundlePlanner planner(steps);
+  Bundles all(*this, first, steps), mixed(*this, first, steps);
+  for (WaitingArray& it : arrays) {
+    if (may_bundle) {
+      const auto group = group_of(it.array);
+      if (!group) return group.error();
+      it.group = *group;
+      it.columns = planner.plan(schema_->arrays[it.array], it.values);
+      for (const auto& column : it.columns) it.bundled += column->bytes;
+      it.is_bundled = all.add(it);
+    }
+    const std::uint64_t values = elements_[it.array] * schema_->arrays[it.array].components;
+    if (it.is_bundled && values <= kTinyStep && pairs > kFewPairs) continue;
+    if (auto status = encode_parts(it); !status) return status;
+  }
+  all.finish();
+
+  // Compares three ways: bundles of all arrays, bundles of those arrays that seem smaller there,
+  // and ordinary parts of all arrays. An array that fits into no bundle is always in parts.
+  const auto bytes_of_parts = [&](auto&& includes) {
+    std::size_t bytes = 0;
+    for (const WaitingArray& it : arrays)
+      if (includes(it)) bytes += it.bytes_of_parts();
+    return bytes;
+  };
+  const auto never_bundled = [](const WaitingArray& it) { return !it.is_bundled; };
+  const auto prefers_parts = [](const WaitingArray& it) {
+    return !it.parts.empty() && (!it.is_bundled || it.bytes_of_parts() <= it.bundled);
+  };
+  const auto is_tried = [](const WaitingArray& it) { return !it.parts.empty(); };
+  std::function<bool(const WaitingArray&)> is_in_parts = never_bundled;
+  const Bundles* bundles = &all;
+  std::size_t best = all.bytes() + bytes_of_parts(never_bundled);
+  if (std::any_of(arrays.begin(), arrays.end(), prefers_parts)) {
+    for (const WaitingArray& it : arrays)
+      if (!prefers_parts(it)) mixed.add(it);
+    mixed.finish();
+    if (const std::size_t bytes = mixed.bytes() + bytes_of_parts(prefers_parts); bytes < best) {
+      best = bytes;
+      is_in_parts = prefers_parts;
+      bundles = &mixed;
+    }
+    if (std::all_of(arrays.begin(), arrays.end(), is_tried) && bytes_of_parts(is_tried) < best) {
+      is_in_parts = is_tried;
+      bundles = nullptr;
+    }
+  }
+  if (bundles != nullptr)
+    if (auto status = bundles->write(*this); !status) return status;
+
+  std::vector<EncodedPart> parts;
+  for (WaitingArray& it : arrays) {
+    if (is_in_parts(it)) {
+      for (EncodedPart& part : it.parts) parts.push_back(std::move(part));
+      continue;
+    }
+    Before& before = before_[it.array];
+    if (it.parts.empty())
+      for (const Waiting* of_step : it.steps) before.values.take(0, of_step->values);
+    before.encoded_step = it.steps.back()->step;
+    before.run = 1;
+  }
+  std::stable_sort(parts.begin(), parts.end(), [](const EncodedPart& a, const EncodedPart& b) {
+    return a.header.step < b.header.step;
+  });
+  for (const EncodedPart& part : parts) {
+    written_ += part.bytes.size();
+    if (auto status = sink_(part.header, part.first, part.bytes); !status) return status;
+  }
+  return {};
+}
+
+/// Returns the approximate number of bytes that the ordinary parts need in the file.
+std::size_t StepEncoder::WaitingArray::bytes_of_parts() const {
+  std::size_t bytes = 0;
+  for (const EncodedPart& part : parts) bytes += part.bytes.size() + kBytesAroundPart;
+  return bytes;
+}
+
+/// Returns the group that has all elements of an array. Precondition: may_wait() is true.
+Result<std::uint32_t> StepEncoder::group_of(std::uint32_t array) {
+  const auto group = mesh_.nth_group(array, 0, mesh_.groups() - 1);
+  if (!group) return group.error();
+  return (*group)->group;
+}
+
+/// Encodes the steps of an array as ordinary parts. If the first steps show that a bundle is
+/// smaller, encodes no other steps, and returns no parts.
+Result<void> StepEncoder::encode_parts(WaitingArray& array) {
+  const Sink sink = std::exchange(sink_, [&](const auto& header, auto first, auto bytes) {
+    array.parts.push_back({header, first, {bytes.begin(), bytes.end()}});
+    return Result<void>();
+  });
+  Result<void> status;
+  for (std::size_t s = 0; s < array.steps.size() && status; ++s) {
+    begin_encoding(array.array, array.steps[s]->step);
+    status = encode_values(array.steps[s]->values);
+    if (!status) break;
+    end_encoding();
+    if (s + 1 != kTriedSteps || s + 1 == array.steps.size() || !array.is_bundled) continue;
+    // Steps without a reference are larger than others. The first of these steps has none.
+    const std::size_t first = array.parts[0].bytes.size();
+    const std::size_t others = (array.bytes_of_parts() - first) / (kTriedSteps - 1);
+    const std::size_t doubt = level_ == Level::fast ? 0 : array.bundled;
+    if (first + others * (array.steps.size() - 1) > array.bundled + doubt) {
+      array.parts.clear();
+      break;
+    }
+  }
+  sink_ = sink;
+  return status;
 }
 
 }  // namespace shm

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "codecs/bundles/bundle_encoder.h"
 #include "codecs/surface/plan/column_planner.h"
 #include "steps/step_memory.h"
 #include "steps/step_values.h"
@@ -34,12 +35,27 @@ class StepEncoder {
   using Sink = std::function<Result<void>(const container::StepHeader&, std::uint64_t,
                                           std::span<const std::byte>)>;
 
+  /// Function that receives a bundle: the headers of its parts, and its bytes.
+  using BundleSink =
+      std::function<Result<void>(std::span<const container::StepPart>, std::span<const std::byte>)>;
+
   /// Creates an encoder. `schema` must have passed check_schema(). `topology` is the topology of
   /// the whole mesh. Both must outlive the encoder. `elements` lists the number of elements of each
   /// array. Among any `key_steps` consecutive steps of an array, at least one is a key step, which
   /// refers to no other step.
   StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
+  /// Allows bundles. The steps of small arrays then wait until they have more than `waiting_bytes`
+  /// bytes in total, or until end_steps() is called. If the file already contains bundles, `pairs`
+  /// is the number of pairs of an array and a step in them, and `bytes` is at most the size of the
+  /// file.
+  void use_bundles(BundleSink sink, std::uint64_t waiting_bytes, std::uint64_t pairs = 0,
+                   std::uint64_t bytes = 0) {
+    bundle_sink_ = std::move(sink);
+    most_waiting_bytes_ = waiting_bytes;
+    bundle_pairs_ = pairs;
+    written_ = bytes;
+  }
 
   /// Continues an array whose steps up to `last_step` are already in the file. `run` is the number
   /// of steps from the most recent key step to `last_step`, both included.
@@ -75,6 +91,8 @@ class StepEncoder {
   Result<void> add(std::uint32_t array, std::uint64_t step, std::span<const std::byte> values);
   /// Ends the current step, if there is one.
   Result<void> end_step();
+  /// Ends the current step, and encodes the steps that wait.
+  Result<void> end_steps();
   /// Returns the number of elements of the array in the whole mesh.
   std::uint64_t elements(std::uint32_t array) const {
     return part_ ? part_->all[array] : elements_[array];
@@ -85,7 +103,8 @@ class StepEncoder {
  private:
   /// State of an array between its steps.
   struct Before {
-    std::uint64_t next_step = 0;  ///< lowest step number that may come next
+    std::uint64_t next_step = 0;     ///< lowest step number that may come next
+    std::uint64_t encoded_step = 0;  ///< number of the most recent encoded step
     /// Number of steps since the most recent key step, including the key step.
     std::uint32_t run = 0;
     StepMemory values;
@@ -97,8 +116,44 @@ class StepEncoder {
   };
   using Column = StepColumnEncoder;
 
+  /// A step of an array that waits.
+  struct Waiting {
+    std::uint32_t array = 0;
+    std::uint64_t step = 0;
+    std::vector<std::byte> values;
+  };
+  /// A part that has been encoded while steps wait.
+  struct EncodedPart {
+    container::StepHeader header;
+    std::uint64_t first = 0;
+    std::vector<std::byte> bytes;
+  };
+  /// The steps of an array that waits, and how they may be coded.
+  struct WaitingArray {
+    std::uint32_t array = 0;
+    std::vector<const Waiting*> steps;
+    ValuesOfSteps values;
+    std::uint32_t group = 0;
+    PlannedColumns columns;
+    bool is_bundled = false;         ///< true if a bundle can contain the array
+    std::size_t bundled = 0;         ///< approximate number of bytes in a bundle
+    std::vector<EncodedPart> parts;  ///< ordinary parts; empty if they are larger or not tried
+
+    std::size_t bytes_of_parts() const;
+  };
+  class Bundles;
+
   StepReference most_next(std::uint32_t array) const;
   Result<void> begin_step(std::uint32_t array, std::uint64_t step);
+  void begin_encoding(std::uint32_t array, std::uint64_t step);
+  Result<void> encode_values(std::span<const std::byte> values);
+  void end_encoding();
+  bool may_wait(std::uint32_t array);
+  Result<void> encode_waiting();
+  Result<void> encode_set(std::uint64_t first, std::uint64_t steps,
+                          std::vector<WaitingArray>& arrays);
+  Result<std::uint32_t> group_of(std::uint32_t array);
+  Result<void> encode_parts(WaitingArray& array);
   Result<void> begin_group();
   Result<void> end_group();
   Result<EncodedColumn> encode();
@@ -141,6 +196,12 @@ class StepEncoder {
   std::uint64_t count_ = 0;  // number of elements in the current group; 0 if no group has begun
   std::vector<std::byte> pending_;
   TermScratch scratch_;
+
+  BundleSink bundle_sink_;
+  std::vector<Waiting> waiting_;
+  std::uint64_t waiting_bytes_ = 0, most_waiting_bytes_ = 0;
+  bool waits_ = false;  // true if the current step will wait
+  std::uint64_t bundle_pairs_ = 0, written_ = 0;
 };
 
 }  // namespace shm

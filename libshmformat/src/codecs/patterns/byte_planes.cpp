@@ -3,16 +3,11 @@
 #include <algorithm>
 
 namespace shm {
-namespace {
 
-constexpr int kPlaneZstdLevel = 1;
-
-}  // namespace
-
-void put_plane(ByteWriter& out, std::span<const std::byte> plane, ZstdCompressor& zstd) {
+void put_plane(ByteWriter& out, std::span<const std::byte> plane, ZstdCompressor& zstd, int level) {
   if (std::all_of(plane.begin(), plane.end(), [](std::byte byte) { return byte == std::byte{0}; }))
     return out.put_varint(0);
-  const auto packed = zstd.compress(plane, kPlaneZstdLevel);
+  const auto packed = zstd.compress(plane, level);
   const auto bytes = packed.size() < plane.size() ? packed : plane;
   out.put_varint(bytes.size());
   out.put_bytes(bytes);

@@ -20,7 +20,8 @@ namespace shm {
 /// Writes a plane: first its stored size in bytes, then the stored bytes. The stored size is 0 if
 /// all bytes of the plane are zero. If the stored size equals the size of the plane, the plane is
 /// uncompressed. If it has any other value, the plane is compressed as one zstd frame.
-void put_plane(ByteWriter& out, std::span<const std::byte> plane, ZstdCompressor& zstd);
+void put_plane(ByteWriter& out, std::span<const std::byte> plane, ZstdCompressor& zstd,
+               int level = 1);
 
 /// Reads a plane of `size` bytes. Returns false if the data is damaged.
 bool get_plane(ByteReader& in, std::uint64_t size, std::vector<std::byte>& plane,

@@ -26,6 +26,7 @@ enum class Codec : std::uint8_t {
   patterns = 13,  ///< codes a cell by the positions at which its vertices occur in earlier cells;
                   ///< uses zstd
   terms = 14,     ///< predicts values from other vertices of the same cell; uses zstd
+  bundle = 15,    ///< codes values of several arrays at several steps together; uses zstd
 };
 
 /// Returns true if this codec predicts values from neighbourhoods.

@@ -155,4 +155,16 @@ decltype(auto) with_differences(ScalarType type, DomainKind kind, Work&& work) {
   return work(kind == DomainKind::integers ? WholeDifferences::of(type) : WholeDifferences());
 }
 
+/// Returns the state that belongs to an index. Later values are predicted from states. If the state
+/// would be a NaN, returns 0, since some machines do not preserve the bits of a NaN.
+template <class Differences>
+std::uint64_t finite_state(const Differences& differences, std::int64_t index) {
+  const std::uint64_t state = differences.remember(index);
+  if constexpr (std::is_same_v<decltype(differences.sum_of(0)), double>) {
+    const double value = std::bit_cast<double>(state);
+    if (value != value) return 0;
+  }
+  return state;
+}
+
 }  // namespace shm
