@@ -140,6 +140,7 @@ class File:
         self.totals = Totals(block_cells=[0] * len(self.schema.blocks))
         self.groups, self.segment, self.imported = [], None, Imported()
         self.step_values, self.step_times = None, None
+        self.pairs = 0  # of an array and a step, in all bundles so far
         self.stream_bytes = {}
 
     def items(self):
@@ -232,6 +233,9 @@ class File:
             yield piece
 
     def _bundle(self, chunk, parts):
+        self.pairs += sum(part.arrays * part.steps for part in parts)
+        if self.pairs > 2**17 + chunk.offset:
+            raise ShmError("bundles of too many arrays and steps", "step values", chunk.offset)
         for part in parts:
             self.listed.append([part.array, part.step, 0, part.count, part.group, 0, part.codec, part.arrays,
                                 part.steps])

@@ -157,6 +157,30 @@ inline void put_unnamed(ByteWriter& blob) {
   blob.put_varint(0);
 }
 
+/// Returns a file with as many pairs of an array and a step in bundles as any file may have. All
+/// values are zero.
+inline Bytes asking_bundles() {
+  Stepped stepped;
+  stepped.mesh = grid(2, 2, 2);
+  stepped.options = {};
+  const auto array =
+      add_stepped(stepped.mesh, array_of("zeros", Location::cell, ScalarType::uint8));
+  for (std::uint64_t step = 0; step < container::most_bundle_pairs(0); ++step)
+    stepped.values[{array, step}] = Bytes(8);
+  return written(stepped);
+}
+
+/// Returns this file with a damaged byte in each chunk of step values.
+inline Bytes asking_damaged_bundles() {
+  Bytes bytes = asking_bundles();
+  std::size_t end = container::kFileStartBytes;
+  for (const Chunk& chunk : take_apart(bytes).chunks) {
+    end += chunk.bytes();
+    if (chunk.is(container::ChunkKind::step_values)) bytes[end - 1] ^= std::byte{1};
+  }
+  return bytes;
+}
+
 inline std::vector<AskingFile> asking_files() {
   using container::ChunkKind;
   constexpr std::uint64_t kMany = std::uint64_t{500} << 20;
@@ -254,6 +278,8 @@ inline std::vector<AskingFile> asking_files() {
     put_packed(packed, blob.bytes);
     files.push_back({"stepped arrays", asking_schema(packed.bytes)});
   }
+  files.push_back({"bundles", asking_bundles()});
+  files.push_back({"damaged bundles", asking_damaged_bundles()});
   files.push_back({"components of vertices", asking_columns(66, Location::point, 4096)});
   files.push_back({"components of cells", asking_columns(66, Location::cell, 4096)});
   return files;

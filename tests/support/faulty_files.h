@@ -60,6 +60,7 @@ class FaultyFiles {
     entries_of_indices();
     headers_of_bundles();
     columns_of_bundles();
+    many_bundles();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -822,6 +823,36 @@ class FaultyFiles {
     of("of one element too many.", [](Parts& it) { it[0].header.count += 1; });
     of("of one element too few.", [](Parts& it) { it[0].header.count -= 1; });
     of("a part of no elements.", [](Parts& it) { it[0].header.count = 0; });
+  }
+
+  /// Replaces all step values by bundles of the first array, which is zero at all steps. Each
+  /// bundle has 2^15 steps.
+  Bytes with_bundles_of_zeros(std::uint64_t bundles) const {
+    FileParts parts = take_apart(file("bundles"));
+    const auto is_step = [](const Chunk& it) { return it.is(ChunkKind::step_values); };
+    const auto first = std::find_if(parts.chunks.begin(), parts.chunks.end(), is_step);
+    Chunk chunk = *first;
+    chunk.header.version = container::kBundleVersion;
+    auto place = static_cast<std::size_t>(first - parts.chunks.begin());
+    std::erase_if(parts.chunks, is_step);
+    for (std::uint64_t n = 0; n < bundles; ++n) {
+      container::StepPart part;
+      part.header.step = part.header.reference_step = n << 15;
+      part.header.steps = 1 << 15;
+      part.header.count = 18;
+      part.header.codec = container::kBundleCodec;
+      // One byte of methods, which is zero and therefore a plane without bytes.
+      chunk.payload =
+          put_steps_together({{part}, {{std::byte{1}, std::byte{0}}}}, container::kBundleVersion);
+      insert(parts, place++, chunk);
+    }
+    list_anew(parts);
+    return with_index(put_together(std::move(parts)),
+                      [&](container::Index& index) { index.steps = bundles << 15; });
+  }
+  void many_bundles() {
+    EXPECT_TRUE(decode_in_pieces(with_bundles_of_zeros(4)));
+    add(kCorrupt, "Bundle: the fifth bundle of 2^15 steps.", with_bundles_of_zeros(5));
   }
 
   /// The bytes of a bundle of the arrays "wave" and "equal" of the file "bundles". They have 18

@@ -113,6 +113,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   std::optional<BundleChunk>
       bundle_;                      // bundle of the current chunk, if not all of it has been read
   std::size_t next_of_bundle_ = 0;  // index of the next pair of an array and a step
+  std::uint64_t bundle_pairs_ = 0;  // number of pairs in all bundles so far
   std::vector<std::byte> part_bytes_;
   // Error that occurred while reading ahead. advance() reports it after all earlier blocks have
   // been taken.
@@ -317,6 +318,10 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   chunks_.add_step_values(file_.header(), parts);
   if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
   if (parts[0].header.codec == Codec::bundle) {
+    for (const container::StepPart& part : parts)
+      bundle_pairs_ += part.header.arrays * part.header.steps;
+    if (bundle_pairs_ > container::most_bundle_pairs(file_.chunk_offset()))
+      return wrong(container::kTooManyBundlePairs);
     auto bundle = BundleChunk::read(*schema_, parts, in.get_bytes(in.left()));
     if (!bundle) return wrong(bundle.error().detail, bundle.error().code);
     for_each_share(parts, [&](std::uint32_t array, std::uint64_t share) {

@@ -221,11 +221,15 @@ inline constexpr std::uint8_t kBundleVersion = 2;
 inline constexpr Codec kBundleCodec{15};
 /// Limit for the number of pairs of an array and a step in a bundle. Frozen: part of the format.
 inline constexpr std::uint64_t kMostBundlePairs = std::uint64_t{1} << 15;
-/// Returns the limit for the number of these pairs in all bundles of a file of this size in bytes.
-/// It bounds the memory of readers, which list the steps of each array. Frozen: part of the format.
-constexpr std::uint64_t most_bundle_pairs(std::uint64_t file) {
-  return (std::uint64_t{1} << 20) + file;
+/// Returns the limit for the number of these pairs in a bundle and in all bundles before it.
+/// `offset` is the offset of the chunk of the bundle. The limit bounds the memory of readers, which
+/// list the steps of each array. Frozen: part of the format.
+constexpr std::uint64_t most_bundle_pairs(std::uint64_t offset) {
+  return (std::uint64_t{1} << 17) + offset;
 }
+/// Detail of the error for a file that exceeds this limit.
+inline constexpr const char* kTooManyBundlePairs =
+    "the bundles have more arrays and steps than a file may have";
 /// Writes the headers of all parts. The coded values of the parts come after the headers in the
 /// same payload. Version 0 has one part, which extends to the end of the payload.
 void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version);

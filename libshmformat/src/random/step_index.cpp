@@ -13,7 +13,6 @@ using container::StepEntry;
 Result<StepIndex> StepIndex::of(IndexedFile& file) {
   StepIndex index;
   index.steps_.resize(file.schema().arrays.size());
-  index.most_bundle_pairs_ = container::most_bundle_pairs(file.source().size());
   if (file.decodable()) {
     if (auto status = index.add_decodable(file); !status) return status.error();
     index.find_keys();
@@ -115,8 +114,8 @@ Result<void> StepIndex::add_bundle(const IndexedFile& file, const IndexEntry& en
     return over_limit("the limit is " + std::to_string(file.limits().max_steps) + " steps", "index",
                       entry.offset);
   bundle_pairs_ += bundle.arrays * bundle.steps;
-  if (bundle_pairs_ > most_bundle_pairs_)
-    return over_limit("the bundles have too many arrays and steps", "index", entry.offset);
+  if (bundle_pairs_ > container::most_bundle_pairs(entry.offset))
+    return corrupt(container::kTooManyBundlePairs, "index", entry.offset);
   for (std::uint32_t a = bundle.array; a - bundle.array < bundle.arrays; ++a) {
     if (a >= schema.arrays.size() || !schema.arrays[a].per_step)
       return file.wrong_index("has step values of an array without steps");

@@ -64,9 +64,8 @@ class StepIndex {
   std::vector<std::uint64_t> elements_;   // number of elements of each array
   std::vector<std::vector<Step>> steps_;  // list of the steps of each array
   std::vector<Part> parts_;
-  std::uint32_t last_array_ = 0;  // array of the previous part; not used for the first part
-  // Number of pairs of an array and a step in bundles, and its limit
-  std::uint64_t bundle_pairs_ = 0, most_bundle_pairs_ = 0;
+  std::uint32_t last_array_ = 0;    // array of the previous part; not used for the first part
+  std::uint64_t bundle_pairs_ = 0;  // number of pairs of an array and a step in bundles
 };
 
 }  // namespace shm

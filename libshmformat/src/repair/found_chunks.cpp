@@ -433,7 +433,7 @@ Result<void> FoundChunks::take_parts(const FoundChunk& chunk) {
     bundle_pairs_ += pairs_of(parts_.back().values);
   }
   if (bundle_pairs_ > container::most_bundle_pairs(source_->size()))
-    return over_limit("the bundles have too many arrays and steps", "step values", chunk.offset);
+    return corrupt(container::kTooManyBundlePairs, "step values", chunk.offset);
   return {};
 }
 
