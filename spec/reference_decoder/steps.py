@@ -215,7 +215,6 @@ class StepValues:
                       "a reference to another step than the one before")
         reference = 1 + trend_
         reject_unless(reference <= self.may_refer, "a reference to more than there may be")
-        reject_unless(array.quantization.bits == 0, "a reference of a quantized array")
         reject_unless(trend_ == 0 or (len(steps) > 2 and steps[-2].reference),
                       "a trend behind a step that refers to none")
         return reference

@@ -224,6 +224,77 @@ Bytes under(const Bytes& file, StepReference most) {
   return put_together(parts);
 }
 
+/// Returns values of a stepped array that change slowly. A few are NaN, infinite, -0.0, huge, or a
+/// fill value.
+Bytes drifting_values(const ArrayInfo& info, std::uint64_t elements, std::uint64_t step,
+                      PlainRandom& random) {
+  Bytes out;
+  for (std::uint64_t i = 0; i < elements * info.components; ++i) {
+    const double x = static_cast<double>(i % 977) * .01;
+    double v = 100 * std::sin(x + .02 * static_cast<double>(step)) +
+               static_cast<double>(random.below(1000)) * 1e-4;
+    switch (random.below(300)) {
+      case 0: v = std::numeric_limits<double>::quiet_NaN(); break;
+      case 1: v = -std::numeric_limits<double>::infinity(); break;
+      case 2: v = -0.0; break;
+      case 3: v = 0.0; break;
+      case 4: v = 9.97e36; break;
+      case 5: v = -9999; break;
+      default: break;
+    }
+    if (info.type == ScalarType::float64)
+      append(out, v);
+    else
+      append(out, static_cast<float>(v));
+  }
+  return out;
+}
+
+/// Expects that each value has been restored within the bound, and exactly if it is not finite.
+void expect_within(const ArrayInfo& info, double bound, const Bytes& before, const Bytes& after) {
+  ASSERT_EQ(before.size(), after.size());
+  const std::size_t width = scalar_bytes(info.type);
+  for (std::size_t i = 0; i < before.size(); i += width) {
+    const double was = scalar_as_double(info.type, load_scalar(&before[i], width));
+    const double is = scalar_as_double(info.type, load_scalar(&after[i], width));
+    if (std::isfinite(was))
+      ASSERT_LE(std::abs(was - is), bound) << i / width;
+    else
+      ASSERT_EQ(std::memcmp(&before[i], &after[i], width), 0) << i / width;
+  }
+}
+
+// Quantized arrays may refer to earlier steps. The encoder refers to the restored values, as the
+// decoder does. Errors therefore do not add up.
+TEST(StepValues, QuantizedArraysReferToRestoredValues) {
+  PlainRandom random(11);
+  for (const Level level : {Level::fast, Level::standard, Level::best})
+    for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::patterns})
+      for (const ScalarType type : {ScalarType::float32, ScalarType::float64})
+        for (const double bound : {1e-1, 1e-3}) {
+          SCOPED_TRACE(std::to_string(static_cast<int>(level)) + " " +
+                       std::string(codec_name(codec)) + " " + std::to_string(bound));
+          Stepped stepped;
+          stepped.mesh = grid(9, 8, 7, ScalarType::float64, warped);
+          stepped.options.connectivity = codec;
+          stepped.options.level = level;
+          stepped.options.group_cells = 300;
+          ArrayInfo info = array_of("q", Location::point, type, 2);
+          info.quantization = Quantization::absolute(bound, 2);
+          const auto a = add_stepped(stepped.mesh, info);
+          for (std::uint64_t step = 0; step < 7; ++step)
+            stepped.values[{a, step}] = drifting_values(info, stepped.mesh.vertices, step, random);
+          const Bytes bytes = written(stepped);
+          const Values values = read_values(bytes);
+          for (const auto& [key, expected] : stepped.values)
+            expect_within(info, bound, expected, values.at(key));
+          bool refers = false;
+          for (const StepHeader& header : headers_of(bytes))
+            refers = refers || header.reference_step != header.step;
+          EXPECT_TRUE(refers);
+        }
+}
+
 TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
   using enum StepReference;
   for (const auto& [key_steps, most] :

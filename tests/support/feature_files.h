@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -748,6 +749,52 @@ inline std::vector<std::byte> steps_that_rise() {
   return std::move(sink.bytes);
 }
 
+/// Returns a file with quantized stepped arrays in several groups. Their values change slowly, so
+/// the steps refer to earlier steps. Some values are not finite, and some are too large to be
+/// quantized.
+inline std::vector<std::byte> bounded_steps_file(Level level) {
+  TestMesh mesh = bent_grid(6, 5, 4);
+  ArrayInfo points = array_of("p", Location::point, ScalarType::float32, 2);
+  ArrayInfo cells = array_of("c", Location::cell, ScalarType::float64);
+  points.quantization = Quantization::absolute(.125, 2);
+  cells.quantization = Quantization::absolute(.015625, 1);
+  for (ArrayInfo* info : {&points, &cells}) {
+    info->per_step = true;
+    mesh.schema.arrays.push_back(*info);
+    mesh.arrays.emplace_back();
+  }
+  MemorySink sink;
+  WriteOptions options;
+  options.group_cells = 80;
+  options.level = level;
+  options.waiting_bytes = 0;  // no bundles
+  const auto steps = [&](Writer& writer) -> Result<void> {
+    PlainRandom random(8);
+    std::vector<double> start(2 * mesh.vertices + mesh.cells.size());
+    for (double& value : start) value = static_cast<double>(random.below(1 << 16)) * .03125;
+    for (std::uint64_t step = 0; step < 4; ++step)
+      for (const std::uint32_t array : {0u, 1u}) {
+        std::vector<std::byte> values;
+        const std::uint64_t count = array == 0 ? 2 * mesh.vertices : mesh.cells.size();
+        for (std::uint64_t e = 0; e < count; ++e) {
+          double value = start[e] + 1.4375 * static_cast<double>(step * (e % 3)) +
+                         static_cast<double>(random.below(64)) * .00390625;
+          if (e % 61 == 7) value = std::numeric_limits<double>::quiet_NaN();
+          if (e % 67 == 9) value = -0.0;
+          if (e % 71 == 3) value = 0x1p100;
+          if (array == 0)
+            append(values, static_cast<float>(value));
+          else
+            append(values, value);
+        }
+        if (auto status = writer.add_step_values(array, step, values); !status) return status;
+      }
+    return {};
+  };
+  EXPECT_TRUE(write_mesh(mesh, sink, options, steps));
+  return std::move(sink.bytes);
+}
+
 /// Returns rows of quads with lines along one side and a cell array. All coordinates are the same
 /// NaN. bent_grid() with 0 layers computes them as 0 / 0, which results in NaNs whose sign depends
 /// on the machine. This function therefore replaces them with the NaN that x86 produces, which the
@@ -859,6 +906,9 @@ inline std::vector<FeatureFile> feature_files() {
   add("steps_that_stand_alone", steps_and_extras_file(keep, 1));
   add("bundles", bundles_file(keep, Level::standard));
   add("bundles_stream", bundles_file(stream, Level::fast));
+  add("bounded_steps", bounded_steps_file(Level::standard));
+  add("bounded_steps_best", bounded_steps_file(Level::best));
+  add("bounded_steps_fast", bounded_steps_file(Level::fast));
   add("large_extras", large_extras_file());
   add("mirrored", mirrored_file(Level::standard));
   add("mirrored_best", mirrored_file(Level::best));

@@ -34,7 +34,6 @@ SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepRefere
       key_(index.key_of(array, wanted)),
       from_(key_),
       held_(&held) {
-  if (info().quantization.lossy()) most_ = StepReference::nothing;
   if (held.at && *held.at >= key_ && *held.at <= wanted) from_ = *held.at + 1;
 }
 

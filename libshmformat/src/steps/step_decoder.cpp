@@ -119,8 +119,6 @@ Result<StepReference> StepDecoder::reference_of(const container::StepHeader& hea
   if (last.run == 0 || header.reference_step != last.step_before ||
       (kind == StepReference::trend && last.run < 2))
     return wrong_step_values(*schema_, header, "refers to a step that is not the previous step");
-  if (schema_->arrays[header.array].quantization.lossy())
-    return wrong_step_values(*schema_, header, "refers to a step, but the array is quantized");
   if (kind > schema_->step_references)
     return wrong_step_values(*schema_, header,
                              "refers to more earlier steps than the schema allows");

@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "codecs/shared/shuffled_zstd.h"
+#include "codecs/shifts/difference_values.h"
 #include "format/schema.h"
 
 namespace shm {
@@ -115,9 +116,6 @@ void StepEncoder::go_on(std::uint32_t array, std::uint64_t last_step, std::uint3
 
 /// Returns the highest StepReference that the next step of the array may use.
 StepReference StepEncoder::most_next(std::uint32_t array) const {
-  // The encoder cannot use a reference for a quantized array: it knows only the original values,
-  // but a reader has the restored values.
-  if (schema_->arrays[array].quantization.lossy()) return StepReference::nothing;
   const std::uint32_t run = before_[array].run;
   if (run == 0 || run >= key_steps_) return StepReference::nothing;
   return run == 1 ? std::min(most_, StepReference::before) : most_;
@@ -189,11 +187,31 @@ Result<void> StepEncoder::end_group() {
   if (part_) header.group += part_->first_group;
   const std::uint64_t first = first_ + (part_ ? part_->first[*array_] : 0);
   if (auto status = sink_(header, first, coded->bytes); !status) return status;
-  before_[*array_].values.take(static_cast<std::size_t>(first_) * stride(), pending_);
+  remember(*array_, static_cast<std::size_t>(first_) * stride(), pending_);
   first_ += count_;
   count_ = 0;
   pending_.clear();
   return {};
+}
+
+/// Stores values of a step, beginning at byte `offset`, as a reader restores them. The next steps
+/// may refer to them.
+void StepEncoder::remember(std::uint32_t array, std::size_t offset,
+                           std::span<const std::byte> values) {
+  const ArrayInfo& info = schema_->arrays[array];
+  StepMemory& memory = before_[array].values;
+  if (!info.quantization.lossy() || most_ == StepReference::nothing ||
+      info.components > kMostStepComponents)
+    return memory.take(offset, values);
+  const std::size_t width = scalar_bytes(info.type), stride = width * info.components;
+  std::vector<std::byte> restored(values.size());
+  std::vector<std::uint64_t> words(values.size() / stride);
+  for (std::size_t c = 0; c < info.components; ++c) {
+    load(values.data() + c * width, stride, width, words);
+    round_quantized(info, c, words);
+    save(words, restored.data() + c * width, stride, width);
+  }
+  memory.take(offset, restored);
 }
 
 /// Encodes the pending values of the current group.
@@ -493,7 +511,7 @@ Result<void> StepEncoder::encode_set(std::uint64_t first, std::uint64_t steps,
     }
     Before& before = before_[it.array];
     if (it.parts.empty())
-      for (const Waiting* of_step : it.steps) before.values.take(0, of_step->values);
+      for (const Waiting* of_step : it.steps) remember(it.array, 0, of_step->values);
     before.encoded_step = it.steps.back()->step;
     before.run = 1;
   }

@@ -156,6 +156,7 @@ class StepEncoder {
   Result<void> encode_parts(WaitingArray& array);
   Result<void> begin_group();
   Result<void> end_group();
+  void remember(std::uint32_t array, std::size_t offset, std::span<const std::byte> values);
   Result<EncodedColumn> encode();
   EncodedColumn choose_reference(const ColumnElements& elements);
   EncodedColumn encode_in_terms();

@@ -59,7 +59,7 @@ StepReference most_reference(const Schema& schema, std::span<const std::uint64_t
 }
 
 StepMemory memory_of(const ArrayInfo& array, StepReference most) {
-  return StepMemory(array.per_step && !array.quantization.lossy() ? most : StepReference::nothing);
+  return StepMemory(array.per_step ? most : StepReference::nothing);
 }
 
 void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std::byte> before,

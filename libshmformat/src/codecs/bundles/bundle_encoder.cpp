@@ -54,11 +54,7 @@ std::vector<std::uint64_t> BundlePlanner::words_of(const ArrayInfo& info,
   for (std::size_t s = 0; s < steps_; ++s)
     load(values[s].data() + component * width, stride, width,
          std::span(words).subspan(s * elements, elements));
-  if (info.quantization.lossy()) {
-    const ValueTranslator translator(info, component, {DomainKind::quantized});
-    for (std::uint64_t& word : words)
-      if (const auto index = translator.index(word)) word = translator.bits(*index);
-  }
+  if (info.quantization.lossy()) round_quantized(info, component, words);
   return words;
 }
 

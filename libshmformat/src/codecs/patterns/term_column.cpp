@@ -396,11 +396,7 @@ ValueDomain TermColumn::choose_domain(std::size_t c, std::span<std::uint64_t> wo
     if (guess.is_linear() && linear_indices(info_->type, words, guess, indices)) return guess;
   }
   const ValueDomain domain = evenly_spaced_domain(*info_, c, words);
-  if (!lossless && domain.kind != DomainKind::quantized) {
-    const ValueTranslator translator(*info_, c, {DomainKind::quantized});
-    for (std::uint64_t& word : words)
-      if (const auto index = translator.index(word)) word = translator.bits(*index);
-  }
+  if (!lossless && domain.kind != DomainKind::quantized) round_quantized(*info_, c, words);
   with_translation(*info_, c, domain, [&](auto&& index_of, auto&&) {
     for (std::size_t e = 0; e < words.size(); ++e) indices[e] = index_of(words[e]);
   });

@@ -343,6 +343,12 @@ std::vector<std::int64_t> table_of(const ArrayInfo& info, std::size_t component,
 
 }  // namespace
 
+void round_quantized(const ArrayInfo& info, std::size_t component, std::span<std::uint64_t> words) {
+  const ValueTranslator translator(info, component, {DomainKind::quantized});
+  for (std::uint64_t& word : words)
+    if (const auto index = translator.index(word)) word = translator.bits(*index);
+}
+
 bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits) {
   ValueDomain now = domain;

@@ -276,6 +276,10 @@ class ValueTranslator {
   double minimum_ = 0, step_ = 1, max_error_ = 0;
 };
 
+/// Replaces each value that can be quantized by the value that a reader restores. `words` contains
+/// values of a component of a quantized array. Values that cannot be quantized are stored exactly.
+void round_quantized(const ArrayInfo& info, std::size_t component, std::span<std::uint64_t> words);
+
 /// Converts the value with these bits to double. The result is the same as that of
 /// ValueTranslator::as_value().
 double scalar_as_double(ScalarType type, std::uint64_t bits);
