@@ -141,6 +141,7 @@ class File:
         self.groups, self.segment, self.imported = [], None, Imported()
         self.step_values, self.step_times = None, None
         self.pairs = 0  # of an array and a step, in all bundles so far
+        self.step_bytes = 0  # of all chunks of step values so far
         self.stream_bytes = {}
 
     def items(self):
@@ -220,7 +221,9 @@ class File:
         parts = read_parts(chunk)
         if parts[0].codec == BUNDLE:
             yield from self._bundle(chunk, parts)
+            self.step_bytes += chunk.bytes()
             return
+        self.step_bytes += chunk.bytes()
         for part in parts:
             piece = self.step_values.decode(part, chunk.base())
             if piece.step >= MOST_STEPS:
@@ -234,7 +237,7 @@ class File:
 
     def _bundle(self, chunk, parts):
         self.pairs += sum(part.arrays * part.steps for part in parts)
-        if self.pairs > 2**17 + chunk.offset:
+        if self.pairs > 2**18 + self.step_bytes:
             raise ShmError("bundles of too many arrays and steps", "step values", chunk.offset)
         for part in parts:
             self.listed.append([part.array, part.step, 0, part.count, part.group, 0, part.codec, part.arrays,

@@ -68,6 +68,8 @@ def _only_part(cursor):
     part.array, part.step, part.reference_step = cursor.varint32(), cursor.varint(), cursor.varint()
     part.trend, part.group, part.count = cursor.u8(), cursor.varint32(), cursor.varint()
     part.codec, part.data = cursor.u8(), cursor.rest()
+    if part.codec == BUNDLE:
+        cursor.fail("a bundle in a chunk of version 0")
     return part
 
 

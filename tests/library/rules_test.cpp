@@ -127,7 +127,7 @@ const std::vector<Tree>& trees() {
              "codecs"}},
            {"steps",
             {"base", "format", "codecs/shared", "codecs/surface/values", "codecs/surface/plan",
-             "codecs/patterns", "codecs/bundles", "codecs"}},
+             "codecs/shifts", "codecs/patterns", "codecs/bundles", "codecs"}},
            {"repair", {"base", "format"}},
            {"random", {"base", "format", "codecs/shared", "codecs", "steps", "repair"}},
            {"api",

@@ -851,8 +851,18 @@ class FaultyFiles {
                       [&](container::Index& index) { index.steps = bundles << 15; });
   }
   void many_bundles() {
-    EXPECT_TRUE(decode_in_pieces(with_bundles_of_zeros(4)));
-    add(kCorrupt, "Bundle: the fifth bundle of 2^15 steps.", with_bundles_of_zeros(5));
+    EXPECT_TRUE(decode_in_pieces(with_bundles_of_zeros(8)));
+    add(kCorrupt, "Bundle: the ninth bundle of 2^15 steps.", with_bundles_of_zeros(9));
+    add(kCorrupt, "Bundle: in a chunk of version 0.", with("bundles", [](FileParts& parts) {
+          Chunk& chunk = *parts.find(ChunkKind::step_values);
+          auto steps = take_steps_apart(chunk);
+          steps->heads.resize(1);
+          steps->values.resize(1);
+          steps->heads[0].header.codec = container::kBundleCodec;
+          chunk.header.version = 0;
+          chunk.payload = put_steps_together(std::move(*steps), 0);
+          list_anew(parts);
+        }));
   }
 
   /// The bytes of a bundle of the arrays "wave" and "equal" of the file "bundles". They have 18

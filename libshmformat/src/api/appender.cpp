@@ -80,6 +80,7 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   std::vector<Array> arrays_;
   std::uint32_t longest_run_ = 0;
   std::uint64_t bundle_pairs_ = 0;  // number of pairs of an array and a step in bundles
+  std::uint64_t step_bytes_ = 0;    // total size of the chunks of step values that are copied
   Calls calls_;
   bool with_extras_ = true;
 
@@ -106,7 +107,9 @@ void Appender::Impl::look_at_steps() {
     array.run = array.last_refers ? array.run + 1 : 1;
     longest_run_ = std::max(longest_run_, array.run);
   };
-  for (const IndexEntry& entry : file_.index().entries)
+  const IndexEntry* unfinished = unfinished_parts();
+  for (const IndexEntry& entry : file_.index().entries) {
+    if (entry.is(ChunkKind::step_values) && &entry != unfinished) step_bytes_ += entry.bytes;
     for (const container::StepEntry& part : entry.parts) {
       if (part.codec == Codec::bundle) bundle_pairs_ += part.arrays * part.steps;
       for (Array& array : std::span(arrays_).subspan(part.array, part.arrays)) {
@@ -118,6 +121,7 @@ void Appender::Impl::look_at_steps() {
         array.last_refers |= part.reference != StepReference::nothing;
       }
     }
+  }
   for (Array& array : arrays_)
     if (array.last_step) end_step(array);
 }
@@ -234,7 +238,7 @@ Result<void> Appender::Impl::begin_steps() {
       options_.key_steps > 0 ? options_.key_steps : std::max(kLeastKeySteps, longest_run_);
   encoder_ = &writer_->begin_steps(*topology_, std::move(elements), key_steps, options_.level);
   if (options_.waiting_bytes > 0)
-    writer_->use_bundles(options_.waiting_bytes, bundle_pairs_, file_.index_offset());
+    writer_->use_bundles(options_.waiting_bytes, bundle_pairs_, step_bytes_);
   return {};
 }
 

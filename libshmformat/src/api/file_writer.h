@@ -98,8 +98,8 @@ class FileWriter {
                                std::span<const std::byte> values) {
     return step_values_->add(array, step, values);
   }
-  /// Ends the current step of an array, if there is one. If the part of this step is small, it may
-  /// be held back until other small parts can share its chunk.
+  /// Ends the current step of an array, if there is one, and encodes all steps that wait. Small
+  /// parts may be held back until other small parts can share their chunk.
   Result<void> end_step_array() {
     return step_values_ ? step_values_->end_steps() : Result<void>();
   }

@@ -114,6 +114,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
       bundle_;                      // bundle of the current chunk, if not all of it has been read
   std::size_t next_of_bundle_ = 0;  // index of the next pair of an array and a step
   std::uint64_t bundle_pairs_ = 0;  // number of pairs in all bundles so far
+  std::uint64_t step_bytes_ = 0;    // total size of all chunks of step values so far
   std::vector<std::byte> part_bytes_;
   // Error that occurred while reading ahead. advance() reports it after all earlier blocks have
   // been taken.
@@ -317,11 +318,15 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
     return wrong("its header is invalid");
   chunks_.add_step_values(file_.header(), parts);
   if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
+  step_bytes_ += file_.header().chunk_bytes();
   if (parts[0].header.codec == Codec::bundle) {
     for (const container::StepPart& part : parts)
       bundle_pairs_ += part.header.arrays * part.header.steps;
-    if (bundle_pairs_ > container::most_bundle_pairs(file_.chunk_offset()))
+    if (bundle_pairs_ > container::most_bundle_pairs(step_bytes_ - file_.header().chunk_bytes()))
       return wrong(container::kTooManyBundlePairs);
+    if (parts[0].header.step + parts[0].header.steps > limits_.max_steps)
+      return wrong("the limit is " + std::to_string(limits_.max_steps) + " steps",
+                   ErrorCode::over_limit);
     auto bundle = BundleChunk::read(*schema_, parts, in.get_bytes(in.left()));
     if (!bundle) return wrong(bundle.error().detail, bundle.error().code);
     for_each_share(parts, [&](std::uint32_t array, std::uint64_t share) {

@@ -77,6 +77,7 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   std::size_t kept_bytes_ = 0;                 // memory in bytes that meshes_ uses, without mesh_
   // Values kept in memory between requests, keyed by array and segment.
   std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;
+  HeldBundles bundles_;
 
   // State of the current request.
   StepRequest request_;
@@ -184,7 +185,7 @@ bool StepReader::Impl::find_segment() {
 
 Result<void> StepReader::Impl::begin_segment() {
   steps_.emplace(*file_, index_, most_, request_.array, segment_, wanted_,
-                 held_[{request_.array, segment_}]);
+                 held_[{request_.array, segment_}], bundles_);
   ElementNeeds needs;
   (of_points() ? needs.vertices : needs.cells) = steps_->needs_mesh();
   (of_points() ? needs.vertex_numbers : needs.cell_numbers) = numbers_need_mesh();

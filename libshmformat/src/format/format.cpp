@@ -240,7 +240,7 @@ bool get_only(ByteReader& in, StepHeader& header) {
   header.group = in.get_varint32();
   header.count = in.get_varint();
   header.codec = static_cast<Codec>(in.get_u8());
-  return in.ok() && trend <= 1;
+  return in.ok() && trend <= 1 && header.codec != kBundleCodec;
 }
 
 /// Returns the number by which a file states the reference of step values: the earlier step or the

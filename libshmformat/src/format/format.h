@@ -222,10 +222,10 @@ inline constexpr Codec kBundleCodec{15};
 /// Limit for the number of pairs of an array and a step in a bundle. Frozen: part of the format.
 inline constexpr std::uint64_t kMostBundlePairs = std::uint64_t{1} << 15;
 /// Returns the limit for the number of these pairs in a bundle and in all bundles before it.
-/// `offset` is the offset of the chunk of the bundle. The limit bounds the memory of readers, which
-/// list the steps of each array. Frozen: part of the format.
-constexpr std::uint64_t most_bundle_pairs(std::uint64_t offset) {
-  return (std::uint64_t{1} << 17) + offset;
+/// `bytes` is the total size of all chunks of step values before the chunk of the bundle. The limit
+/// bounds the memory of readers, which list the steps of each array. Frozen: part of the format.
+constexpr std::uint64_t most_bundle_pairs(std::uint64_t bytes) {
+  return (std::uint64_t{1} << 18) + bytes;
 }
 /// Detail of the error for a file that exceeds this limit.
 inline constexpr const char* kTooManyBundlePairs =

@@ -22,9 +22,23 @@ Error at_chunk(Error error, std::uint64_t offset) {
 
 }  // namespace
 
+const BundleChunk* HeldBundles::find(std::uint64_t offset) {
+  const auto found = std::find_if(bundles_.begin(), bundles_.end(),
+                                  [&](const auto& it) { return it.first == offset; });
+  if (found == bundles_.end()) return nullptr;
+  std::rotate(found, found + 1, bundles_.end());
+  return &bundles_.back().second;
+}
+
+const BundleChunk* HeldBundles::keep(std::uint64_t offset, BundleChunk bundle) {
+  if (bundles_.size() == kMost) bundles_.erase(bundles_.begin());
+  bundles_.emplace_back(offset, std::move(bundle));
+  return &bundles_.back().second;
+}
+
 SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepReference most,
                            std::uint32_t array, std::size_t segment, std::size_t wanted,
-                           HeldSteps& held)
+                           HeldSteps& held, HeldBundles& bundles)
     : file_(&file),
       index_(&index),
       most_(most),
@@ -33,7 +47,8 @@ SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepRefere
       wanted_(wanted),
       key_(index.key_of(array, wanted)),
       from_(key_),
-      held_(&held) {
+      held_(&held),
+      bundles_(&bundles) {
   if (held.at && *held.at >= key_ && *held.at <= wanted) from_ = *held.at + 1;
 }
 
@@ -184,8 +199,9 @@ Result<void> SegmentSteps::read_step(std::size_t step, std::size_t nth,
 
 Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const StepIndex::Part& part,
                                                     const ColumnElements* elements) {
-  if (part.codec == Codec::bundle && held_->bundle && held_->bundle_offset == part.offset)
-    return values_in_bundle(step, part);
+  if (part.codec == Codec::bundle)
+    if (const BundleChunk* bundle = bundles_->find(part.offset))
+      return values_in(*bundle, step, part);
   container::IndexEntry entry;
   entry.kind = static_cast<std::uint8_t>(container::ChunkKind::step_values);
   entry.offset = part.offset;
@@ -198,9 +214,7 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
   if (known && part.codec == Codec::bundle && parts[0].header.codec == Codec::bundle) {
     auto bundle = BundleChunk::read(file_->schema(), parts, in.get_bytes(parts[0].bytes));
     if (!bundle) return bundle.error();
-    held_->bundle = std::move(*bundle);
-    held_->bundle_offset = part.offset;
-    return values_in_bundle(step, part);
+    return values_in(*bundles_->keep(part.offset, std::move(*bundle)), step, part);
   }
   const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& other) {
     return other.header.array == array_ && other.header.step == index_->steps(array_)[step].step &&
@@ -230,10 +244,9 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
                                                        : std::span<const std::byte>(trend_));
 }
 
-/// Returns the values of the array at a step. They are in the bundle that was read most recently.
-Result<std::vector<std::byte>> SegmentSteps::values_in_bundle(std::size_t step,
-                                                              const StepIndex::Part& part) const {
-  const BundleChunk& bundle = *held_->bundle;
+/// Returns the values of the array at a step, from a bundle.
+Result<std::vector<std::byte>> SegmentSteps::values_in(const BundleChunk& bundle, std::size_t step,
+                                                       const StepIndex::Part& part) const {
   const auto pair = bundle.find(array_, index_->steps(array_)[step].step);
   if (!pair || bundle.header(*pair).count != part.count ||
       bundle.header(*pair).group != file_->group_number(part.group))

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "random/step_index.h"
@@ -23,17 +24,30 @@ struct HeldSteps {
   /// Index in StepIndex::steps() of the step whose values are in `last`.
   std::optional<std::size_t> at;
   std::vector<std::byte> last, one_back;  ///< values of the step `at` and of the previous step
-  /// The bundle that was read most recently, and the position of its chunk.
-  std::optional<BundleChunk> bundle;
-  std::uint64_t bundle_offset = 0;
+};
+
+/// The bundles that were decoded most recently. They are shared by all arrays of a reader.
+class HeldBundles {
+ public:
+  /// Returns the bundle of the chunk at this offset, or nullptr if it is not held. The result is
+  /// valid until the next call of keep().
+  const BundleChunk* find(std::uint64_t offset);
+  /// Keeps a bundle. Drops the one that was not used for the longest time if there are too many.
+  const BundleChunk* keep(std::uint64_t offset, BundleChunk bundle);
+
+ private:
+  static constexpr std::size_t kMost = 4;
+  // Bundles and the offsets of their chunks. The most recently used one is the last.
+  std::vector<std::pair<std::uint64_t, BundleChunk>> bundles_;
 };
 
 class SegmentSteps {
  public:
   /// Creates a reader of step `wanted`. All references are borrowed. Precondition: the array is
-  /// stepped and has a step `wanted`. The reader uses and replaces the values in `held`.
+  /// stepped and has a step `wanted`. The reader uses and replaces what `held` and `bundles`
+  /// contain.
   SegmentSteps(IndexedFile& file, const StepIndex& index, StepReference most, std::uint32_t array,
-               std::size_t segment, std::size_t wanted, HeldSteps& held);
+               std::size_t segment, std::size_t wanted, HeldSteps& held, HeldBundles& bundles);
 
   /// Returns true if decoding needs the mesh, because some values are predicted from neighbours in
   /// the mesh.
@@ -72,8 +86,8 @@ class SegmentSteps {
   Result<void> read_step(std::size_t step, std::size_t nth, const ColumnElements* elements);
   Result<std::vector<std::byte>> decode(std::size_t step, const StepIndex::Part& part,
                                         const ColumnElements* elements);
-  Result<std::vector<std::byte>> values_in_bundle(std::size_t step,
-                                                  const StepIndex::Part& part) const;
+  Result<std::vector<std::byte>> values_in(const BundleChunk& bundle, std::size_t step,
+                                           const StepIndex::Part& part) const;
   Result<void> check_reference(std::size_t step, const container::StepHeader& header) const;
   void hold(std::size_t offset);
   bool told_by_mesh(std::size_t step) const;
@@ -85,6 +99,7 @@ class SegmentSteps {
   std::uint32_t array_;
   std::size_t segment_, wanted_, key_, from_;
   HeldSteps* held_;
+  HeldBundles* bundles_;
   std::size_t next_ = 0;  // index of the next part of the wanted step
   bool begun_ = false;
 

@@ -10,6 +10,17 @@ namespace shm {
 using container::IndexEntry;
 using container::StepEntry;
 
+namespace {
+
+/// Returns the largest number of elements that the array can have in a group. An array that covers
+/// all blocks has exactly this number.
+std::uint64_t most_elements(const IndexedFile& file, std::uint32_t array, std::size_t group) {
+  const IndexEntry& entry = file.groups()[group];
+  return file.schema().arrays[array].location == Location::point ? entry.vertices : entry.cells;
+}
+
+}  // namespace
+
 Result<StepIndex> StepIndex::of(IndexedFile& file) {
   StepIndex index;
   index.steps_.resize(file.schema().arrays.size());
@@ -19,12 +30,17 @@ Result<StepIndex> StepIndex::of(IndexedFile& file) {
     return index;
   }
   if (auto status = index.count_elements(file); !status) return status.error();
-  for (const IndexEntry& entry : file.index().entries)
+  for (const IndexEntry& entry : file.index().entries) {
+    if (!entry.is(container::ChunkKind::step_values)) continue;
+    if (entry.offset > file.source().size() || entry.bytes > file.source().size() - entry.offset)
+      return file.wrong_index("its step values are beyond the end of the file");
     for (const StepEntry& part : entry.parts)
       if (auto status = part.codec == Codec::bundle ? index.add_bundle(file, entry, part)
                                                     : index.add(file, entry, part);
           !status)
         return status.error();
+    index.step_bytes_ += entry.bytes;
+  }
   if (auto status = index.expect_complete(file); !status) return status.error();
   index.find_keys();
   file.drop_step_entries();
@@ -90,11 +106,8 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
   if (part.group >= file.groups().size() || (!begins && part.group <= parts_.back().group) ||
       part.first != first || part.count == 0 || part.count > elements_[part.array] - first)
     return file.wrong_index("step values are not in order");
-  const IndexEntry& group = file.groups()[part.group];
-  const ArrayInfo& info = schema.arrays[part.array];
-  const bool of_points = info.location == Location::point;
-  const std::uint64_t most = of_points ? group.vertices : group.cells;
-  if (part.count > most || (part.count < most && info.blocks.empty()))
+  const std::uint64_t most = most_elements(file, part.array, part.group);
+  if (part.count > most || (part.count < most && schema.arrays[part.array].blocks.empty()))
     return file.wrong_index(
         "the number of step values of a group differs from the number of its elements");
   steps.back().refers = steps.back().refers || part.reference != StepReference::nothing;
@@ -114,7 +127,7 @@ Result<void> StepIndex::add_bundle(const IndexedFile& file, const IndexEntry& en
     return over_limit("the limit is " + std::to_string(file.limits().max_steps) + " steps", "index",
                       entry.offset);
   bundle_pairs_ += bundle.arrays * bundle.steps;
-  if (bundle_pairs_ > container::most_bundle_pairs(entry.offset))
+  if (bundle_pairs_ > container::most_bundle_pairs(step_bytes_))
     return corrupt(container::kTooManyBundlePairs, "index", entry.offset);
   for (std::uint32_t a = bundle.array; a - bundle.array < bundle.arrays; ++a) {
     if (a >= schema.arrays.size() || !schema.arrays[a].per_step)
@@ -123,6 +136,7 @@ Result<void> StepIndex::add_bundle(const IndexedFile& file, const IndexEntry& en
     if (!steps.empty() && steps.back().step >= bundle.step)
       return file.wrong_index("steps of an array do not ascend");
     if (bundle.group >= file.groups().size() || bundle.count == 0 || bundle.count != elements_[a] ||
+        bundle.count > most_elements(file, a, bundle.group) ||
         bundle.reference != StepReference::nothing)
       return file.wrong_index("a bundle does not contain whole arrays");
     for (std::uint64_t s = 0; s < bundle.steps; ++s)

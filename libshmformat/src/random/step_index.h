@@ -66,6 +66,7 @@ class StepIndex {
   std::vector<Part> parts_;
   std::uint32_t last_array_ = 0;    // array of the previous part; not used for the first part
   std::uint64_t bundle_pairs_ = 0;  // number of pairs of an array and a step in bundles
+  std::uint64_t step_bytes_ = 0;    // total size of the chunks of step values so far
 };
 
 }  // namespace shm

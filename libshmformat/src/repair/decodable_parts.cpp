@@ -285,7 +285,9 @@ bool Gatherer::is_complete(std::span<const FoundPart* const> run, std::size_t se
     if (run[i]->values.count > most || (covers_all(array) && run[i]->values.count != most))
       return false;
   }
-  return out_.has_index || covers_all(array) || !touches_gap(run);
+  // A bundle always contains the whole array.
+  return out_.has_index || covers_all(array) || run[0]->values.codec == container::kBundleCodec ||
+         !touches_gap(run);
 }
 
 /// Appends a part for each pair of an array and a step of a bundle.

@@ -427,13 +427,16 @@ Result<void> FoundChunks::take_parts(const FoundChunk& chunk) {
   ByteReader in(*bytes);
   std::vector<container::StepPart> parts;
   if (!container::get(in, parts, chunk.header.version, chunk.header.payload_bytes)) return {};
-  for (const container::StepPart& part : parts) {
+  std::uint64_t pairs = 0;
+  for (const container::StepPart& part : parts) pairs += pairs_of(container::entry_of(part.header));
+  if (pairs > container::most_bundle_pairs(source_->size()) - bundle_pairs_) {
+    damages_.push_back(damage_of(DamageKind::damaged, chunk, source_->size()));
+    return {};
+  }
+  bundle_pairs_ += pairs;
+  for (const container::StepPart& part : parts)
     parts_.push_back({chunk.header.sequence, chunk.offset, chunk.bytes(),
                       container::entry_of(part.header), part.header.reference_step});
-    bundle_pairs_ += pairs_of(parts_.back().values);
-  }
-  if (bundle_pairs_ > container::most_bundle_pairs(source_->size()))
-    return corrupt(container::kTooManyBundlePairs, "step values", chunk.offset);
   return {};
 }
 

@@ -19,6 +19,11 @@ constexpr std::size_t kMostWaitingStep = std::size_t{1} << 16;
 /// than kFewPairs pairs of an array and a step. Trying ordinary parts would take long, and they
 /// would hardly be smaller.
 constexpr std::uint64_t kTinyStep = 32, kFewPairs = 64;
+/// Ordinary parts are preferred to bundles unless they are larger by more than this share, 1/N.
+constexpr std::size_t kGraceOfParts = 16;
+/// Approximate number of bytes of memory that a step of an array that waits needs besides its
+/// values.
+constexpr std::size_t kBytesAroundWaiting = 100;
 /// Number of steps that are encoded as ordinary parts to estimate the size of all steps.
 constexpr std::size_t kTriedSteps = 3;
 /// Approximate number of bytes that a part needs in its chunk and in the index.
@@ -300,7 +305,7 @@ Result<void> StepEncoder::end_step() {
     end_encoding();
     return {};
   }
-  waiting_bytes_ += pending_.size();
+  waiting_bytes_ += pending_.size() + kBytesAroundWaiting;
   waiting_.push_back({*array_, step_, std::exchange(pending_, {})});
   array_.reset();
   return waiting_bytes_ > most_waiting_bytes_ ? encode_waiting() : Result<void>();
@@ -479,23 +484,31 @@ Result<void> StepEncoder::encode_set(std::uint64_t first, std::uint64_t steps,
     return bytes;
   };
   const auto never_bundled = [](const WaitingArray& it) { return !it.is_bundled; };
-  const auto prefers_parts = [](const WaitingArray& it) {
-    return !it.parts.empty() && (!it.is_bundled || it.bytes_of_parts() <= it.bundled);
+  // Ordinary parts may be slightly larger, because a reader of one array reads less of them. At
+  // level best, the smallest way is chosen.
+  const auto with_grace = [&](std::size_t bytes) {
+    return level_ == Level::best ? bytes : bytes + bytes / kGraceOfParts;
+  };
+  const auto prefers_parts = [&](const WaitingArray& it) {
+    return !it.parts.empty() && (!it.is_bundled || it.bytes_of_parts() <= with_grace(it.bundled));
   };
   const auto is_tried = [](const WaitingArray& it) { return !it.parts.empty(); };
   std::function<bool(const WaitingArray&)> is_in_parts = never_bundled;
   const Bundles* bundles = &all;
   std::size_t best = all.bytes() + bytes_of_parts(never_bundled);
   if (std::any_of(arrays.begin(), arrays.end(), prefers_parts)) {
+    bool are_all_added = true;
     for (const WaitingArray& it : arrays)
-      if (!prefers_parts(it)) mixed.add(it);
+      if (!prefers_parts(it)) are_all_added = mixed.add(it) && are_all_added;
     mixed.finish();
-    if (const std::size_t bytes = mixed.bytes() + bytes_of_parts(prefers_parts); bytes < best) {
+    if (const std::size_t bytes = mixed.bytes() + bytes_of_parts(prefers_parts);
+        are_all_added && bytes < with_grace(best)) {
       best = bytes;
       is_in_parts = prefers_parts;
       bundles = &mixed;
     }
-    if (std::all_of(arrays.begin(), arrays.end(), is_tried) && bytes_of_parts(is_tried) < best) {
+    if (std::all_of(arrays.begin(), arrays.end(), is_tried) &&
+        bytes_of_parts(is_tried) < with_grace(best)) {
       is_in_parts = is_tried;
       bundles = nullptr;
     }
@@ -542,10 +555,16 @@ Result<std::uint32_t> StepEncoder::group_of(std::uint32_t array) {
 /// Encodes the steps of an array as ordinary parts. If the first steps show that a bundle is
 /// smaller, encodes no other steps, and returns no parts.
 Result<void> StepEncoder::encode_parts(WaitingArray& array) {
-  const Sink sink = std::exchange(sink_, [&](const auto& header, auto first, auto bytes) {
+  // Restores the sink at the end, also if memory runs out.
+  struct Redirected {
+    Sink& sink;
+    Sink before;
+    ~Redirected() { sink = std::move(before); }
+  } redirected{sink_, sink_};
+  sink_ = [&](const auto& header, auto first, auto bytes) {
     array.parts.push_back({header, first, {bytes.begin(), bytes.end()}});
     return Result<void>();
-  });
+  };
   Result<void> status;
   for (std::size_t s = 0; s < array.steps.size() && status; ++s) {
     begin_encoding(array.array, array.steps[s]->step);
@@ -556,13 +575,12 @@ Result<void> StepEncoder::encode_parts(WaitingArray& array) {
     // Steps without a reference are larger than others. The first of these steps has none.
     const std::size_t first = array.parts[0].bytes.size();
     const std::size_t others = (array.bytes_of_parts() - first) / (kTriedSteps - 1);
-    const std::size_t doubt = level_ == Level::fast ? 0 : array.bundled;
+    const std::size_t doubt = array.bundled / (level_ == Level::fast ? kGraceOfParts : 1);
     if (first + others * (array.steps.size() - 1) > array.bundled + doubt) {
       array.parts.clear();
       break;
     }
   }
-  sink_ = sink;
   return status;
 }
 

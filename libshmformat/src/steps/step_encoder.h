@@ -46,9 +46,9 @@ class StepEncoder {
   StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
   /// Allows bundles. The steps of small arrays then wait until they have more than `waiting_bytes`
-  /// bytes in total, or until end_steps() is called. If the file already contains bundles, `pairs`
-  /// is the number of pairs of an array and a step in them, and `bytes` is at most the size of the
-  /// file.
+  /// bytes in total, or until end_steps() is called. If the file already contains step values,
+  /// `pairs` is the number of pairs of an array and a step in its bundles, and `bytes` is the total
+  /// size of its chunks of step values.
   void use_bundles(BundleSink sink, std::uint64_t waiting_bytes, std::uint64_t pairs = 0,
                    std::uint64_t bytes = 0) {
     bundle_sink_ = std::move(sink);

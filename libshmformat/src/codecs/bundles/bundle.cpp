@@ -115,8 +115,9 @@ bool Bundle::read_columns(std::span<const std::byte> bytes, std::span<const Bund
                    {},
                    static_cast<std::uint32_t>(width),
                    0};
-          // The product of the two counts is at most 2^64 after this check of each of them.
-          if (it.stored.steps > kMostBundleValues || it.stored.elements > kMostBundleValues)
+          // The product of the two counts is at most 2^30 after this check of each of them.
+          if ((column.shape != ColumnShape::fixed && steps > kMostBundleValues) ||
+              (column.shape != ColumnShape::uniform && array.elements > kMostBundleValues))
             return false;
           values += it.stored.count();
           if (values > kMostBundleValues) return false;
@@ -181,25 +182,25 @@ bool Bundle::read_columns(std::span<const std::byte> bytes, std::span<const Bund
   return true;
 }
 
-std::uint64_t Bundle::word(const Column& column, std::uint64_t step, std::size_t element) const {
-  if (column.form == ColumnForm::zero) return 0;
-  if (column.form == ColumnForm::constant) return words_[column.first];
-  const std::size_t steps =
-      column.shape == ColumnShape::fixed ? 1 : static_cast<std::size_t>(steps_);
-  const std::size_t s = column.shape == ColumnShape::fixed ? 0 : static_cast<std::size_t>(step);
-  const std::size_t e = column.shape == ColumnShape::uniform ? 0 : element;
-  return words_[column.first + e * steps + s];
-}
-
 std::vector<std::byte> Bundle::values(std::size_t array, std::uint64_t step) const {
   const Array& it = arrays_[array];
   const std::size_t stride = it.components * it.width;
   std::vector<std::byte> out(stride * it.elements);
-  std::vector<std::uint64_t> words(it.elements);
   for (std::size_t c = 0; c < it.components; ++c) {
     const Column& column = columns_[it.first_column + c];
-    for (std::size_t e = 0; e < it.elements; ++e) words[e] = word(column, step, e);
-    save(words, out.data() + c * it.width, stride, it.width);
+    if (column.form == ColumnForm::zero) continue;
+    // Distance between the words of two elements, and the word of the first element.
+    std::size_t distance = 0, word = column.first;
+    if (column.form != ColumnForm::constant) {
+      const bool is_fixed = column.shape == ColumnShape::fixed;
+      if (column.shape != ColumnShape::uniform)
+        distance = is_fixed ? 1 : static_cast<std::size_t>(steps_);
+      if (!is_fixed) word += static_cast<std::size_t>(step);
+    }
+    std::byte* to = out.data() + c * it.width;
+    for (std::size_t e = 0; e < it.elements; ++e, to += stride, word += distance)
+      for (std::size_t b = 0; b < it.width; ++b)
+        to[b] = static_cast<std::byte>(words_[word] >> 8 * b);
   }
   return out;
 }

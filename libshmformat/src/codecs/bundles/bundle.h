@@ -92,8 +92,8 @@ std::int64_t predict(const Differences& differences, BundlePredictor predictor, 
 class Bundle {
  public:
   /// Reads a bundle. Returns nullopt if the data is damaged. Precondition: each array has at least
-  /// one element, and `steps` is at least 1. The memory is at most 64 bytes for each column, plus
-  /// 8 bytes for each coded value, plus the size of `bytes`.
+  /// one element, and `steps` is at least 1. The memory is about 200 bytes for each column, plus 8
+  /// bytes for each coded value, plus the size of `bytes`.
   static std::optional<Bundle> read(std::span<const std::byte> bytes,
                                     std::span<const BundleArray> arrays, std::uint64_t steps);
 
@@ -111,7 +111,6 @@ class Bundle {
 
   bool read_columns(std::span<const std::byte> bytes, std::span<const BundleArray> arrays,
                     std::uint64_t steps);
-  std::uint64_t word(const Column& column, std::uint64_t step, std::size_t element) const;
 
   struct Array {
     std::size_t first_column, components, width, elements;
