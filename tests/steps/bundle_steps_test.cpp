@@ -42,18 +42,6 @@ Stepped many_arrays(std::uint32_t arrays, TestMesh mesh = grid(2, 2, 1, ScalarTy
   return stepped;
 }
 
-/// Returns the headers of all parts of step values.
-std::vector<StepHeader> headers_of(std::span<const std::byte> bytes) {
-  std::vector<StepHeader> headers;
-  for (const Chunk& chunk : take_apart(bytes).chunks) {
-    if (!chunk.is(ChunkKind::step_values)) continue;
-    const auto parts = take_steps_apart(chunk);
-    EXPECT_TRUE(parts);
-    for (const StepPart& part : parts->heads) headers.push_back(part.header);
-  }
-  return headers;
-}
-
 std::size_t bundles_in(std::span<const std::byte> bytes) {
   std::size_t count = 0;
   for (const Chunk& chunk : take_apart(bytes).chunks)
@@ -186,7 +174,7 @@ TEST(BundleSteps, OtherArraysHavePartsOfTheirOwn) {
   stepped.options.group_cells = 500;
   const Bytes bytes = expect_values_back(stepped);
   std::set<std::uint32_t> in_bundles, in_parts;
-  for (const StepHeader& header : headers_of(bytes))
+  for (const StepHeader& header : step_headers_of(bytes))
     for (std::uint32_t a = 0; a < header.arrays; ++a)
       (header.codec == Codec::bundle ? in_bundles : in_parts).insert(header.array + a);
   EXPECT_TRUE(in_bundles.contains(small));

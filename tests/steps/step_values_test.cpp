@@ -33,17 +33,6 @@ Values read_values(std::span<const std::byte> bytes) {
   return values;
 }
 
-std::vector<StepHeader> headers_of(std::span<const std::byte> bytes) {
-  std::vector<StepHeader> headers;
-  for (const Chunk& chunk : take_apart(bytes).chunks) {
-    if (!chunk.is(ChunkKind::step_values)) continue;
-    const auto parts = take_steps_apart(chunk);
-    EXPECT_TRUE(parts);
-    for (const container::StepPart& part : parts->heads) headers.push_back(part.header);
-  }
-  return headers;
-}
-
 Bytes expect_values_back(const Stepped& stepped) {
   const Bytes bytes = written(stepped);
   Values expected;
@@ -87,7 +76,7 @@ TEST(StepValues, OverShiftsToo) {
   const std::size_t over_surface = expect_values_back(stepped).size();
   stepped.options.connectivity = ConnectivityCodec::shifts;
   const Bytes bytes = expect_values_back(stepped);
-  for (const StepHeader& header : headers_of(bytes))
+  for (const StepHeader& header : step_headers_of(bytes))
     EXPECT_EQ(header.codec, container::Codec::columns);
   EXPECT_LE(bytes.size() * 20, over_surface * 21);
 }
@@ -105,7 +94,7 @@ TEST(StepValues, InTerms) {
     const std::size_t alone = expect_values_back(stepped).size();
     stepped.options.key_steps = 5;
     const Bytes bytes = expect_values_back(stepped);
-    for (const StepHeader& header : headers_of(bytes))
+    for (const StepHeader& header : step_headers_of(bytes))
       EXPECT_EQ(header.codec, container::Codec::terms);
     EXPECT_LT(bytes.size(), alone);
   }
@@ -188,7 +177,7 @@ TEST(StepValues, TheMeshPredicts) {
   }
   stepped.values[{0, 0}] = sorted;
   const Bytes bytes = expect_values_back(stepped);
-  EXPECT_EQ(headers_of(bytes)[0].codec, Codec::columns);
+  EXPECT_EQ(step_headers_of(bytes)[0].codec, Codec::columns);
   std::size_t coded = 0;
   for (const Chunk& chunk : take_apart(bytes).chunks)
     if (chunk.is(ChunkKind::step_values)) coded += chunk.payload.size();
@@ -199,7 +188,7 @@ TEST(StepValues, StepsReferToTheOneBefore) {
   for (const std::uint32_t key_steps : {1u, 3u, 8u}) {
     Stepped stepped = waves(10);
     stepped.options.key_steps = key_steps;
-    const auto headers = headers_of(expect_values_back(stepped));
+    const auto headers = step_headers_of(expect_values_back(stepped));
     ASSERT_EQ(headers.size(), 10u);
     for (std::uint64_t s = 0; s < 10; ++s)
       EXPECT_EQ(headers[s].reference_step, s % key_steps == 0 ? s : s - 1) << s;
@@ -289,7 +278,7 @@ TEST(StepValues, QuantizedArraysReferToRestoredValues) {
           for (const auto& [key, expected] : stepped.values)
             expect_within(info, bound, expected, values.at(key));
           bool refers = false;
-          for (const StepHeader& header : headers_of(bytes))
+          for (const StepHeader& header : step_headers_of(bytes))
             refers = refers || header.reference_step != header.step;
           EXPECT_TRUE(refers);
         }
@@ -315,7 +304,8 @@ TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
     // A caller may set schema.step_references to a more restrictive kind than the one that follows
     // from key_steps.
     stepped.mesh.schema.step_references = std::min(most, before);
-    for (const auto& header : headers_of(expect_values_back(stepped))) EXPECT_FALSE(header.trend);
+    for (const auto& header : step_headers_of(expect_values_back(stepped)))
+      EXPECT_FALSE(header.trend);
   }
   // If no array is stepped, the schema does not store which references are allowed.
   WriteOptions options;
@@ -402,7 +392,7 @@ TEST(StepValues, ATrendIsFollowed) {
                        (64 + static_cast<double>(key.second));
       std::memcpy(&values[8 * i], &v, 8);
     }
-  const auto headers = headers_of(expect_values_back(stepped));
+  const auto headers = step_headers_of(expect_values_back(stepped));
   ASSERT_EQ(headers.size(), 4u);
   for (std::size_t s = 0; s < 4; ++s) EXPECT_EQ(headers[s].trend, s >= 2) << s;
 }
@@ -414,7 +404,7 @@ TEST(StepValues, ManyComponentsAreLeftToZstd) {
       stepped.mesh, array_of("a", Location::cell, ScalarType::float32, kMostStepComponents + 1));
   stepped.values[{a, 0}] = moving_values(stepped.mesh.schema.arrays[a], 2, 0);
   stepped.values[{a, 1}] = stepped.values[{a, 0}];
-  for (const StepHeader& header : headers_of(expect_values_back(stepped)))
+  for (const StepHeader& header : step_headers_of(expect_values_back(stepped)))
     EXPECT_EQ(header.codec, Codec::shuffled_zstd);
 }
 
@@ -474,7 +464,7 @@ const Bytes& waves_file() {
 }
 
 TEST(StepValues, LyingHeaders) {
-  const auto headers = headers_of(waves_file());
+  const auto headers = step_headers_of(waves_file());
   ASSERT_EQ(headers.size(), 12u);
   ASSERT_EQ(headers[4].reference_step, 0u);
   ASSERT_EQ(headers[1].codec, Codec::columns);
@@ -537,7 +527,7 @@ TEST(StepValues, OneArrayAtATime) {
   Stepped stepped = with_steps(two_blocks(), Order::keep);
   stepped.options.group_cells = 120;
   const Bytes bytes = written(stepped);
-  const auto headers = headers_of(bytes);
+  const auto headers = step_headers_of(bytes);
   ASSERT_EQ(headers[1].array, 0u);
   for (std::size_t i = 1; i < headers.size(); ++i) {
     if (headers[i].array == 0) continue;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -636,11 +637,50 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
   return std::move(sink.bytes);
 }
 
+/// Returns a file of `mesh` with stepped arrays at the steps 0 to `steps` - 1.
+/// value(array, scalar, step) returns a value; `scalar` counts the components of all elements. If
+/// it returns nullopt for the first scalar, the array has no values at this step.
+inline std::vector<std::byte> written_with_steps(
+    TestMesh mesh, const std::vector<ArrayInfo>& arrays, const WriteOptions& options,
+    std::uint64_t steps,
+    const std::function<std::optional<double>(std::uint32_t, std::uint64_t, std::uint64_t)>&
+        value) {
+  for (const ArrayInfo& info : arrays) {
+    mesh.schema.arrays.push_back(info);
+    mesh.schema.arrays.back().per_step = true;
+    mesh.arrays.emplace_back();
+  }
+  const auto add_step = [&](Writer& writer, std::uint32_t array, std::uint64_t step) {
+    const ArrayInfo& info = arrays[array];
+    const std::uint64_t elements =
+        info.location == Location::point ? mesh.vertices : mesh.cells.size();
+    std::vector<std::byte> values;
+    for (std::uint64_t i = 0; i < elements * info.components; ++i) {
+      const auto number = value(array, i, step);
+      if (!number) return Result<void>();
+      if (info.type == ScalarType::float64)
+        append(values, *number);
+      else if (info.type == ScalarType::float32)
+        append(values, static_cast<float>(*number));
+      else
+        append_scalar(values, info.type, static_cast<std::int64_t>(*number));
+    }
+    return writer.add_step_values(array, step, values);
+  };
+  MemorySink sink;
+  EXPECT_TRUE(write_mesh(mesh, sink, options, [&](Writer& writer) -> Result<void> {
+    for (std::uint64_t step = 0; step < steps; ++step)
+      for (std::uint32_t array = 0; array < arrays.size(); ++array)
+        if (auto status = add_step(writer, array, step); !status) return status;
+    return {};
+  }));
+  return std::move(sink.bytes);
+}
+
 /// Returns a file of a small mesh with many arrays at twelve steps, all in bundles. The columns of
 /// these arrays have every form, every shape, and every kind of values. One array lacks some steps,
 /// so it has parts of its own.
 inline std::vector<std::byte> bundles_file(Order order, Level level) {
-  TestMesh mesh = with_order(bent_grid(2, 2, 1), order, true, 0);
   const auto wave = [](std::uint64_t e, std::uint64_t step) {
     return 3.0 + .25 * static_cast<double>(e) + .125 * static_cast<double>(step * step);
   };
@@ -673,126 +713,67 @@ inline std::vector<std::byte> bundles_file(Order order, Level level) {
       {bounded, [&](auto e, auto, auto s) { return noise(e, s) / 7; }},
       {array_of("sometimes", cell, float64), [&](auto e, auto, auto s) { return wave(e, s); }},
   };
-  for (const Made& it : all) {
-    mesh.schema.arrays.push_back(it.info);
-    mesh.schema.arrays.back().per_step = true;
-    mesh.arrays.emplace_back();
-  }
-  MemorySink sink;
+  std::vector<ArrayInfo> arrays;
+  for (const Made& it : all) arrays.push_back(it.info);
   WriteOptions options;
   options.level = level;
-  const auto steps = [&](Writer& writer) -> Result<void> {
-    for (std::uint64_t step = 0; step < 12; ++step)
-      for (std::uint32_t a = 0; a < all.size(); ++a) {
-        if (a + 1 == all.size() && step % 3 == 1) continue;
-        const ArrayInfo& info = all[a].info;
-        std::vector<std::byte> values;
-        for (std::uint64_t e = 0; e < (info.location == point ? mesh.vertices : mesh.cells.size());
-             ++e)
-          for (std::uint64_t c = 0; c < info.components; ++c) {
-            const double value = all[a].value(e, c, step);
-            if (info.type == float64)
-              append(values, value);
-            else if (info.type == float32)
-              append(values, static_cast<float>(value));
-            else
-              append_scalar(values, info.type, static_cast<std::int64_t>(value));
-          }
-        if (auto status = writer.add_step_values(a, step, values); !status) return status;
-      }
-    return {};
+  const auto value = [&](std::uint32_t array, std::uint64_t scalar,
+                         std::uint64_t step) -> std::optional<double> {
+    if (array + 1 == all.size() && step % 3 == 1) return std::nullopt;
+    const std::uint32_t components = arrays[array].components;
+    return all[array].value(scalar / components, scalar % components, step);
   };
-  EXPECT_TRUE(write_mesh(mesh, sink, options, steps));
-  return std::move(sink.bytes);
+  return written_with_steps(with_order(bent_grid(2, 2, 1), order, true, 0), arrays, options, 12,
+                            value);
 }
 
 /// Returns a file with random step values that all change by the same amount from one step to the
 /// next. The values are coded as differences between steps, with the codec `terms`.
 inline std::vector<std::byte> steps_that_rise() {
-  TestMesh mesh = bent_grid(6, 5, 4);
-  ArrayInfo points = array_of("p", Location::point, ScalarType::float32);
-  ArrayInfo cells = array_of("c", Location::cell, ScalarType::float64);
-  cells.components = 3;
-  for (ArrayInfo* info : {&points, &cells}) {
-    info->per_step = true;
-    mesh.schema.arrays.push_back(*info);
-    mesh.arrays.emplace_back();
-  }
-  MemorySink sink;
   WriteOptions options;
   options.group_cells = 80;
   options.connectivity = ConnectivityCodec::patterns;
   options.level = Level::fast;
-  const auto steps = [&](Writer& writer) -> Result<void> {
-    for (std::uint64_t step = 0; step < 3; ++step)
-      for (const std::uint32_t array : {0u, 1u}) {
-        std::vector<std::byte> values;
-        std::uint32_t noise = 7;
-        const std::uint64_t count = array == 0 ? mesh.vertices : 3 * mesh.cells.size();
-        for (std::uint64_t e = 0; e < count; ++e) {
-          noise = noise * 1664525 + 1013904223;
-          // All values are between 64 and 100. In this range, the spacing of floating-point numbers
-          // is constant.
-          const double value = 64 + static_cast<double>(noise) * 0x1p-27 +
-                               static_cast<double>(step) * 1.375 +
-                               static_cast<double>(e / 7) * 0x1p-16;
-          if (array == 0)
-            append(values, static_cast<float>(value));
-          else
-            append(values, value / 3);
-        }
-        if (auto status = writer.add_step_values(array, step, values); !status) return status;
-      }
-    return {};
+  std::uint32_t noise = 7;
+  const auto value = [&](std::uint32_t array, std::uint64_t scalar, std::uint64_t step) {
+    noise = (scalar == 0 ? 7 : noise) * 1664525 + 1013904223;
+    // All values are between 64 and 100. In this range, the spacing of floating-point numbers is
+    // constant.
+    const double rising = 64 + static_cast<double>(noise) * 0x1p-27 +
+                          static_cast<double>(step) * 1.375 +
+                          static_cast<double>(scalar / 7) * 0x1p-16;
+    return array == 0 ? rising : rising / 3;
   };
-  EXPECT_TRUE(write_mesh(mesh, sink, options, steps));
-  return std::move(sink.bytes);
+  return written_with_steps(bent_grid(6, 5, 4),
+                            {array_of("p", Location::point, ScalarType::float32),
+                             array_of("c", Location::cell, ScalarType::float64, 3)},
+                            options, 3, value);
 }
 
 /// Returns a file with quantized stepped arrays in several groups. Their values change slowly, so
 /// the steps refer to earlier steps. Some values are not finite, and some are too large to be
 /// quantized.
 inline std::vector<std::byte> bounded_steps_file(Level level) {
-  TestMesh mesh = bent_grid(6, 5, 4);
+  const TestMesh mesh = bent_grid(6, 5, 4);
   ArrayInfo points = array_of("p", Location::point, ScalarType::float32, 2);
   ArrayInfo cells = array_of("c", Location::cell, ScalarType::float64);
   points.quantization = Quantization::absolute(.125, 2);
   cells.quantization = Quantization::absolute(.015625, 1);
-  for (ArrayInfo* info : {&points, &cells}) {
-    info->per_step = true;
-    mesh.schema.arrays.push_back(*info);
-    mesh.arrays.emplace_back();
-  }
-  MemorySink sink;
   WriteOptions options;
   options.group_cells = 80;
   options.level = level;
   options.waiting_bytes = 0;  // no bundles
-  const auto steps = [&](Writer& writer) -> Result<void> {
-    PlainRandom random(8);
-    std::vector<double> start(2 * mesh.vertices + mesh.cells.size());
-    for (double& value : start) value = static_cast<double>(random.below(1 << 16)) * .03125;
-    for (std::uint64_t step = 0; step < 4; ++step)
-      for (const std::uint32_t array : {0u, 1u}) {
-        std::vector<std::byte> values;
-        const std::uint64_t count = array == 0 ? 2 * mesh.vertices : mesh.cells.size();
-        for (std::uint64_t e = 0; e < count; ++e) {
-          double value = start[e] + 1.4375 * static_cast<double>(step * (e % 3)) +
-                         static_cast<double>(random.below(64)) * .00390625;
-          if (e % 61 == 7) value = std::numeric_limits<double>::quiet_NaN();
-          if (e % 67 == 9) value = -0.0;
-          if (e % 71 == 3) value = 0x1p100;
-          if (array == 0)
-            append(values, static_cast<float>(value));
-          else
-            append(values, value);
-        }
-        if (auto status = writer.add_step_values(array, step, values); !status) return status;
-      }
-    return {};
+  PlainRandom random(8);
+  std::vector<double> start(2 * mesh.vertices + mesh.cells.size());
+  for (double& value : start) value = static_cast<double>(random.below(1 << 16)) * .03125;
+  const auto value = [&](std::uint32_t, std::uint64_t scalar, std::uint64_t step) {
+    const double noise = static_cast<double>(random.below(64)) * .00390625;
+    if (scalar % 71 == 3) return 0x1p100;
+    if (scalar % 67 == 9) return -0.0;
+    if (scalar % 61 == 7) return std::numeric_limits<double>::quiet_NaN();
+    return start[scalar] + 1.4375 * static_cast<double>(step * (scalar % 3)) + noise;
   };
-  EXPECT_TRUE(write_mesh(mesh, sink, options, steps));
-  return std::move(sink.bytes);
+  return written_with_steps(mesh, {points, cells}, options, 4, value);
 }
 
 /// Returns rows of quads with lines along one side and a cell array. All coordinates are the same

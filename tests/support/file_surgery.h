@@ -191,6 +191,18 @@ inline std::optional<StepPayload> take_steps_apart(const Chunk& chunk) {
   return parts;
 }
 
+/// Returns the headers of all parts of step values in a file.
+inline std::vector<container::StepHeader> step_headers_of(std::span<const std::byte> bytes) {
+  std::vector<container::StepHeader> headers;
+  for (const Chunk& chunk : take_apart(bytes).chunks) {
+    if (!chunk.is(container::ChunkKind::step_values)) continue;
+    const auto parts = take_steps_apart(chunk);
+    if (!parts) continue;
+    for (const container::StepPart& part : parts->heads) headers.push_back(part.header);
+  }
+  return headers;
+}
+
 /// Builds the payload of a chunk of step values. Recomputes the lengths of the parts.
 inline std::vector<std::byte> put_steps_together(StepPayload parts, std::uint8_t version) {
   for (std::size_t p = 0; p < parts.heads.size(); ++p)

@@ -153,7 +153,7 @@ Result<void> FileWriter::check_step_values(std::uint32_t array,
 /// and covers the whole array. Every other part is stored in a chunk of its own. As a result, a
 /// reader of one array reads little data of other arrays, and if several writers write parts of one
 /// array, these parts are adjacent in the file.
-bool FileWriter::stands_with_others(const container::StepPart& part) const {
+bool FileWriter::may_share_chunk(const container::StepPart& part) const {
   return container::version_of_chunk(ChunkKind::step_values, start_) > 0 &&
          part.header.group == 0 && part.header.count == step_values_->elements(part.header.array) &&
          part.bytes <= container::kPartBytesTogether;
@@ -163,7 +163,7 @@ Result<void> FileWriter::add_part(const container::StepHeader& header, std::uint
                                   std::span<const std::byte> bytes) {
   if (auto status = write_extras(); !status) return status;
   const container::StepPart part{header, bytes.size()};
-  const bool with_others = stands_with_others(part);
+  const bool with_others = may_share_chunk(part);
   if (!with_others || parts_.size() == container::kMostStepParts ||
       part_bytes_.size() + bytes.size() > container::kPartBytesTogether)
     if (auto status = write_parts(); !status) return status;

@@ -128,7 +128,7 @@ class FileWriter {
   Result<void> write_extras();
   Result<void> add_part(const container::StepHeader& header, std::uint64_t first,
                         std::span<const std::byte> bytes);
-  bool stands_with_others(const container::StepPart& part) const;
+  bool may_share_chunk(const container::StepPart& part) const;
   Result<void> write_parts(std::uint64_t first);
   const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
 

@@ -47,7 +47,7 @@ struct Tap {
   std::int64_t count = 0;
 };
 /// Returns the taps for these factors. They are the nonzero terms of the polynomial 1 - product of
-/// all (1 - x^lag)^order, in descending order of the exponent. The term x^n stands for the value n
+/// all (1 - x^lag)^order, in descending order of the exponent. The term x^n represents the value n
 /// elements back, so the farthest element comes first. The previous element comes last, so that its
 /// value is needed only at the end of the sum.
 std::vector<Tap> taps_of(std::span<const Factor> factors);

@@ -26,7 +26,7 @@ constexpr std::size_t kFewestCopies = 8;
 /// Returns a number that combines the kind of an element and, for a vertex of a hexahedron, which
 /// of the eight corners it is. An element can be a copy only of an element with the same kind and
 /// corner.
-std::uint8_t stand_of(const Neighbourhood& item) {
+std::uint8_t kind_and_corner_of(const Neighbourhood& item) {
   return static_cast<std::uint8_t>((item.corner | item.kind << 3) & 63);
 }
 
@@ -64,14 +64,15 @@ class Elements {
 };
 
 /// Returns, for each element, the index of the next element with the same kind and corner. For the
-/// last such element, returns its own index. `stands`: results of stand_of().
-std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
+/// last such element, returns its own index. `kinds`: the kind and corner of
+/// each element, as kind_and_corner_of() returns them.
+std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> kinds) {
   constexpr std::size_t kPlaces = 64;
-  std::vector<std::uint32_t> next(stands.size());
+  std::vector<std::uint32_t> next(kinds.size());
   std::array<std::uint32_t, kPlaces> last;
   last.fill(kNone);
-  for (auto i = static_cast<std::uint32_t>(stands.size()); i-- > 0;) {
-    std::uint32_t& next_of_kind = last[stands[i] % kPlaces];
+  for (auto i = static_cast<std::uint32_t>(kinds.size()); i-- > 0;) {
+    std::uint32_t& next_of_kind = last[kinds[i] % kPlaces];
     next[i] = next_of_kind == kNone ? i : next_of_kind;
     next_of_kind = i;
   }
@@ -80,19 +81,19 @@ std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
 
 /// For each element of the group, finds an earlier element with the same bits, and returns the
 /// distance to it. The distance is at most `farthest`; it is 0 if no such element is found.
-/// `stands`: the kind and corner of each element. If the most recent distance for the same kind and
+/// `kinds`: the kind and corner of each element. If the most recent distance for the same kind and
 /// corner leads to an equal element, that distance is returned. Otherwise the result is the
 /// distance that remains valid for the longest run of elements with the same kind and corner.
 /// `bits`, `history`: one list for each component. `history` contains the elements just before the
 /// first element of the group.
-std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
+std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> kinds,
                                        std::span<const std::vector<std::uint64_t>> bits,
                                        std::span<const std::vector<std::uint64_t>> history,
                                        std::uint32_t farthest) {
   constexpr std::uint32_t kLongestRun = 32, kMostLooks = 16;
   const Elements all(bits, history);
-  std::vector<std::uint32_t> back(stands.size()), wanted(stands.size());
-  const std::vector<std::uint32_t> next = next_alike(stands);
+  std::vector<std::uint32_t> back(kinds.size()), wanted(kinds.size());
+  const std::vector<std::uint32_t> next = next_alike(kinds);
   // Hash chains of earlier elements; the most recent element is the first in a chain.
   std::vector<std::uint32_t> heads(std::bit_ceil(all.size() + 1), kNone), chain(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -254,11 +255,11 @@ std::optional<std::vector<std::byte>> ColumnPlanner::encode_predicted(const Tile
 std::vector<std::uint32_t> ColumnPlanner::copies_among(const TiledItems& elements,
                                                        const Bits& bits) const {
   if (!column_.has_copies()) return {};
-  std::vector<std::uint8_t> stands;
+  std::vector<std::uint8_t> kinds;
   for (std::size_t i = 0; i < elements.items.size(); ++i)
     if (elements.blocks.empty() || column_.covers(elements.blocks[i]))
-      stands.push_back(stand_of(elements.items[i]));
-  auto back = find_copies(stands, bits, column_.history(), CopiedElements<SplitEncoder>::kFarthest);
+      kinds.push_back(kind_and_corner_of(elements.items[i]));
+  auto back = find_copies(kinds, bits, column_.history(), CopiedElements<SplitEncoder>::kFarthest);
   const auto none = static_cast<std::size_t>(std::count(back.begin(), back.end(), 0u));
   if ((back.size() - none) * kFewestCopies < back.size() || back.empty()) back.clear();
   return back;
