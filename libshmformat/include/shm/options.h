@@ -42,8 +42,9 @@ struct WriteOptions {
   /// least 1 MiB) applies to them. The file does not depend on this limit.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
   /// Memory limit in bytes for steps of small arrays (at most 64 KiB per step) that wait until
-  /// several steps can be coded together, which takes far fewer bytes. If it is 0, each step is
-  /// written as soon as it is complete.
+  /// several steps can be coded together, which takes far fewer bytes. Each step of an array counts
+  /// as its values plus 100 bytes. While these steps are encoded, their encoded forms are kept in
+  /// memory, too. If the limit is 0, each step is written as soon as it is complete.
   std::uint64_t waiting_bytes = std::uint64_t{8} << 20;
   /// Number of worker threads that encode segments. If it is 1, the Writer starts no threads and
   /// encodes in the caller's thread. If it is 0, the Writer starts one thread per core. The
