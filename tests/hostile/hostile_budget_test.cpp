@@ -12,6 +12,7 @@
 #include "shm/segment_reader.h"
 #include "shm/step_reader.h"
 #include "support/coded_meshes.h"
+#include "support/sanitized.h"
 
 namespace shm {
 namespace {
@@ -46,7 +47,9 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
          if (auto opened = MeshExtractor::open(source)) (void)opened->extras();
        }},
       {"steps", [](Random& source) { (void)StepReader::open(source); }}};
+  SomeCases some(7);
   for (const AskingFile& file : asking()) {
+    if (some.skips_next()) continue;
     SCOPED_TRACE(file.name);
     ASSERT_LT(file.bytes.size(), kMostFile);
     EXPECT_LE(memory_of([&] { read_all(file.bytes); }), kMostMemory);
