@@ -30,6 +30,7 @@ struct Column {
   std::uint32_t components;
   std::uint64_t elements;
   Quantization quantization;
+  std::vector<double> fills;
   PageCache::Fetch source, restored;
 };
 
@@ -93,6 +94,7 @@ class Comparison {
   void compare_column(const Column& column, NumberList* order);
   void compare_values(const Column& column, std::uint64_t first, std::uint64_t count,
                       const std::byte* source, const std::byte* restored, MeasuredError* measured);
+  static void measure(double value, double error, MeasuredError& measured);
   MeasuredError* measured_error(const Column& column);
   void compare_extras();
   void compare_extra(const Extra& source, const Extra& restored);
@@ -167,6 +169,7 @@ void Comparison::compare_array_lists() {
   for (std::size_t i = 0; i < a.size(); ++i) {
     ArrayInfo plain = b[i];
     plain.quantization = a[i].quantization;
+    plain.fills = a[i].fills;
     if (a[i] == plain) continue;
     differ("array " + std::to_string(i), text(a[i]), text(b[i]));
     same_arrays_ = false;
@@ -182,6 +185,7 @@ void Comparison::compare_points() {
                 3,
                 info.vertices,
                 info.schema.coordinate_quantization,
+                {},
                 [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
                   source_->read_points(first, count, out);
                 },
@@ -238,9 +242,10 @@ void Comparison::compare_array(std::size_t array, const std::string& name) {
     const char* element = data.location == Location::point ? "vertex"
                           : data.blocks.empty()            ? "cell"
                                                            : "element";
-    compare_column({name, std::move(what), element, data.type, data.components,
-                    info.array_elements(array), data.quantization, from(source_), from(restored_)},
-                   order);
+    compare_column(
+        {name, std::move(what), element, data.type, data.components, info.array_elements(array),
+         data.quantization, data.fills, from(source_), from(restored_)},
+        order);
   }
 }
 
@@ -286,10 +291,18 @@ void Comparison::compare_column(const Column& column, NumberList* order) {
       for (std::uint64_t i = 0; i < count; ++i)
         std::memcpy(source.data() + i * stride, cache[numbers[i]], stride);
     }
-    if (source != restored)
+    if (measured != nullptr || source != restored)
       compare_values(column, first, count, source.data(), restored.data(), measured);
     if (progress_) progress_(column.what, first + count, column.elements);
   }
+}
+
+void Comparison::measure(double value, double error, MeasuredError& measured) {
+  if (measured.values++ == 0) measured.minimum = measured.maximum = value;
+  measured.minimum = std::min(measured.minimum, value);
+  measured.maximum = std::max(measured.maximum, value);
+  measured.largest = std::max(measured.largest, error);
+  measured.squares += error * error;
 }
 
 void Comparison::compare_values(const Column& column, std::uint64_t first, std::uint64_t count,
@@ -299,16 +312,22 @@ void Comparison::compare_values(const Column& column, std::uint64_t first, std::
   for (std::uint64_t i = 0; i < count * column.components; ++i) {
     const std::byte* a = source + i * bytes;
     const std::byte* b = restored + i * bytes;
-    if (std::memcmp(a, b, bytes) == 0) continue;
+    const bool is_same = std::memcmp(a, b, bytes) == 0;
+    if (is_same && measured == nullptr) continue;
     std::string broken;
     if (measured != nullptr) {
-      const double error = std::fabs(as_double(a, column.type) - as_double(b, column.type));
-      if (std::isfinite(error)) {
-        measured->largest = std::max(measured->largest, error);
-        if (error <= measured->promised) continue;
+      const double value = as_double(a, column.type);
+      const double error = std::fabs(value - as_double(b, column.type));
+      const bool is_fill =
+          std::find(column.fills.begin(), column.fills.end(), value) != column.fills.end();
+      if (is_fill && !is_same) broken = "; a fill value must not change";
+      if (std::isfinite(error) && !is_fill) {
+        measure(value, error, *measured);
+        if (is_same || error <= measured->promised) continue;
         broken = "; error " + number_text(error) + ", allowed " + number_text(measured->promised);
       }
     }
+    if (is_same) continue;
     std::string where =
         column.what + ", " + column.element + " " + std::to_string(first + i / column.components);
     if (column.components > 1) where += ", component " + std::to_string(i % column.components);
@@ -366,6 +385,15 @@ CompareReport best_guess(MeshSource& source, MeshSource& restored, Spool& spool,
 }
 
 }  // namespace
+
+double MeasuredError::rms() const {
+  return values > 0 ? std::sqrt(squares / static_cast<double>(values)) : 0;
+}
+double MeasuredError::psnr() const {
+  const double noise = rms();
+  return noise > 0 ? 20 * std::log10((maximum - minimum) / noise)
+                   : std::numeric_limits<double>::infinity();
+}
 
 CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
                              const Progress& progress, const CellSequence* cell_order) {

@@ -26,6 +26,14 @@ struct MeasuredError {
                         // called T
   double largest = 0;   // largest |restored - source|
   double promised = 0;  // error bound stated in the file
+  // Of all values that are finite and no fill values: their number, range, and sum of squared
+  // errors
+  std::uint64_t values = 0;
+  double minimum = 0, maximum = 0, squares = 0;
+
+  double rms() const;  // root mean square of the errors
+  // Peak signal-to-noise ratio in decibels; infinite if all errors are 0.
+  double psnr() const;
 };
 
 struct CompareReport {

@@ -38,8 +38,9 @@ bool is_extra(const std::string& name, const MeshInfo& info) {
 }
 
 void check_accuracy(const Accuracy& accuracy, const std::string& option) {
-  if (accuracy.kind == Accuracy::Kind::bits)
-    wrong_use(option + ": bits is not a tolerance; use abs=E, rel=E or lossless");
+  using enum Accuracy::Kind;
+  if (accuracy.kind == bits || accuracy.kind == rms || accuracy.kind == psnr)
+    wrong_use(option + ": bits, rms and psnr are not tolerances; use abs=E, rel=E or lossless");
 }
 
 }  // namespace

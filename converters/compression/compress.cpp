@@ -315,6 +315,7 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   schema.step_references = StepReference::trend;
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
+  add_fills(options.lossy, schema);
   if (rounds_something(options.lossy)) {
     set_accuracy(mesh, options.lossy, schema, options.progress);
   } else {

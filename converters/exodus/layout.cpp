@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstring>
+#include <span>
 #include <utility>
+
+#include "base/stored_value.h"
 
 namespace shm::converters::exodus {
 namespace {
@@ -70,6 +74,7 @@ class Surveyor {
     find_nodal_fields();
     find_element_fields();
     find_other_arrays();
+    for (ArrayLayout& array : out_.arrays) find_fills(array);
     return std::move(out_);
   }
 
@@ -318,6 +323,30 @@ class Surveyor {
       if (product > kMaxComponents) return 0;
     }
     return static_cast<std::uint32_t>(product);
+  }
+
+  // Takes the fill values from the attributes _FillValue and missing_value of the array's
+  // variables, as conventions for netCDF files define them.
+  void find_fills(ArrayLayout& array) {
+    if (!is_float(array.info.type)) return;
+    for (const ArrayPart& part : array.parts) {
+      if (part.variable < 0) continue;
+      for (const Attribute& attribute : variable(part.variable).attributes)
+        if ((attribute.name == "_FillValue" || attribute.name == "missing_value") &&
+            attribute.type == variable(part.variable).type)
+          add_fills(attribute.values, array.info);
+    }
+  }
+  static void add_fills(std::span<const std::byte> values, ArrayInfo& array) {
+    constexpr std::size_t kMostFills = 16;
+    const std::size_t width = scalar_bytes(array.type);
+    for (std::size_t at = 0; at + width <= values.size(); at += width) {
+      const double fill = as_double(values.data() + at, array.type);
+      const bool is_known =
+          std::find(array.fills.begin(), array.fills.end(), fill) != array.fills.end();
+      if (std::isfinite(fill) && !is_known && array.fills.size() < kMostFills)
+        array.fills.push_back(fill);
+    }
   }
 
   ArrayLayout& add_array(Location location, int v, const std::string& role, bool stepped,

@@ -5,13 +5,17 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <functional>
 #include <limits>
 #include <optional>
+#include <span>
 #include <system_error>
+#include <utility>
 
 #include "base/failure.h"
+#include "mesh/array_names.h"
 
 namespace shm::converters {
 namespace {
@@ -43,12 +47,30 @@ double binary_log(double number) {
              (1 + square * (1.0 / 3 + square * (1.0 / 5 + square * (1.0 / 7 + square / 9))));
 }
 
+bool is_fill(std::span<const double> fills, double value) {
+  return std::find(fills.begin(), fills.end(), value) != fills.end();
+}
+
+// Returns 10^x for -300 <= x <= 0, accurate to 1e-12 and identical on every machine.
+double power_of_ten(double x) {
+  constexpr double kLogOfTen = 2.302585092994046;
+  const double whole = std::floor(x), part = (x - whole) * kLogOfTen;
+  double power = 1, term = 1;
+  for (int i = 1; i < 40; ++i) {
+    term *= part / i;
+    power += term;
+  }
+  for (double i = whole; i < 0; ++i) power /= 10;
+  return power;
+}
+
 // Statistics of the coordinates, or of all values of an array: the range of each component, and a
 // histogram of binary exponents. The statistics are collected in one pass.
 class Statistics {
  public:
-  Statistics(ScalarType type, std::uint32_t components)
-      : bits_(8.0 * static_cast<double>(scalar_bytes(type))),
+  Statistics(ScalarType type, std::uint32_t components, std::span<const double> fills)
+      : fills_(fills),
+        bits_(8.0 * static_cast<double>(scalar_bytes(type))),
         ulp_exponent_(type == ScalarType::float32 ? -23 : -52),
         minimum_(components, std::numeric_limits<double>::max()),
         maximum_(components, std::numeric_limits<double>::lowest()) {}
@@ -81,6 +103,16 @@ class Statistics {
   double range() const {
     return std::max(0.0, *std::max_element(maximum_.begin(), maximum_.end()) -
                              *std::min_element(minimum_.begin(), minimum_.end()));
+  }
+  // Returns true if the range is so much larger than the middle 90 percent of the values that a few
+  // values probably mark missing data.
+  bool has_outliers() const {
+    constexpr double kFar = 1e6;
+    if (sample_.empty()) return false;
+    std::vector<double> sorted = sample_;
+    std::sort(sorted.begin(), sorted.end());
+    const double low = sorted[sorted.size() / 20], high = sorted[sorted.size() * 19 / 20];
+    return high > low && range() > kFar * (high - low);
   }
   // Returns the quantization step with the lowest cost for an error bound. Normally the best step
   // is about twice the bound. However, a restored value is rounded to the stored type, so its error
@@ -138,7 +170,8 @@ class Statistics {
     return exact * (bits_ + 4) - (1 - exact) * binary_log(step / bound);
   }
   void add(double value, std::size_t c) {
-    if (!(std::fabs(value) < kLargest)) return;
+    if (!(std::fabs(value) < kLargest) || is_fill(fills_, value)) return;
+    if (number_++ % distance_ == 0) add_to_sample(value);
     minimum_[c] = std::min(minimum_[c], value);
     maximum_[c] = std::max(maximum_[c], value);
     if (value == 0) return;
@@ -146,6 +179,20 @@ class Statistics {
     ++counts_[std::bit_cast<std::uint64_t>(value) << 1 >> 53];
   }
 
+  // Keeps every n-th value. If the sample becomes too large, drops every other value, and doubles
+  // n.
+  void add_to_sample(double value) {
+    sample_.push_back(value);
+    if (sample_.size() < kMostSampled) return;
+    for (std::size_t i = 0; 2 * i < sample_.size(); ++i) sample_[i] = sample_[2 * i];
+    sample_.resize(sample_.size() / 2);
+    distance_ *= 2;
+  }
+  static constexpr std::size_t kMostSampled = 1 << 16;
+
+  std::span<const double> fills_;
+  std::vector<double> sample_;
+  std::uint64_t number_ = 0, distance_ = 1;
   double bits_;       // number of bits of a value in the stored type
   int ulp_exponent_;  // base-2 logarithm of the distance between neighbouring numbers in [1, 2)
   std::vector<double> minimum_, maximum_;
@@ -162,12 +209,14 @@ struct Values {
   std::string name;
   ScalarType type;
   std::uint32_t components;
+  std::span<const double> fills;
   std::uint64_t elements, steps;
   Fetch fetch;
 };
 
-Statistics measured(const Values& values, const Progress& progress) {
-  Statistics statistics(values.type, values.components);
+// Calls visit(bytes) for pieces of all values. `verb` describes the work in the progress line.
+void for_each_piece(const Values& values, const char* verb, const Progress& progress,
+                    const std::function<void(const std::vector<std::byte>&)>& visit) {
   const std::size_t stride = values.components * scalar_bytes(values.type);
   const std::uint64_t piece = std::max<std::uint64_t>(1, kPieceBytes / stride);
   std::vector<std::byte> bytes;
@@ -176,14 +225,89 @@ Statistics measured(const Values& values, const Progress& progress) {
       const std::uint64_t count = std::min(piece, values.elements - first);
       bytes.resize(count * stride);
       values.fetch(step, first, count, bytes.data());
-      if (values.type == ScalarType::float32)
-        statistics.add<float>(bytes);
-      else
-        statistics.add<double>(bytes);
+      visit(bytes);
     }
-    if (progress) progress("measuring " + values.name, step + 1, values.steps);
+    if (progress) progress(verb + (" " + values.name), step + 1, values.steps);
   }
+}
+
+Statistics measured(const Values& values, const Progress& progress) {
+  Statistics statistics(values.type, values.components, values.fills);
+  for_each_piece(values, "measuring", progress, [&](const std::vector<std::byte>& bytes) {
+    if (values.type == ScalarType::float32)
+      statistics.add<float>(bytes);
+    else
+      statistics.add<double>(bytes);
+  });
   return statistics;
+}
+
+Quantization within(double bound, const Values& values, const Statistics& statistics) {
+  Quantization quantization = Quantization::absolute(bound, values.components);
+  quantization.spacing = statistics.best_step(bound);
+  return quantization;
+}
+
+// Sum of the squared errors that a quantization causes.
+class SquaredErrors {
+ public:
+  explicit SquaredErrors(Quantization quantization) : quantization_(std::move(quantization)) {}
+  const Quantization& quantization() const { return quantization_; }
+
+  template <class Real>
+  void add(Real value) {
+    const auto number = static_cast<double>(value);
+    const double index = std::floor(number / quantization_.spacing + .5);
+    const auto restored = static_cast<double>(static_cast<Real>(index * quantization_.spacing));
+    const double error = std::fabs(restored - number);
+    // Values that would change by more than the bound are stored exactly.
+    if (error <= quantization_.max_abs) sum_ += error * error;
+  }
+  double sum() const { return sum_; }
+
+ private:
+  Quantization quantization_;
+  double sum_ = 0;
+};
+
+// Returns the quantization with the largest error bound of which the root mean square of the errors
+// is at most `rms`. Errors that are distributed evenly have a root mean square of the bound divided
+// by the square root of 3.
+Quantization within_rms(double rms, const Values& values, const Statistics& statistics,
+                        const Progress& progress) {
+  std::vector<SquaredErrors> candidates;
+  for (const double factor : {1.73, 1.72, 1.7, 1.6, 1.5, 1.4, 1.3, 1.2, 1.1, 1.0})
+    candidates.emplace_back(within(rms * factor, values, statistics));
+  std::uint64_t number = 0;
+  const auto add = [&](auto zero, const std::vector<std::byte>& bytes) {
+    for (std::size_t at = 0; at < bytes.size(); at += sizeof zero) {
+      auto value = zero;
+      std::memcpy(&value, bytes.data() + at, sizeof value);
+      const auto wide = static_cast<double>(value);
+      if (!(std::fabs(wide) < kLargest) || is_fill(values.fills, wide)) continue;
+      ++number;
+      for (SquaredErrors& candidate : candidates) candidate.add(value);
+    }
+  };
+  for_each_piece(values, "measuring errors of", progress, [&](const std::vector<std::byte>& bytes) {
+    if (values.type == ScalarType::float32)
+      add(float{}, bytes);
+    else
+      add(double{}, bytes);
+  });
+  // The sum is rounded, so a small part of the bound is left unused.
+  const double most = rms * rms * static_cast<double>(number) * (1 - 0x1p-20);
+  for (const SquaredErrors& candidate : candidates)
+    if (candidate.sum() <= most) return candidate.quantization();
+  return candidates.back().quantization();
+}
+
+void warn_of_outliers(const Values& values) {
+  std::fputs(("shm: warning: the range of '" + values.name +
+              "' is more than a million times that of most of its values. If it contains fill "
+              "values, give them with --fill or --array NAME:fill=VALUE\n")
+                 .c_str(),
+             stderr);
 }
 
 Quantization quantization_of(const Accuracy& accuracy, const Values& values, bool is_box,
@@ -191,37 +315,20 @@ Quantization quantization_of(const Accuracy& accuracy, const Values& values, boo
   if (accuracy.kind == Accuracy::Kind::lossless) return {};
   const Statistics statistics = measured(values, progress);
   if (accuracy.kind == Accuracy::Kind::bits) return statistics.box(accuracy.bits);
+  const double range = is_box ? statistics.largest_side() : statistics.range();
   double bound = accuracy.bound;
-  if (accuracy.kind == Accuracy::Kind::relative)
-    bound =
-        std::min(bound * (is_box ? statistics.largest_side() : statistics.range()), kLargest / 2);
+  if (accuracy.kind == Accuracy::Kind::relative) bound *= range;
+  if (accuracy.kind == Accuracy::Kind::psnr) bound = range * power_of_ten(-bound / 20) * (1 - 1e-9);
+  if (accuracy.kind == Accuracy::Kind::relative || accuracy.kind == Accuracy::Kind::psnr) {
+    bound = std::min(bound, kLargest / 2);
+    if (statistics.has_outliers()) warn_of_outliers(values);
+  }
   // If all values are equal, their range is 0, and so is the bound. The values are then stored
   // losslessly, which needs no more space, because equal values compress well in any case.
   if (!(bound > 0) || statistics.mostly_exact(bound)) return {};
-  Quantization quantization = Quantization::absolute(bound, values.components);
-  quantization.spacing = statistics.best_step(bound);
-  return quantization;
-}
-
-std::string path_of(const Schema& schema, std::size_t array) {
-  constexpr std::string_view kPrefix = "array:";
-  return array_stream_name(schema, array).substr(kPrefix.size());
-}
-
-std::size_t array_named(const Schema& schema, const std::string& name) {
-  std::vector<std::size_t> fitting;
-  std::string paths;
-  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
-    const std::string path = path_of(schema, a);
-    if (path == name) return a;
-    if (schema.arrays[a].name != name) continue;
-    fitting.push_back(a);
-    paths += (paths.empty() ? "" : " or ") + ("'" + path + "'");
-  }
-  if (fitting.empty()) wrong_use("--array: the mesh has no array '" + name + "'");
-  if (fitting.size() > 1)
-    wrong_use("--array: several arrays are called '" + name + "'; use " + paths);
-  return fitting.front();
+  return accuracy.kind == Accuracy::Kind::rms || accuracy.kind == Accuracy::Kind::psnr
+             ? within_rms(bound, values, statistics, progress)
+             : within(bound, values, statistics);
 }
 
 bool is_lossy(const Accuracy& accuracy) { return accuracy.kind != Accuracy::Kind::lossless; }
@@ -249,9 +356,11 @@ Accuracy parse_accuracy(std::string_view text, const std::string& option) {
   };
   if (kind == "abs") return Accuracy::absolute(positive_below(kLargest, "1e300"));
   if (kind == "rel") return Accuracy::relative(positive_below(1, "1"));
+  if (kind == "rms") return {Accuracy::Kind::rms, 0, positive_below(kLargest / 2, "5e299")};
+  if (kind == "psnr") return {Accuracy::Kind::psnr, 0, positive_below(300, "300")};
   if (kind != "bits")
     wrong_use(option + ": '" + std::string(text) +
-              "' is none of lossless, abs=E, rel=E and bits=N");
+              "' is none of lossless, abs=E, rel=E, rms=E, psnr=DB and bits=N");
   const auto bits = number_in<std::uint32_t>(rest);
   if (!bits || *bits < 1 || *bits > 52)
     wrong_use(option + ": '" + std::string(rest) + "' is not a number of bits from 1 to 52");
@@ -259,39 +368,106 @@ Accuracy parse_accuracy(std::string_view text, const std::string& option) {
 }
 
 NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& option) {
-  // Split at the last colon, because names may contain colons, but accuracies do not.
-  const std::size_t colon = text.rfind(':');
+  const std::size_t colon = last_colon(text);
   if (colon == std::string::npos || colon == 0)
-    wrong_use(option + ": '" + text + "' is not NAME:abs=E, :rel=E, :bits=N or :lossless");
+    wrong_use(option + ": '" + text +
+              "' is not NAME:abs=E, :rel=E, :rms=E, :psnr=DB, :bits=N or :lossless");
   return {text.substr(0, colon), parse_accuracy(std::string_view(text).substr(colon + 1), option)};
+}
+
+double parse_fill(std::string_view text, const std::string& option) {
+  const auto value = number_in<double>(text);
+  if (!value || !std::isfinite(*value))
+    wrong_use(option + ": '" + std::string(text) + "' is not a finite number");
+  return *value;
+}
+
+std::optional<NamedFill> parse_named_fill(const std::string& text, const std::string& option) {
+  constexpr std::string_view kFill = "fill=";
+  const std::size_t colon = last_colon(text);
+  if (colon == std::string::npos || colon == 0) return std::nullopt;
+  const auto how = std::string_view(text).substr(colon + 1);
+  if (!how.starts_with(kFill)) return std::nullopt;
+  return NamedFill{text.substr(0, colon), parse_fill(how.substr(kFill.size()), option)};
+}
+
+namespace {
+
+// Adds a fill value to an array, rounded to the type of the array. If the type has no such number,
+// adds nothing, because the array cannot contain it.
+void add_fill(double fill, ArrayInfo& array) {
+  if (array.type == ScalarType::float32) fill = static_cast<double>(static_cast<float>(fill));
+  if (std::isfinite(fill) && !is_fill(array.fills, fill)) array.fills.push_back(fill);
+}
+
+// Sets the accuracies of selected arrays: first those with wildcards, then those of single arrays.
+void select(const Lossy& lossy, const Schema& schema, Accuracy& of_coordinates,
+            std::vector<Accuracy>& of_arrays) {
+  constexpr std::size_t kOfCoordinates = ~std::size_t{0};
+  std::vector<std::pair<std::size_t, Accuracy>> exact;
+  for (const auto& [name, accuracy] : lossy.named) {
+    CalledArrays called;
+    if (name == kCoordinates)
+      called.arrays = {kOfCoordinates};
+    else
+      called = arrays_called(schema, name, "--array");
+    bool has_any = !called.is_pattern || !is_lossy(accuracy);
+    for (const std::size_t a : called.arrays) {
+      if (!called.is_pattern) {
+        const auto is_same = [a](const auto& other) { return other.first == a; };
+        if (std::any_of(exact.begin(), exact.end(), is_same))
+          wrong_use("--array: '" + name + "' comes twice");
+        exact.emplace_back(a, accuracy);
+      }
+      if (a == kOfCoordinates) continue;
+      const ArrayInfo& array = schema.arrays[a];
+      if (is_lossy(accuracy) && !is_float(array.type)) {
+        if (called.is_pattern) continue;
+        wrong_use("--array: '" + name + "' holds " + std::string(scalar_name(array.type)) +
+                  ", and integers are never rounded");
+      }
+      has_any = true;
+      if (called.is_pattern) of_arrays[a] = accuracy;
+    }
+    if (!has_any)
+      wrong_use("--array: all arrays '" + name + "' hold integers, and integers are never rounded");
+  }
+  for (const auto& [a, accuracy] : exact)
+    (a == kOfCoordinates ? of_coordinates : of_arrays[a]) = accuracy;
+}
+
+}  // namespace
+
+void add_fills(const Lossy& lossy, Schema& schema) {
+  for (ArrayInfo& array : schema.arrays)
+    if (is_float(array.type) && array.role.empty())
+      for (const double fill : lossy.fills) add_fill(fill, array);
+  for (const auto& [name, fill] : lossy.named_fills) {
+    const CalledArrays called = arrays_called(schema, name, "--array");
+    for (const std::size_t a : called.arrays) {
+      ArrayInfo& array = schema.arrays[a];
+      if (is_float(array.type))
+        add_fill(fill, array);
+      else if (!called.is_pattern)
+        wrong_use("--array: '" + name + "' holds " + std::string(scalar_name(array.type)) +
+                  ", and only floating-point arrays have fill values");
+    }
+  }
 }
 
 void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Progress& progress) {
   const MeshInfo& info = mesh.info();
   Accuracy of_coordinates = lossy.coordinates;
   std::vector<Accuracy> of_arrays = accuracy_of_arrays(schema, lossy.fields);
-  std::vector<std::string> named;
-  for (const auto& [name, accuracy] : lossy.named) {
-    std::string path(kCoordinates);
-    if (name == kCoordinates) {
-      of_coordinates = accuracy;
-    } else {
-      const std::size_t a = array_named(schema, name);
-      const ArrayInfo& array = schema.arrays[a];
-      path = path_of(schema, a);
-      if (is_lossy(accuracy) && !is_float(array.type))
-        wrong_use("--array: '" + name + "' holds " + std::string(scalar_name(array.type)) +
-                  ", and integers are never rounded");
-      of_arrays[a] = accuracy;
-    }
-    if (std::find(named.begin(), named.end(), path) != named.end())
-      wrong_use("--array: '" + path + "' comes twice");
-    named.push_back(std::move(path));
-  }
-
+  select(lossy, schema, of_coordinates, of_arrays);
   schema.coordinate_quantization =
       quantization_of(of_coordinates,
-                      {std::string(kCoordinates), schema.coordinate_type, 3, info.vertices, 1,
+                      {std::string(kCoordinates),
+                       schema.coordinate_type,
+                       3,
+                       {},
+                       info.vertices,
+                       1,
                        [&](std::uint64_t, std::uint64_t first, std::uint64_t count,
                            std::byte* out) { mesh.read_points(first, count, out); }},
                       true, progress);
@@ -300,7 +476,7 @@ void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Pr
     const std::uint64_t steps = array.per_step ? info.step_times.size() : 1;
     array.quantization = quantization_of(
         of_arrays[a],
-        {array.name, array.type, array.components, info.array_elements(a), steps,
+        {array.name, array.type, array.components, array.fills, info.array_elements(a), steps,
          [&mesh, a](std::uint64_t step, std::uint64_t first, std::uint64_t count, std::byte* out) {
            mesh.read_array(a, step, first, count, out);
          }},

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,28 +20,41 @@ struct Accuracy {
     bits,      // fixed number of bits per component, with uniform steps over the bounding box
     absolute,  // maximum error
     relative,  // maximum error as a fraction of the range of the values
+    rms,       // root mean square of the errors of all values
+    psnr,      // peak signal-to-noise ratio in decibels: 20 log10(range / root mean square)
   };
   Kind kind = Kind::lossless;
   std::uint32_t bits = 0;  // number of bits, 1..52
-  double bound = 0;        // error bound, positive; below 1e300 if absolute, below 1 if relative
+  // Error bound, positive: below 1e300 if absolute or rms, below 1 if relative, at most 300 if
+  // psnr.
+  double bound = 0;
 
   static Accuracy of_bits(std::uint32_t bits) { return {Kind::bits, bits, 0}; }
   static Accuracy absolute(double bound) { return {Kind::absolute, 0, bound}; }
   static Accuracy relative(double bound) { return {Kind::relative, 0, bound}; }
 };
 
-// Parses "lossless", "bits=N", "abs=E" or "rel=E". If `text` is invalid, throws Failure (misuse)
-// with `option` in the message.
+// Parses "lossless", "bits=N", "abs=E", "rel=E", "rms=E" or "psnr=DB". If `text` is invalid, throws
+// Failure (misuse) with `option` in the message.
 Accuracy parse_accuracy(std::string_view text, const std::string& option);
 
-// The accuracy of one array, given as "NAME:ACCURACY". NAME is "coordinates" or the name of an
-// array. To select one of several arrays with the same name, NAME also contains the prefix "point/"
-// or "cell/", or the suffix "#2", "#3", ...
+// The accuracy of some arrays, given as "NAME:ACCURACY". NAME is "coordinates" or selects arrays,
+// see arrays_called().
 struct NamedAccuracy {
   std::string name;
   Accuracy accuracy;
 };
 NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& option);
+
+// A fill value of some arrays, given as "NAME:fill=VALUE". Returns nothing if `text` is not of this
+// form.
+struct NamedFill {
+  std::string name;
+  double value = 0;
+};
+std::optional<NamedFill> parse_named_fill(const std::string& text, const std::string& option);
+// Parses a finite number.
+double parse_fill(std::string_view text, const std::string& option);
 
 struct Lossy {
   Accuracy coordinates;
@@ -48,16 +62,27 @@ struct Lossy {
   // meaning in its source format.
   Accuracy fields;
 
-  // Accuracies of single arrays. They override `coordinates` and `fields`.
+  // Accuracies of selected arrays. They override `coordinates` and `fields`. An accuracy that names
+  // an array exactly overrides all accuracies with wildcards; otherwise the last one applies.
   std::vector<NamedAccuracy> named;
+
+  // Fill values of all floating-point arrays without a role, and of selected arrays, in addition to
+  // those that the source file states.
+  std::vector<double> fills;
+  std::vector<NamedFill> named_fills;
 };
+
+// Adds the fill values of `lossy` to the arrays of `schema`. Throws Failure (misuse) for integer
+// arrays, and for names that match no array.
+void add_fills(const Lossy& lossy, Schema& schema);
 
 // Stores the quantizations that `lossy` requests in `schema`, whose arrays must be those of the
 // mesh. Reads the values of each lossy array once, at all steps, in bounded memory. The range of an
-// array covers all its components, blocks and steps. The range of the coordinates is the longest
-// side of their bounding box. An array is stored losslessly if its values are so large, or if its
-// bound is so small, that rounding would not reduce its encoded size. Throws Failure (misuse) for
-// integer arrays, and for names that match no array or several arrays.
+// array covers all its components, blocks and steps, without fill values. The range of the
+// coordinates is the longest side of their bounding box. Prints a warning if a range seems to
+// contain values that mark missing data. An array is stored losslessly if its values are so large,
+// or if its bound is so small, that rounding would not reduce its encoded size. Throws Failure
+// (misuse) for integer arrays, and for names that match no array or several arrays.
 void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Progress& progress);
 
 }  // namespace shm::converters

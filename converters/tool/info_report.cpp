@@ -127,6 +127,7 @@ Json schema_json(const MeshInfo& info) {
                   {"role", array.role},
                   {"blocks", array.blocks}};
     add_quantization(entry, "", array.quantization, array.type);
+    entry["fills"] = array.fills;
     json["arrays"].push_back(std::move(entry));
   }
   json["step_times"] = info.step_times;
@@ -265,6 +266,7 @@ std::string array_text(const ArrayInfo& array, const FoundRange* range) {
   if (!array.blocks.empty()) text += ", on " + plural(array.blocks.size(), "block", "blocks");
   if (!array.role.empty()) text += ", " + array.role;
   text += quantization_text(array.quantization, array.type);
+  for (const double fill : array.fills) text += ", fill value " + number_text(fill);
   if (range == nullptr) return text;
   text += range->is_empty ? ", no finite value"
                           : ", " + short_number(range->least) + " to " + short_number(range->most);

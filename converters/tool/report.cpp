@@ -235,13 +235,27 @@ std::string compare_json(const CompareReport& report, const std::string& source,
   json["first_differences"] = report.first;
   json["quantized"] = Json::array();
   for (const MeasuredError& error : report.measured)
-    json["quantized"].push_back({{"what", error.what},
-                                 {"largest_error", error.largest},
-                                 {"promised_error", error.promised}});
+    json["quantized"].push_back(
+        {{"what", error.what},
+         {"largest_error", error.largest},
+         {"promised_error", error.promised},
+         {"rms_error", error.rms()},
+         {"psnr", std::isfinite(error.psnr()) ? Json(error.psnr()) : Json()}});
   if (stray_bytes > 0) json["stray_bytes"] = stray_bytes;
   add_counts(json, info);
   return dump(json);
 }
+
+namespace {
+
+// Returns a number with four significant digits.
+std::string short_text(double number) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, number, std::chars_format::general, 4);
+  return {text, end.ptr};
+}
+
+}  // namespace
 
 std::string compare_text(const CompareReport& report, const std::string& source,
                          const std::string& restored, std::uint64_t stray_bytes) {
@@ -258,7 +272,9 @@ std::string compare_text(const CompareReport& report, const std::string& source,
   }
   for (const MeasuredError& error : report.measured)
     text += "  " + error.what + ": largest error " + number_text(error.largest) + ", allowed " +
-            number_text(error.promised) + "\n";
+            number_text(error.promised) + ", rms " + short_text(error.rms()) +
+            (std::isfinite(error.psnr()) ? ", PSNR " + short_text(error.psnr()) + " dB" : "") +
+            "\n";
   if (stray_bytes > 0)
     text += "  " + plural(stray_bytes, "byte", "bytes") +
             " after the end of the mesh do not belong to it\n";

@@ -11,6 +11,7 @@ from .neighbourhoods import Neighbourhood, Neighbourhoods
 from .patterns import TERMS, Patterns, Terms, columns_of_terms
 from .schema import CELL, KEEP, POINT
 from .shifts import Differences, NeighboursByNumber, Shifts, columns_of_differences
+from .special_values import APART, SpecialValues, has_special_values
 from .vertex_numbers import Imports, VertexNumbers
 
 PREDICTIVE, DIFFERENCES = 2, 12
@@ -75,7 +76,7 @@ class GroupHeader:
                    ARRAY: (SHUFFLED_ZSTD, COLUMNS, MIXED_COLUMNS, DIFFERENCES, TERMS)}
         if kind not in allowed:
             cursor.fail("a stream of no kind that is known")
-        if codec not in allowed[kind]:
+        if codec - (APART if kind == ARRAY and has_special_values(codec) else 0) not in allowed[kind]:
             cursor.fail("unsupported: a codec that is not known, or not of this stream")
         return kind, array, codec, size, sum_
 
@@ -451,13 +452,14 @@ class Segment:
             reject_unless(elements == 0, "too few values")
             return
         codec, data = (stream.codec, stream.data) if stream else (COLUMNS, b"")
-        reject_unless(codec != MIXED_COLUMNS or column.with_tables, "mixed columns of an array without tables")
-        if codec == DIFFERENCES or (shifted and codec in (COLUMNS, MIXED_COLUMNS)):
-            reject_unless(shifted and i in self.differences, "a codec that is not for this column")
-        reject_unless(codec in (TERMS, SHUFFLED_ZSTD) if patterned else codec != TERMS,
-                      "a codec that is not for this segment")
-        reject_unless(codec != TERMS or i in self.terms, "terms of too many components")
+        special = None
         try:
+            if has_special_values(codec):
+                codec -= APART
+                width = array.element_bytes() // array.components
+                special = SpecialValues(array, data, header.decoded_bytes // width)
+                data = special.rest
+            self._check_codec(codec, i, column)
             if codec == DIFFERENCES:
                 numbers = [n for tile in self.tiles for n in self._difference_numbers(tile, array)]
                 found = self._deal_out(self.differences[i].decode(data, numbers, header.decoded_bytes), array, tiles)
@@ -478,6 +480,9 @@ class Segment:
             name = "geometry" if i < 0 else self.schema.stream_name(i).decode(errors="replace")
             error.section = error.section or f"stream {name}"
             raise
+        if special:
+            restored = special.restore([value for values in found for value in values])
+            found = self._deal_out(restored, array, tiles)
         for tile, values in zip(self.tiles, found):
             if i < 0:
                 for c in range(3):
@@ -486,6 +491,16 @@ class Segment:
                 tile.xyz = tile.only_own(array, values)
             else:
                 tile.arrays[i] = tile.only_own(array, values)
+
+    def _check_codec(self, codec, i, column):
+        """Rejects a codec that is not for column i."""
+        shifted, patterned = self.codec == SHIFTS, self.codec == PATTERNS
+        reject_unless(codec != MIXED_COLUMNS or column.with_tables, "mixed columns of an array without tables")
+        if codec == DIFFERENCES or (shifted and codec in (COLUMNS, MIXED_COLUMNS)):
+            reject_unless(shifted and i in self.differences, "a codec that is not for this column")
+        reject_unless(codec in (TERMS, SHUFFLED_ZSTD) if patterned else codec != TERMS,
+                      "a codec that is not for this segment")
+        reject_unless(codec != TERMS or i in self.terms, "terms of too many components")
 
     def _difference_numbers(self, tile, array):
         if array.location == POINT:

@@ -1,6 +1,7 @@
 """Section 5: the schema."""
 
 import math
+import struct
 from dataclasses import dataclass, field
 
 from .basics import FACES, FLOAT32, FLOAT64, HEXAHEDRON, SCALAR_BYTES, Cursor, packed_blob
@@ -54,6 +55,14 @@ class Array:
     blocks: list
     role: bytes
     quantization: Quantization
+    fills: list = field(default_factory=list)
+
+    def is_float(self):
+        return self.type in (FLOAT32, FLOAT64)
+
+    def fill_bits(self):
+        form = "f" if self.type == FLOAT32 else "d"
+        return {int.from_bytes(struct.pack("<" + form, fill), "little") for fill in self.fills}
 
     def element_bytes(self):
         return self.components * SCALAR_BYTES[self.type]
@@ -144,6 +153,21 @@ def _array(cursor, blocks):
                  _quantization(cursor, type_, components))
 
 
+def _fills(cursor, arrays):
+    fills = cursor.list_of(lambda: (cursor.varint32(), cursor.f64()))
+    if not fills or fills != sorted(fills, key=lambda fill: fill[0]) or fills[-1][0] >= len(arrays):
+        cursor.fail("fill values of no array, or arrays that do not ascend")
+    for index, fill in fills:
+        array = arrays[index]
+        array.fills.append(fill)
+        if not array.is_float() or not math.isfinite(fill) or len(array.fills) > 16:
+            cursor.fail("a fill value that cannot be")
+        if array.type == FLOAT32 and abs(fill) > 3.4028234663852886e38:
+            cursor.fail("a fill value that cannot be")
+        if array.type == FLOAT32 and struct.unpack("<f", struct.pack("<f", fill))[0] != fill:
+            cursor.fail("a fill value that cannot be")
+
+
 def read_schema(payload, base, file_start):
     """`file_start`: the eight bytes behind the signature, which must stand here again."""
     cursor = Cursor(payload, base, "schema")
@@ -162,8 +186,10 @@ def read_schema(payload, base, file_start):
     step_references = 2
     if cursor.left():
         step_references = cursor.u8()
-        if step_references > 1:
+        if step_references > (2 if cursor.left() else 1):
             cursor.fail("step references above 1")
+        if cursor.left():
+            _fills(cursor, arrays)
     cursor.end()
     static = sum(array.components for array in arrays if not array.per_step)
     if len(arrays) > MOST_ARRAYS or static > MOST_STATIC_COMPONENTS or len(blocks) > MOST_BLOCKS:

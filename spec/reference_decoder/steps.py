@@ -8,6 +8,7 @@ from .bundles import BUNDLE, MOST_PAIRS, read_bundle, values_at
 from .columns import COLUMNS, MIXED_COLUMNS, SHUFFLED_ZSTD, WITH_TABLES, Column, shuffled_values
 from .domains import as_double, as_float32, bits_of
 from .patterns import TERMS, Terms
+from .special_values import APART, SpecialValues, has_special_values
 
 IN_COLUMNS = 256  # components at most
 MOST_PARTS = 64  # in a chunk
@@ -155,7 +156,14 @@ class StepValues:
             self._begin(index, step, group, count)
             this = self.steps[index][-1]
             reference = self._reference(index, array, this, part.reference_step, part.trend)
-            values = self._values(array, index, this, reference, group, count, part.codec, part.data)
+            references = self._references(index, array, group, reference)
+            codec, data, special = part.codec, part.data, None
+            if has_special_values(codec):
+                special = SpecialValues(array, data, count * array.components, references)
+                codec, data, references = codec - APART, special.rest, special.references
+            values = self._values(array, this, reference, references, group, count, codec, data)
+            if special:
+                values = special.restore(values)
         except ShmError as error:
             error.section = error.section or "step values"
             error.offset = base if error.offset is None else error.offset
@@ -221,7 +229,7 @@ class StepValues:
                       "a trend behind a step that refers to none")
         return reference
 
-    def _values(self, array, index, this, reference, group, count, codec, data):
+    def _values(self, array, this, reference, references, group, count, codec, data):
         tiles = [tile.elements(array, steps=True) for tile in self.groups[group].tiles]
         if array.components > IN_COLUMNS:
             reject_unless(codec == SHUFFLED_ZSTD and reference == 0,
@@ -230,7 +238,6 @@ class StepValues:
         this.reference = this.reference or reference
         if codec == TERMS:
             elements = [(None, ())] * count
-            references = self._references(index, array, group, reference)
             return Terms(array).decode(data, elements, count * array.element_bytes(), references)
         if self.groups[group].patterned:
             reject_unless(codec == SHUFFLED_ZSTD, "columns without neighbourhoods")
@@ -248,7 +255,6 @@ class StepValues:
             return values
         reject_unless(codec == COLUMNS or (codec == MIXED_COLUMNS and array.components <= WITH_TABLES),
                       "a codec that is not for this array")
-        references = self._references(index, array, group, reference)
         found = self.column.decode(data, codec, tiles, count * array.element_bytes(), references)
         return [value for tile in found for value in tile]
 

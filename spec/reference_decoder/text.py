@@ -104,9 +104,10 @@ class Text:
         for i, array in enumerate(s.arrays):
             blocks = ", on blocks" + "".join(f" {b}" for b in array.blocks) if array.blocks else ""
             role = f", role '{self.word(array.role)}'" if array.role else ""
+            fills = f", fills{self.doubles(array.fills)}" if array.fills else ""
             self.line(f"{self.word(s.stream_name(i))} {SCALAR_NAMES[array.type]} x {array.components}, "
                       f"{'by step' if array.per_step else 'static'}{blocks}{role}"
-                      f"{self.quantization(array.quantization)}")
+                      f"{self.quantization(array.quantization)}{fills}")
 
     def add(self, item):
         if isinstance(item, Tile):

@@ -80,11 +80,33 @@ std::vector<std::byte> with_planes_unpacked(const std::vector<std::byte>& stream
   }
 }
 
+/// Removes the coded special values from the streams of a group. Returns them, unpacked.
+std::vector<std::byte> take_special_values(GroupParts& group) {
+  std::vector<std::byte> all;
+  for (std::size_t s = 0; s < group.streams.size(); ++s) {
+    Codec& codec = group.header.streams[s].codec;
+    if (!has_special_values(codec)) continue;
+    ByteReader in(group.streams[s]);
+    ByteReader head(in.get_bytes(in.get_varint()));
+    const auto special = get_packed(head, 1 << 20);
+    EXPECT_TRUE(special);
+    if (special) all.insert(all.end(), special->begin(), special->end());
+    const auto rest = in.get_bytes(in.left());
+    group.streams[s] = std::vector<std::byte>(rest.begin(), rest.end());
+    codec = without_special_values(codec);
+  }
+  return all;
+}
+
 std::uint64_t hash_of(const std::vector<std::byte>& file) {
   std::vector<std::byte> groups;
   for (const Chunk& chunk : take_apart(file).chunks) {
     if (!chunk.is(container::ChunkKind::group)) continue;
     auto group = take_group_apart(chunk.payload);
+    if (group) {
+      const auto special = take_special_values(*group);
+      groups.insert(groups.end(), special.begin(), special.end());
+    }
     if (group && !group->streams.empty() &&
         group->header.streams[0].codec == container::Codec::shifts)
       for (std::size_t s = 0; s < group->streams.size(); ++s)
@@ -271,7 +293,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"tables_for_some", 0xc0232e6bb78c0923},
     {"mixed_columns", 0x14458dd5ed6f036d},
     {"quantized", 0x6182f441af8a9489},
-    {"bounded", 0x7bd3546c3384216c},
+    {"bounded", 0x3aa136a39555928f},
     {"special_values", 0x3a5a87b7f5a4d79d},
     {"replay_keep", 0xb9909ad329f54142},
     {"replay_stream", 0x5d0ae3f2ed181b1c},
@@ -288,6 +310,14 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"bounded_steps", 0x1381e0e8a2dbe5cf},
     {"bounded_steps_best", 0xd4e82e4abab00552},
     {"bounded_steps_fast", 0x95a1d77e227a89f3},
+    {"filled", 0x5931f92c91d599e5},
+    {"filled_stream", 0xe708aeb82bdb3c44},
+    {"filled_patterns", 0xff36fd1e23d1d7be},
+    {"filled_shifts", 0xb43fb96b084af882},
+    {"filled_steps", 0x8417f74a8f2ae0bf},
+    {"filled_steps_best", 0xa04cfc5d81897ce9},
+    {"filled_steps_fast", 0xfa26f78945a7d24a},
+    {"filled_bundles", 0x93e59c7741062c9d},
     {"large_extras", 0x6a1c8cdbdc918f57},
     {"mirrored", 0xea96b028ae07c0e1},
     {"mirrored_best", 0x2cb53ca5faa5a104},

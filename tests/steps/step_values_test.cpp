@@ -405,7 +405,7 @@ TEST(StepValues, ManyComponentsAreLeftToZstd) {
   stepped.values[{a, 0}] = moving_values(stepped.mesh.schema.arrays[a], 2, 0);
   stepped.values[{a, 1}] = stepped.values[{a, 0}];
   for (const StepHeader& header : step_headers_of(expect_values_back(stepped)))
-    EXPECT_EQ(header.codec, Codec::shuffled_zstd);
+    EXPECT_EQ(without_special_values(header.codec), Codec::shuffled_zstd);
 }
 
 TEST(StepValues, ShuffledBytes) {

@@ -49,7 +49,7 @@ using CodecUses = std::set<std::pair<std::string, std::string>>;
 /// Adds the codecs of all groups and step values of a file to `uses`.
 inline void add_uses(std::span<const std::byte> file, CodecUses& uses) {
   const auto add = [&](Codec codec, std::string what) {
-    uses.emplace(registered_name(codec), std::move(what));
+    uses.emplace(registered_name(without_special_values(codec)), std::move(what));
   };
   for (const Chunk& chunk : take_apart(file).chunks) {
     if (chunk.is(container::ChunkKind::group))

@@ -5,6 +5,7 @@
 // added at the end.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <string>
@@ -61,6 +62,9 @@ class FaultyFiles {
     headers_of_bundles();
     columns_of_bundles();
     many_bundles();
+    special_values_in_groups();
+    special_values_in_parts();
+    fill_values();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -938,6 +942,147 @@ class FaultyFiles {
       it.steps = (1 << 15) / 18 + 1;
       it.residuals = it.steps * 18;
     });
+  }
+
+  /// The coded special values of a stream or a part.
+  struct Special {
+    Bytes values = Bytes(8, std::byte{0xff});
+    std::uint8_t different = 1;
+    std::uint64_t runs = 2;
+    Bytes gaps = {std::byte{3}, std::byte{1}}, lengths = {std::byte{2}, std::byte{1}}, indices{};
+    bool are_those_of_reference = false;
+    std::uint64_t gap_bytes_more = 0;
+    std::size_t bytes_after = 0;
+
+    Bytes packed() const {
+      ByteWriter blob, head, out;
+      blob.put_u8(are_those_of_reference ? 0 : different);
+      if (!are_those_of_reference) {
+        blob.put_bytes(values);
+        blob.put_varint(runs);
+        blob.put_varint(gaps.size() + gap_bytes_more);
+        blob.put_varint(lengths.size());
+        for (const Bytes& bytes : {gaps, lengths, indices}) blob.put_bytes(bytes);
+      }
+      blob.put_bytes(Bytes(bytes_after));
+      put_packed(head, blob.bytes, Packing::bounded);
+      out.put_varint(head.bytes.size());
+      out.put_bytes(head.bytes);
+      return std::move(out.bytes);
+    }
+  };
+  /// Adds special values to the last stream of values in the first group of the file.
+  Bytes with_special(const std::string& name, const Special& special,
+                     std::optional<std::size_t> stream = std::nullopt) const {
+    return with(name, [&](FileParts& parts) {
+      Chunk& chunk = *parts.find(ChunkKind::group);
+      auto group = take_group_apart(chunk.payload);
+      const std::size_t s = stream.value_or(group->streams.size() - 1);
+      Bytes bytes = special.packed();
+      bytes.insert(bytes.end(), group->streams[s].begin(), group->streams[s].end());
+      group->streams[s] = std::move(bytes);
+      container::StreamEntry& entry = group->header.streams[s];
+      entry.codec = static_cast<Codec>(static_cast<std::uint8_t>(entry.codec) | 128);
+      chunk.payload = put_group_together(std::move(*group));
+      list_anew(parts);
+    });
+  }
+
+  void special_values_in_groups() {
+    const std::string name = "rows_of_doubles";
+    files_.push_back({name, rows_of_cells(ConnectivityCodec::rows, Level::standard)});
+    EXPECT_TRUE(decode_in_pieces(with_special(name, {})));
+    const auto of = [&](const std::string& sentence, const std::function<void(Special&)>& lie) {
+      Special special;
+      lie(special);
+      add(kCorrupt, "Special values: " + sentence, with_special(name, special));
+    };
+    of("none.", [](Special& it) {
+      it.runs = 0;
+      it.gaps = it.lengths = {};
+    });
+    of("no values.", [](Special& it) {
+      it.different = 0;
+      it.values = {};
+    });
+    of("those of a reference, without a reference.",
+       [](Special& it) { it.are_those_of_reference = true; });
+    of("a run of no scalars.", [](Special& it) { it.lengths[1] = std::byte{0}; });
+    of("a run after the last element.", [](Special& it) { it.gaps[1] = std::byte{127}; });
+    of("a run that ends after the last element.",
+       [](Special& it) { it.lengths[1] = std::byte{127}; });
+    of("too few gaps.", [](Special& it) { it.gaps.pop_back(); });
+    of("a gap too many.", [](Special& it) { it.gaps.push_back(std::byte{1}); });
+    of("a length too many.", [](Special& it) { it.lengths.push_back(std::byte{1}); });
+    of("gaps beyond the end.", [](Special& it) { it.gap_bytes_more = 100; });
+    of("a value without indices.", [](Special& it) {
+      it.different = 2;
+      it.values.resize(16);
+    });
+    of("an index of no value.", [](Special& it) {
+      it.different = 2;
+      it.values.resize(16);
+      it.indices = {std::byte{1}, std::byte{2}};
+    });
+    of("bytes after the end.", [](Special& it) { it.bytes_after = 1; });
+    add(kCorrupt, "Special values: of integers.", with_special(name, {}, stream_of_integers(name)));
+    add(ErrorCode::unsupported, "Special values: of coordinates.",
+        with_special(name, {}, stream_of_integers(name) - 1));
+  }
+  /// Returns the position of the stream of the first static array in the first group of the file.
+  std::size_t stream_of_integers(const std::string& name) const {
+    FileParts parts = take_apart(file(name));
+    const auto group = take_group_apart(parts.find(ChunkKind::group)->payload);
+    const auto& streams = group->header.streams;
+    const auto is_array = [](const auto& entry) {
+      return entry.kind == container::StreamKind::array;
+    };
+    return static_cast<std::size_t>(std::find_if(streams.begin(), streams.end(), is_array) -
+                                    streams.begin());
+  }
+
+  void special_values_in_parts() {
+    // The last chunk of step values contains one part, which refers to an earlier step.
+    const auto with_part = [&](const Special& special) {
+      return with("patterns_steps_that_rise", [&](FileParts& parts) {
+        const auto chunk =
+            std::find_if(parts.chunks.rbegin(), parts.chunks.rend(),
+                         [](const Chunk& it) { return it.is(ChunkKind::step_values); });
+        auto steps = take_steps_apart(*chunk);
+        container::StepHeader& header = steps->heads.back().header;
+        EXPECT_NE(header.reference_step, header.step);
+        header.codec = static_cast<Codec>(static_cast<std::uint8_t>(header.codec) | 128);
+        Bytes bytes = special.packed();
+        bytes.insert(bytes.end(), steps->values.back().begin(), steps->values.back().end());
+        steps->values.back() = std::move(bytes);
+        chunk->payload = put_steps_together(std::move(*steps), chunk->header.version);
+        list_anew(parts);
+      });
+    };
+    EXPECT_TRUE(decode_in_pieces(with_part({})));
+    Special of_reference, beyond;
+    of_reference.are_those_of_reference = true;
+    beyond.gaps[1] = std::byte{127};
+    beyond.lengths[0] = std::byte{127};
+    add(kCorrupt, "Special values of a part: those of a reference without any.",
+        with_part(of_reference));
+    add(kCorrupt, "Special values of a part: after the last element.", with_part(beyond));
+  }
+
+  void fill_values() {
+    const auto of = [&](const std::string& sentence, const std::function<void(Schema&)>& lie) {
+      Schema schema = hexahedra_schema();
+      schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32));
+      schema.arrays[0].fills = {-9999};
+      lie(schema);
+      FileParts parts;
+      parts.chunks.push_back(chunk_of(ChunkKind::schema, schema_payload(schema)));
+      add(kCorrupt, "Fill value: " + sentence, put_together(std::move(parts)));
+    };
+    of("not a number.", [](Schema& it) { it.arrays[0].fills[0] = std::nan(""); });
+    of("not a number of the type.", [](Schema& it) { it.arrays[0].fills[0] = .1; });
+    of("of integers.", [](Schema& it) { it.arrays[0].type = ScalarType::int64; });
+    of("one too many.", [](Schema& it) { it.arrays[0].fills.assign(17, 1.5); });
   }
 
   /// Adds files with a blob of zeros that unpacks to more bytes than its packed size permits.

@@ -776,6 +776,68 @@ inline std::vector<std::byte> bounded_steps_file(Level level) {
   return written_with_steps(mesh, {points, cells}, options, 4, value);
 }
 
+/// Returns a grid with arrays in which fill values, NaN and infinities are in runs, scattered, in
+/// all components of an element or in some, and in all elements. Some of the arrays are quantized.
+inline TestMesh filled(int rows, int layers) {
+  TestMesh mesh = bent_grid(rows, 4, layers);
+  const auto add = [&](const char* name, Location location, ScalarType type,
+                       std::uint32_t components, std::vector<double> fills, double bound,
+                       const std::function<double(std::uint64_t, double)>& value) {
+    ArrayInfo info = array_of(name, location, type, components);
+    info.fills = std::move(fills);
+    if (bound > 0) info.quantization = Quantization::absolute(bound, components);
+    std::vector<std::byte> values;
+    const std::uint64_t count = location == Location::point ? mesh.vertices : mesh.cells.size();
+    for (std::uint64_t i = 0; i < count * components; ++i) {
+      const double v = value(i, 300 + .03125 * static_cast<double>(i % 97) * double(i / 97));
+      if (type == ScalarType::float64)
+        append(values, v);
+      else
+        append(values, static_cast<float>(v));
+    }
+    mesh.schema.arrays.push_back(std::move(info));
+    mesh.arrays.push_back(std::move(values));
+  };
+  using enum Location;
+  using enum ScalarType;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double nan = std::bit_cast<double>(std::uint64_t{0x7ff8000000000001});
+  add("runs", point, float64, 1, {0x1p122, -9999}, .0625, [](std::uint64_t i, double v) {
+    return i % 29 < 7 ? 0x1p122 : i % 29 == 20 ? -9999 : v;
+  });
+  add("scattered", point, float32, 3, {}, 0, [&](std::uint64_t i, double v) {
+    return i % 11 == 4 ? nan : i % 31 == 5 ? -kInfinity : v;
+  });
+  add("whole elements", cell, float64, 2, {-1}, 0, [&](std::uint64_t i, double v) {
+    return i / 2 % 5 == 2 ? -1 : i % 37 == 0 ? kInfinity : v;
+  });
+  add("nothing else", cell, float32, 1, {}, .5, [&](auto, auto) { return nan; });
+  return mesh;
+}
+
+/// Returns a file with stepped arrays that have special values. Some are at the same elements at
+/// all steps, others move. Some arrays are quantized.
+inline std::vector<std::byte> filled_steps(Level level, std::uint64_t waiting_bytes = 0) {
+  ArrayInfo fixed = array_of("fixed", Location::point, ScalarType::float32, 2);
+  ArrayInfo moving = array_of("moving", Location::cell, ScalarType::float64);
+  ArrayInfo exact = array_of("exact", Location::point, ScalarType::float64);
+  fixed.fills = {-9999};
+  fixed.quantization = Quantization::absolute(.125, 2);
+  moving.quantization = Quantization::absolute(.015625, 1);
+  WriteOptions options;
+  options.group_cells = waiting_bytes > 0 ? 65536 : 60;  // bundles need a single group
+  options.level = level;
+  options.waiting_bytes = waiting_bytes;
+  const auto value = [](std::uint32_t array, std::uint64_t scalar, std::uint64_t step) {
+    const double v = 20 + .0078125 * static_cast<double>(scalar * scalar % 8191 + 77 * step);
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    if (array == 0) return scalar % 23 < 8 ? -9999 : v;
+    if (array == 1) return (scalar + 5 * step) % 31 < 6 ? kInfinity : v;
+    return step == 2 || scalar % 13 == 6 ? -kInfinity : v;
+  };
+  return written_with_steps(bent_grid(5, 4, 4), {fixed, moving, exact}, options, 5, value);
+}
+
 /// Returns rows of quads with lines along one side and a cell array. All coordinates are the same
 /// NaN. bent_grid() with 0 layers computes them as 0 / 0, which results in NaNs whose sign depends
 /// on the machine. This function therefore replaces them with the NaN that x86 produces, which the
@@ -890,6 +952,15 @@ inline std::vector<FeatureFile> feature_files() {
   add("bounded_steps", bounded_steps_file(Level::standard));
   add("bounded_steps_best", bounded_steps_file(Level::best));
   add("bounded_steps_fast", bounded_steps_file(Level::fast));
+  add("filled", written(filled(5, 3), 30));
+  add("filled_stream", written(with_order(filled(5, 2), stream, true, 0), 65536,
+                               ConnectivityCodec::mixed, Level::best));
+  add("filled_patterns", written(filled(5, 3), 30, ConnectivityCodec::patterns, Level::fast));
+  add("filled_shifts", written(filled(5, 3), 30, ConnectivityCodec::shifts, Level::fast));
+  add("filled_steps", filled_steps(Level::standard));
+  add("filled_steps_best", filled_steps(Level::best));
+  add("filled_steps_fast", filled_steps(Level::fast));
+  add("filled_bundles", filled_steps(Level::standard, 1 << 20));
   add("large_extras", large_extras_file());
   add("mirrored", mirrored_file(Level::standard));
   add("mirrored_best", mirrored_file(Level::best));

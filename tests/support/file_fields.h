@@ -135,6 +135,11 @@ class FieldWalk {
       quantization();
     });
     if (in_.left() > 0) get("step references", FieldType::u8);
+    if (in_.left() == 0) return;
+    list("fills", [&] {
+      get("fill array", FieldType::varint);
+      get("fill", FieldType::u64);
+    });
   }
 
   void group(std::uint8_t version) {

@@ -157,6 +157,7 @@ class ItemText {
       if (!info.blocks.empty()) list(", on blocks", info.blocks);
       if (!info.role.empty()) out_ += ", role '" + info.role + "'";
       quantization(info.quantization);
+      if (!info.fills.empty()) list(", fills", info.fills);
       out_ += '\n';
     }
   }

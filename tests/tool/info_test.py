@@ -150,7 +150,8 @@ class InfoTest(FolderTest):
                 self.assertLessEqual(printed, listed)
                 rare = {"parity", "parity_blocks", "damaged_blocks", "damaged_parity_packets", "error",
                         "damage", "quantized.what", "quantized.largest_error",
-                        "quantized.promised_error", "sets.kind", "sets.id", "sets.name", "sets.members"}
+                        "quantized.promised_error", "quantized.rms_error", "quantized.psnr",
+                        "sets.kind", "sets.id", "sets.name", "sets.members"}
                 self.assertLessEqual(listed - rare, printed)
 
 

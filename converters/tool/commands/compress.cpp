@@ -110,11 +110,26 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   command
       ->add_option(
           "--array", arrays,
-          "Accuracy of one array, overriding the options above: NAME:abs=E, NAME:rel=E, "
-          "NAME:bits=N\nor NAME:lossless. NAME is coordinates or the name of an array; if several "
-          "arrays have that\nname, write point/NAME or cell/NAME. May be repeated")
+          "Accuracy of some arrays, overriding the options above: NAME:abs=E, NAME:rel=E, "
+          "NAME:bits=N,\nNAME:lossless, NAME:rms=E (root mean square of the errors) or "
+          "NAME:psnr=DB "
+          "(decibels).\nNAME:fill=V states a fill value, see --fill. NAME is coordinates or the "
+          "name "
+          "of an array;\nif several arrays have that name, write point/NAME or cell/NAME. * and ? "
+          "match any\ncharacters or one; a backslash before a character removes its special "
+          "meaning. "
+          "Exact names\ntake precedence over patterns. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
+  command
+      ->add_option(
+          "--fill", fills,
+          "A number that marks missing values in floating-point fields, e.g. 9.97e36. Fill values "
+          "are\nrestored exactly, cost few bits, and do not count for --rel. Those that a source "
+          "file "
+          "states\n(_FillValue, missing_value) are known. May be repeated")
+      ->allow_extra_args(false)
+      ->type_name("V");
   command
       ->add_option(
           "--codec", codec,
@@ -177,8 +192,13 @@ Lossy CompressCommand::lossy() const {
   if (abs) wanted.fields = parse_accuracy("abs=" + *abs, "--abs");
   if (rel) wanted.fields = parse_accuracy("rel=" + *rel, "--rel");
   wanted.coordinates = bits > 0 ? Accuracy::of_bits(bits) : wanted.fields;
-  for (const std::string& text : arrays)
-    wanted.named.push_back(parse_named_accuracy(text, "--array"));
+  for (const std::string& text : fills) wanted.fills.push_back(parse_fill(text, "--fill"));
+  for (const std::string& text : arrays) {
+    if (auto fill = parse_named_fill(text, "--array"))
+      wanted.named_fills.push_back(std::move(*fill));
+    else
+      wanted.named.push_back(parse_named_accuracy(text, "--array"));
+  }
   return wanted;
 }
 

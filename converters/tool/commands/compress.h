@@ -20,7 +20,8 @@ struct CompressCommand final : FileCommand {
   std::optional<std::uint32_t> delay;
   std::uint32_t bits = 0;
   std::optional<std::string> abs, rel;
-  std::vector<std::string> arrays;  // values of --array: NAME:ACCURACY
+  std::vector<std::string> arrays;  // values of --array: NAME:ACCURACY or NAME:fill=VALUE
+  std::vector<std::string> fills;   // values of --fill
   std::optional<double> parity;     // size of the parity as a percentage of the file size
   std::uint64_t segment_cells = 0;
   // Maximum percentage of vertices that are stored twice because two segments use them.

@@ -160,6 +160,10 @@ struct ArrayInfo {
   /// a file is converted to another format, arrays with a role may be omitted.
   std::string role;
   Quantization quantization;
+  /// Fill values: numbers that mark missing data, such as 9.97e36 (floating-point arrays only; each
+  /// is a number of type `type`; at most 16). They are restored exactly, even if the array is
+  /// quantized, and cost few bits.
+  std::vector<double> fills;
   bool operator==(const ArrayInfo&) const = default;
 };
 

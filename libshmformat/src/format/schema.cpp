@@ -220,6 +220,13 @@ Result<void> check_array(const Schema& schema, const ArrayInfo& array) {
     if (array.blocks[i] >= schema.blocks.size() ||
         (i > 0 && array.blocks[i] <= array.blocks[i - 1]))
       return wrong(what + ": block indices must ascend and exist");
+  if (!array.fills.empty() && !is_float(array.type))
+    return wrong(what + ": only floating-point arrays have fill values");
+  if (array.fills.size() > 16) return wrong(what + ": an array has at most 16 fill values");
+  for (const double fill : array.fills)
+    if (!std::isfinite(fill) || (array.type == ScalarType::float32 &&
+                                 static_cast<double>(static_cast<float>(fill)) != fill))
+      return wrong(what + ": a fill value is not a finite number of the array's type");
   return check_quantization(array.quantization, array.type, array.components, what);
 }
 
@@ -251,8 +258,17 @@ void put(ByteWriter& out, const Schema& schema) {
     out.put_text(array.role);
     put(out, array.quantization);
   }
-  if (schema.step_references != StepReference::trend)
+  std::vector<std::pair<std::size_t, double>> fills;
+  for (std::size_t a = 0; a < schema.arrays.size(); ++a)
+    for (const double fill : schema.arrays[a].fills) fills.emplace_back(a, fill);
+  if (schema.step_references != StepReference::trend || !fills.empty())
     out.put_u8(static_cast<std::uint8_t>(schema.step_references));
+  if (fills.empty()) return;
+  out.put_varint(fills.size());
+  for (const auto& [array, fill] : fills) {
+    out.put_varint(array);
+    out.put_f64(fill);
+  }
 }
 std::uint32_t checksum_of(const Schema& schema) {
   ByteWriter out;
@@ -272,7 +288,7 @@ static_assert(sizeof(Schema) <= kSchemaBytes && sizeof(BlockInfo) <= kBlockBytes
 std::uint64_t bytes_of(const BlockInfo& block) { return kBlockBytes + block.name.size(); }
 std::uint64_t bytes_of(const ArrayInfo& array) {
   return kArrayBytes + array.name.size() + array.role.size() +
-         array.blocks.size() * sizeof array.blocks[0] +
+         array.blocks.size() * sizeof array.blocks[0] + array.fills.size() * sizeof(double) +
          (array.quantization.minimum.size() + array.quantization.maximum.size()) * sizeof(double);
 }
 
@@ -294,6 +310,24 @@ std::uint64_t bytes_of(const Schema& schema) {
   for (const ArrayInfo& array : schema.arrays) bytes += bytes_of(array);
   return bytes;
 }
+
+namespace {
+
+/// Reads the fill values of all arrays. Returns false if they are invalid. Each takes nine bytes of
+/// the schema, so they need no memory limit of their own.
+bool get_fills(ByteReader& in, Schema& schema) {
+  const std::uint64_t count = in.get_count(9);
+  std::uint32_t last = 0;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint32_t array = in.get_varint32();
+    if (array >= schema.arrays.size() || array < last) return false;
+    last = array;
+    schema.arrays[array].fills.push_back(in.get_f64());
+  }
+  return count > 0 && in.ok();
+}
+
+}  // namespace
 
 Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   schema = {};
@@ -350,8 +384,11 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   }
   if (in.ok() && in.left() > 0) {
     const std::uint8_t references = in.get_u8();
-    if (references >= static_cast<std::uint8_t>(StepReference::trend)) return invalid;
+    const auto trend = static_cast<std::uint8_t>(StepReference::trend);
+    const bool has_fills = in.left() > 0;
+    if (references > trend || (references == trend && !has_fills)) return invalid;
     schema.step_references = static_cast<StepReference>(references);
+    if (has_fills && !get_fills(in, schema)) return invalid;
   }
   return in.ok() && in.left() == 0 ? Result<void>() : Result<void>(invalid);
 }

@@ -222,11 +222,37 @@ void StepEncoder::remember(std::uint32_t array, std::size_t offset,
 /// Encodes the pending values of the current group.
 Result<EncodedColumn> StepEncoder::encode() {
   const ArrayInfo& info = schema_->arrays[*array_];
+  const auto count = static_cast<std::size_t>(count_);
+  special_ = SpecialValues::find(info, pending_.data(), stride(), count);
+  if (special_) plain_ = plain_values(info, pending_.data(), stride(), count);
+  auto coded = encode_plain();
+  if (!coded || !special_) return coded;
+  const auto referred = stored_reference(*reference_);
+  const bool are_those_of_reference =
+      !referred.empty() && SpecialValues::find(info, referred.data(), stride(), count) == special_;
+  const std::vector<std::byte> head = special_->encode(are_those_of_reference);
+  coded->codec = with_special_values(coded->codec);
+  coded->bytes.insert(coded->bytes.begin(), head.begin(), head.end());
+  return coded;
+}
+
+/// Returns the values to which the current group may refer, without special values.
+std::span<const std::byte> StepEncoder::reference(StepReference kind) {
+  const auto stored = stored_reference(kind);
+  if (!special_ || stored.empty()) return stored;
+  plain_reference_.assign(stored.begin(), stored.end());
+  replace_special(schema_->arrays[*array_], plain_reference_);
+  return plain_reference_;
+}
+
+/// Encodes the values of the current group without special values.
+Result<EncodedColumn> StepEncoder::encode_plain() {
+  const ArrayInfo& info = schema_->arrays[*array_];
   if (info.components > kMostStepComponents) {
     reference_ = StepReference::nothing;
     return EncodedColumn{
         Codec::shuffled_zstd,
-        pack_shuffled(shuffled(pending_, scalar_bytes(info.type)), kWideArrayZstdLevel)};
+        pack_shuffled(shuffled(values(), scalar_bytes(info.type)), kWideArrayZstdLevel)};
   }
   if (level_ == Level::fast || !mesh_.has_neighbourhoods(group_)) return encode_in_terms();
   const auto elements = mesh_.elements(*array_, group_);
@@ -234,7 +260,7 @@ Result<EncodedColumn> StepEncoder::encode() {
   if (!reference_ && most_here_ != StepReference::nothing) return choose_reference(*elements);
   if (!reference_) reference_ = StepReference::nothing;
   column_->begin(mesh_.segment_of(group_), *reference_);
-  return column_->encode(*elements, pending_, level_, reference(*reference_));
+  return column_->encode(*elements, values(), level_, reference(*reference_));
 }
 
 /// Chooses the reference for all groups of a step. Encodes the first group with each permitted
@@ -246,7 +272,7 @@ EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
     if (kind > most_here_) break;
     Column column(*schema_, *array_);
     column.begin(mesh_.segment_of(group_), kind);
-    auto coded = column.encode(elements, pending_, level_, reference(kind));
+    auto coded = column.encode(elements, values(), level_, reference(kind));
     if (reference_ && coded.bytes.size() >= best.bytes.size()) continue;
     reference_ = kind;
     best = std::move(coded);
@@ -258,7 +284,7 @@ EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
 EncodedColumn StepEncoder::encode_in_terms() {
   if (!reference_ && most_here_ != StepReference::nothing) return choose_terms();
   if (!reference_) reference_ = StepReference::nothing;
-  return encode_terms(schema_->arrays[*array_], pending_, reference(*reference_), scratch_).column;
+  return encode_terms(schema_->arrays[*array_], values(), reference(*reference_), scratch_).column;
 }
 
 /// Chooses the reference for all groups of a step that is coded with the codec `terms`, by encoding
@@ -267,7 +293,7 @@ EncodedColumn StepEncoder::encode_in_terms() {
 EncodedColumn StepEncoder::choose_terms() {
   Before& before = before_[*array_];
   const auto with = [&](StepReference kind) {
-    return encode_terms(schema_->arrays[*array_], pending_, reference(kind), scratch_);
+    return encode_terms(schema_->arrays[*array_], values(), reference(kind), scratch_);
   };
   if (before.liked_bytes > 0 && before.liked <= most_here_) {
     StepTerms coded = with(before.liked);

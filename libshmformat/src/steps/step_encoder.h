@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "codecs/bundles/bundle_encoder.h"
+#include "codecs/shared/special_values.h"
 #include "codecs/surface/plan/column_planner.h"
 #include "steps/step_memory.h"
 #include "steps/step_values.h"
@@ -158,14 +159,19 @@ class StepEncoder {
   Result<void> end_group();
   void remember(std::uint32_t array, std::size_t offset, std::span<const std::byte> values);
   Result<EncodedColumn> encode();
+  Result<EncodedColumn> encode_plain();
   EncodedColumn choose_reference(const ColumnElements& elements);
   EncodedColumn encode_in_terms();
   EncodedColumn choose_terms();
-  std::span<const std::byte> reference(StepReference kind) {
+  /// Returns the values to which the current group may refer.
+  std::span<const std::byte> stored_reference(StepReference kind) {
     return before_[*array_].values.reference(kind, schema_->arrays[*array_],
                                              static_cast<std::size_t>(first_) * stride(),
                                              pending_.size());
   }
+  std::span<const std::byte> reference(StepReference kind);
+  /// Returns the values of the current group without special values.
+  std::span<const std::byte> values() const { return special_ ? plain_ : pending_; }
   std::size_t stride() const {
     return scalar_bytes(schema_->arrays[*array_].type) * schema_->arrays[*array_].components;
   }
@@ -196,6 +202,10 @@ class StepEncoder {
   std::size_t group_ = 0;    // index of the current group
   std::uint64_t count_ = 0;  // number of elements in the current group; 0 if no group has begun
   std::vector<std::byte> pending_;
+  // The special values of the current group, if it has any, the other values, and the reference
+  // without special values.
+  std::optional<SpecialValues> special_;
+  std::vector<std::byte> plain_, plain_reference_;
   TermScratch scratch_;
 
   BundleSink bundle_sink_;

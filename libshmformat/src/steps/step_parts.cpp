@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "codecs/shared/shuffled_zstd.h"
+#include "codecs/shared/special_values.h"
 #include "format/schema.h"
 
 namespace shm {
@@ -29,13 +30,28 @@ Result<std::vector<std::byte>> StepParts::decode(const container::StepHeader& he
                                                  std::uint32_t segment,
                                                  const ColumnElements* elements,
                                                  std::span<const std::byte> reference) {
+  if (!has_special_values(header.codec))
+    return decode_plain(header, header.codec, bytes, segment, elements, reference);
+  const ArrayInfo& info = schema_->arrays[header.array];
+  auto special = SpecialValuesDecoder::read(info, bytes, header.count * info.components, reference);
+  if (!special) return wrong_step_values(*schema_, header, "its special values are invalid");
+  auto values = decode_plain(header, without_special_values(header.codec), bytes, segment, elements,
+                             special->reference());
+  if (values && (!special->restore(*values) || !special->at_end()))
+    return wrong_step_values(*schema_, header, "its special values are invalid");
+  return values;
+}
+
+/// Decodes the values of a part without its special values.
+Result<std::vector<std::byte>> StepParts::decode_plain(
+    const container::StepHeader& header, Codec codec, std::span<const std::byte> bytes,
+    std::uint32_t segment, const ColumnElements* elements, std::span<const std::byte> reference) {
   const auto wrong = [&](const std::string& detail) {
     return wrong_step_values(*schema_, header, detail);
   };
   const ArrayInfo& info = schema_->arrays[header.array];
   const std::uint64_t size = header.count * scalar_bytes(info.type) * info.components;
   const StepReference kind = container::refers_to(header);
-  const Codec codec = header.codec;
   if (!is_predicted(codec) && codec != Codec::shuffled_zstd && codec != Codec::terms)
     return wrong("its codec is unknown");
   if (!may_need_elements(info) && (codec != Codec::shuffled_zstd || kind != StepReference::nothing))

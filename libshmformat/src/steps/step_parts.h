@@ -54,6 +54,11 @@ class StepParts {
                                         std::span<const std::byte> reference);
 
  private:
+  Result<std::vector<std::byte>> decode_plain(const container::StepHeader& header, Codec codec,
+                                              std::span<const std::byte> bytes,
+                                              std::uint32_t segment, const ColumnElements* elements,
+                                              std::span<const std::byte> reference);
+
   const Schema* schema_;
   std::uint64_t most_bytes_;
   StepColumnDecoder column_;

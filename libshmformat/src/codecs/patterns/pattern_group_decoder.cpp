@@ -37,8 +37,9 @@ Result<void> PatternGroupDecoder::begin_streams(std::optional<ConnectivityCodec>
   return {};
 }
 
-Result<void> PatternGroupDecoder::begin_stream(const container::StreamEntry& entry,
-                                               std::span<const std::byte> bytes) {
+Result<void> PatternGroupDecoder::begin_plain_stream(const container::StreamEntry& entry,
+                                                     Codec codec,
+                                                     std::span<const std::byte> bytes) {
   const auto place = static_cast<std::size_t>(&entry - header_->streams.data());
   // This bound prevents an overflow in sums of sizes, even if the caller has set a very large
   // limit.
@@ -52,21 +53,22 @@ Result<void> PatternGroupDecoder::begin_stream(const container::StreamEntry& ent
       return {};
     return corrupt("connectivity: cannot be unpacked");
   }
-  if (entry.kind != StreamKind::vertex_numbers) return begin_column(entry, bytes, decoded_bytes);
+  if (entry.kind != StreamKind::vertex_numbers)
+    return begin_column(entry, codec, bytes, decoded_bytes);
   if (place != 1 || !numbered_by_order() || !may_import()) return wrong_stream(entry);
-  if (entry.codec != container::Codec::predictive) return unknown_codec(entry);
+  if (codec != container::Codec::predictive) return unknown_codec(entry);
   import_coder_ = RangeDecoder(bytes);
   return {};
 }
 
-Result<void> PatternGroupDecoder::begin_column(const container::StreamEntry& entry,
+Result<void> PatternGroupDecoder::begin_column(const container::StreamEntry& entry, Codec codec,
                                                std::span<const std::byte> bytes,
                                                std::uint64_t decoded_bytes) {
   const std::size_t column = column_of(entry);
   if (column >= columns() || column < next_column_) return wrong_stream(entry);
-  if (!columns_[column].takes(entry.codec)) return unknown_codec(entry);
+  if (!columns_[column].takes(codec)) return unknown_codec(entry);
   next_column_ = column + 1;
-  if (columns_[column].begin_group(entry.codec, bytes, decoded_bytes, scratch_)) return {};
+  if (columns_[column].begin_group(codec, bytes, decoded_bytes, scratch_)) return {};
   return corrupt((column == 0 ? "geometry" : array_stream_name(*schema_, entry.array)) +
                  ": cannot be unpacked");
 }

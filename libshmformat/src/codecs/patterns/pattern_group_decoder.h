@@ -22,16 +22,16 @@ class PatternGroupDecoder final : public GroupDecoder {
   PatternGroupDecoder(const Schema& schema, const SegmentStart& start, const DecodedParts& parts,
                       CellBytes cell_bytes);
 
-  Result<void> begin_stream(const container::StreamEntry& entry,
-                            std::span<const std::byte> bytes) override;
+  Result<void> begin_plain_stream(const container::StreamEntry& entry, Codec codec,
+                                  std::span<const std::byte> bytes) override;
   std::vector<std::uint64_t> alive() const override;
   Items items() const override { return {}; }
   std::uint32_t slots() const override { return patterns_.slot_count(); }
 
  private:
   Result<void> begin_streams(std::optional<ConnectivityCodec> codec) override;
-  Result<void> begin_column(const container::StreamEntry& entry, std::span<const std::byte> bytes,
-                            std::uint64_t decoded_bytes);
+  Result<void> begin_column(const container::StreamEntry& entry, Codec codec,
+                            std::span<const std::byte> bytes, std::uint64_t decoded_bytes);
   Result<void> decode_elements(DecodedBlock& decoded) override;
   bool decode_column(std::size_t column, const MeshBlock& block,
                      std::vector<std::byte>& out) override;

@@ -76,12 +76,9 @@ void PatternSegmentEncoder::encode_streams() {
       elements = {vertices_, vertices_.size(), patterns_.slot_count() + 1};
     }
     if (elements.count == 0) continue;
-    auto encoded = columns_[c].encode(elements, values_.values(c), values_.stride(c), scratch_);
-    container::StreamEntry entry;
-    entry.kind = c == 0 ? StreamKind::geometry : StreamKind::array;
-    entry.array = values_.array(c);
-    entry.codec = encoded.codec;
-    add_stream(entry, std::move(encoded.bytes));
+    const ColumnValues own = values_of(c);
+    auto encoded = columns_[c].encode(elements, own.values, own.stride, scratch_);
+    add_values(c, own, encoded.codec, std::move(encoded.bytes));
   }
   vertices_.clear();
   cell_blocks_.clear();

@@ -29,9 +29,25 @@ enum class Codec : std::uint8_t {
   bundle = 15,    ///< codes values of several arrays at several steps together; uses zstd
 };
 
+/// Codec ids from 128 to 191 mean: the codec with this id minus 128, with special values coded
+/// apart. Frozen: part of the format.
+inline constexpr std::uint8_t kSpecialValues = 0x80;
+constexpr bool has_special_values(Codec codec) {
+  return (static_cast<std::uint8_t>(codec) & 0xc0) == kSpecialValues;
+}
+constexpr Codec with_special_values(Codec codec) {
+  return static_cast<Codec>(static_cast<std::uint8_t>(codec) | kSpecialValues);
+}
+constexpr Codec without_special_values(Codec codec) {
+  return has_special_values(codec)
+             ? static_cast<Codec>(static_cast<std::uint8_t>(codec) - kSpecialValues)
+             : codec;
+}
+
 /// Returns true if this codec predicts values from neighbourhoods.
 constexpr bool is_predicted(Codec codec) {
-  return codec == Codec::columns || codec == Codec::mixed_columns;
+  const Codec plain = without_special_values(codec);
+  return plain == Codec::columns || plain == Codec::mixed_columns;
 }
 
 }  // namespace shm

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/errors.h"
+#include "codecs/shared/codec_id.h"
 
 namespace shm {
 namespace {
@@ -51,6 +52,7 @@ Result<void> GroupDecoder::begin_group(const container::GroupHeader& header,
   done_ = {};
   done_.box.fill({kInfinity, -kInfinity});
   left_out_.clear();
+  special_.clear();
   if (const auto codec = container::connectivity_of(header)) {
     if (codec_ && *codec_ != *codec)
       return corrupt("connectivity: its codec differs from that of earlier groups in this segment");
@@ -59,6 +61,20 @@ Result<void> GroupDecoder::begin_group(const container::GroupHeader& header,
   if (auto status = begin_streams(known); !status) return status;
   if (known) codec_ = header.streams[0].codec, codec_name_ = *known;
   return {};
+}
+
+Result<void> GroupDecoder::begin_stream(const container::StreamEntry& entry,
+                                        std::span<const std::byte> bytes) {
+  const std::size_t column = column_of(entry);
+  if (!has_special_values(entry.codec) || column == 0 || column == columns())
+    return begin_plain_stream(entry, entry.codec, bytes);
+  const ArrayInfo& info = schema_->arrays[array_of(column)];
+  auto special =
+      SpecialValuesDecoder::read(info, bytes, header_->decoded_bytes / scalar_bytes(info.type));
+  if (!special)
+    return corrupt(array_stream_name(*schema_, entry.array) + ": its special values are invalid");
+  special_.insert_or_assign(column, std::move(*special));
+  return begin_plain_stream(entry, without_special_values(entry.codec), bytes);
 }
 
 Result<void> GroupDecoder::next_block(DecodedBlock& decoded) {
@@ -145,7 +161,9 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
   for (std::size_t c = 0; c < columns(); ++c) {
     if (!is_wanted(c)) continue;
     std::vector<std::byte>& out = c == 0 ? block.xyz : block.arrays[array_of(c)];
-    if (!decode_column(c, block, out)) {
+    const auto special = special_.find(c);
+    if (!decode_column(c, block, out) ||
+        (special != special_.end() && !special->second.restore(out))) {
       if (is_out_of_memory())
         return over_limit(
             "the values of the active vertices and cells need more memory than the limit for "
@@ -164,7 +182,9 @@ Result<DecodedBlock::GroupEnd> GroupDecoder::end_group() const {
   if (done_.bytes != header_->decoded_bytes || done_.active != header_->max_active_vertices ||
       done_.unused != header_->unused_vertices || done_.imported != header_->imported_vertices)
     return corrupt("its contents do not match its header");
-  if (!is_used_up()) return corrupt("its streams contain data after the end of the group");
+  const auto has_end = [](const auto& special) { return special.second.at_end(); };
+  if (!is_used_up() || !std::all_of(special_.begin(), special_.end(), has_end))
+    return corrupt("its streams contain data after the end of the group");
   return DecodedBlock::GroupEnd{done_.imported, done_.active, has_its_box(), {}};
 }
 

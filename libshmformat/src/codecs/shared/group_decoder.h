@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "codecs/shared/neighbourhood.h"
+#include "codecs/shared/special_values.h"
 #include "format/schema.h"
 #include "shm/blocks.h"
 #include "shm/result.h"
@@ -73,8 +74,7 @@ class GroupDecoder {
   /// Begins a stream. Call it for each stream that the header lists, in the order of the header,
   /// but not for streams that the caller does not want to decode. `bytes` must stay valid until the
   /// group ends.
-  virtual Result<void> begin_stream(const container::StreamEntry& entry,
-                                    std::span<const std::byte> bytes) = 0;
+  Result<void> begin_stream(const container::StreamEntry& entry, std::span<const std::byte> bytes);
   /// Marks the end of the streams. Call it after the last begin_stream().
   virtual Result<void> end_streams() { return {}; }
   /// Sets limits on the memory that columns use for data indexed by slot. `bytes`: maximum number
@@ -118,6 +118,10 @@ class GroupDecoder {
   /// group's connectivity, the same in all groups of the segment; nothing if the group has no
   /// connectivity.
   virtual Result<void> begin_streams(std::optional<ConnectivityCodec> codec) = 0;
+  /// Begins a stream, see begin_stream(). `codec` and `bytes` do not include the special values of
+  /// a column.
+  virtual Result<void> begin_plain_stream(const container::StreamEntry& entry, Codec codec,
+                                          std::span<const std::byte> bytes) = 0;
   /// Decodes the cells and vertices of the next block, but not their values.
   virtual Result<void> decode_elements(DecodedBlock& decoded) = 0;
   /// Returns true if decode_column() failed because the columns would exceed the memory limit.
@@ -201,6 +205,8 @@ class GroupDecoder {
   bool has_its_box() const;
   std::size_t element_bytes(std::size_t column) const;
 
+  // The special values of the columns in the current group; empty if no column has any.
+  std::map<std::size_t, SpecialValuesDecoder> special_;
   std::vector<std::uint32_t> arrays_;   // schema indices of the arrays in columns 1, 2, ...
   std::vector<std::uint8_t> left_out_;  // for each vertex of the block: 1 if it is imported
 };

@@ -7,6 +7,8 @@
 #include "base/binary.h"
 #include "base/errors.h"
 #include "base/lists.h"
+#include "codecs/shared/codec_id.h"
+#include "codecs/shared/special_values.h"
 #include "format/schema.h"
 
 namespace shm {
@@ -129,6 +131,30 @@ void SegmentEncoder::add_stream(container::StreamEntry entry, std::vector<std::b
   entry.checksum = checksum(bytes);
   group_.header.streams.push_back(entry);
   group_.streams.push_back(std::move(bytes));
+}
+
+auto SegmentEncoder::values_of(std::size_t column) const -> ColumnValues {
+  ColumnValues own{values_.values(column), values_.stride(column)};
+  if (column == 0) return own;
+  const ArrayInfo& info = schema_->arrays[values_.array(column)];
+  const std::size_t count = values_.count(column);
+  const auto special = SpecialValues::find(info, own.values, own.stride, count);
+  if (!special) return own;
+  own.special = special->encode();
+  own.copy = plain_values(info, own.values, own.stride, count);
+  own.values = own.copy.data();
+  own.stride = own.copy.size() / count;
+  return own;
+}
+
+void SegmentEncoder::add_values(std::size_t column, const ColumnValues& values, Codec codec,
+                                std::vector<std::byte> bytes) {
+  container::StreamEntry entry;
+  entry.kind = column == 0 ? container::StreamKind::geometry : container::StreamKind::array;
+  entry.array = column == 0 ? 0 : values_.array(column);
+  entry.codec = values.special.empty() ? codec : with_special_values(codec);
+  bytes.insert(bytes.begin(), values.special.begin(), values.special.end());
+  add_stream(entry, std::move(bytes));
 }
 
 bool SegmentEncoder::is_full() const {

@@ -177,6 +177,12 @@ class GroupValues {
     return columns_[column].of_cells ? columns_[column].bytes : vertex_bytes_;
   }
 
+  /// Returns the number of elements of the group in this column.
+  std::size_t count(std::size_t column) const {
+    const Column& own = columns_[column];
+    return own.of_cells ? own.cells.size() / own.bytes : vertices_.size() / vertex_bytes_;
+  }
+
   /// Returns the bounding box of all finite coordinates of the group.
   std::array<double, 6> box() const;
   void clear();
@@ -188,11 +194,6 @@ class GroupValues {
     std::size_t bytes = 0, offset = 0;  // byte offset of the column in the data of a vertex
     ShortRuns<std::byte> cells{};
   };
-  std::size_t count(std::size_t column) const {
-    const Column& own = columns_[column];
-    return own.of_cells ? own.cells.size() / own.bytes : vertices_.size() / vertex_bytes_;
-  }
-
   const Schema* schema_;
   std::vector<Column> columns_;
   std::size_t vertex_bytes_ = 0;
@@ -258,6 +259,19 @@ class SegmentEncoder {
   void note_active(std::uint64_t active);
   /// Adds a stream with the contents `bytes`. Sets the size and checksum in `entry`.
   void add_stream(container::StreamEntry entry, std::vector<std::byte> bytes);
+
+  /// The values of a column, as a value coder encodes them.
+  struct ColumnValues {
+    const std::byte* values = nullptr;
+    std::size_t stride = 0;
+    std::vector<std::byte> copy{};     ///< if the column has special values: the other values
+    std::vector<std::byte> special{};  ///< the coded special values
+  };
+  /// Returns the values of a column of the current group, without special values.
+  ColumnValues values_of(std::size_t column) const;
+  /// Adds the stream of a column, whose values were coded as `bytes` by `codec`.
+  void add_values(std::size_t column, const ColumnValues& values, Codec codec,
+                  std::vector<std::byte> bytes);
 
   const Schema* schema_;
   const SegmentOptions options_;

@@ -63,6 +63,7 @@ ValueTranslator::ValueTranslator(const ArrayInfo& info, std::size_t component,
     minimum_ = info.quantization.minimum[component];
     step_ = info.quantization.step();
     max_error_ = info.quantization.max_error(info.type);
+    fills_ = info.fills;
   } else if (domain.kind == DomainKind::binary) {
     step_ = binary_step(domain.exponent);
   }
@@ -119,6 +120,7 @@ std::optional<std::int64_t> ValueTranslator::index(std::uint64_t bits_in) const 
       return ordered_index(narrow);
     }
     case DomainKind::quantized: {
+      if (std::find(fills_.begin(), fills_.end(), value) != fills_.end()) return std::nullopt;
       const double scaled = (value - minimum_) / step_;
       if (!(std::fabs(scaled) < 4.0e15)) return std::nullopt;
       found = nearest_integer(scaled);

@@ -274,10 +274,12 @@ class ValueTranslator {
   ScalarType type_;
   ValueDomain domain_;
   double minimum_ = 0, step_ = 1, max_error_ = 0;
+  std::vector<double> fills_;  // for the kind quantized: values that the domain does not contain
 };
 
 /// Replaces each value that can be quantized by the value that a reader restores. `words` contains
-/// values of a component of a quantized array. Values that cannot be quantized are stored exactly.
+/// values of a component of a quantized array. Values that cannot be quantized and fill values are
+/// stored exactly.
 void round_quantized(const ArrayInfo& info, std::size_t component, std::span<std::uint64_t> words);
 
 /// Converts the value with these bits to double. The result is the same as that of

@@ -51,17 +51,18 @@ Result<void> ShiftGroupDecoder::begin_streams(std::optional<ConnectivityCodec> c
   return {};
 }
 
-Result<void> ShiftGroupDecoder::begin_stream(const container::StreamEntry& entry,
-                                             std::span<const std::byte> bytes) {
+Result<void> ShiftGroupDecoder::begin_plain_stream(const container::StreamEntry& entry, Codec codec,
+                                                   std::span<const std::byte> bytes) {
   const auto place = static_cast<std::size_t>(&entry - header_->streams.data());
   // Limit decoded_bytes, so that later sums of sizes cannot overflow even if the caller has set a
   // very large limit.
   const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
   if (entry.kind == StreamKind::connectivity)
     return place == 0 ? begin_connectivity(bytes, decoded_bytes) : wrong_stream(entry);
-  if (entry.kind != StreamKind::vertex_numbers) return begin_column(entry, bytes, decoded_bytes);
+  if (entry.kind != StreamKind::vertex_numbers)
+    return begin_column(entry, codec, bytes, decoded_bytes);
   if (place != 1 || !numbered_by_order() || !may_import()) return wrong_stream(entry);
-  if (entry.codec != container::Codec::predictive) return unknown_codec(entry);
+  if (codec != container::Codec::predictive) return unknown_codec(entry);
   import_coder_ = RangeDecoder(bytes);
   return {};
 }
@@ -86,21 +87,21 @@ Result<void> ShiftGroupDecoder::begin_connectivity(std::span<const std::byte> by
   return {};
 }
 
-Result<void> ShiftGroupDecoder::begin_column(const container::StreamEntry& entry,
+Result<void> ShiftGroupDecoder::begin_column(const container::StreamEntry& entry, Codec codec,
                                              std::span<const std::byte> bytes,
                                              std::uint64_t decoded_bytes) {
   const std::size_t column = column_of(entry);
   if (column >= columns() || column < next_column_) return wrong_stream(entry);
-  const bool predicted = is_predicted(entry.codec);
+  const bool predicted = is_predicted(codec);
   const bool is_known = predicted ? has_neighbours_ && predicted_[column] != nullptr &&
-                                        predicted_[column]->takes(entry.codec)
-                                  : columns_[column].takes(entry.codec);
+                                        predicted_[column]->takes(codec)
+                                  : columns_[column].takes(codec);
   if (!is_known) return unknown_codec(entry);
   next_column_ = column + 1;
   is_predicted_[column] = predicted ? 1 : 0;
   if (predicted) predicted_[column]->make_room(neighbours_.slots());
-  if (predicted ? predicted_[column]->begin_group(entry.codec, bytes, decoded_bytes)
-                : columns_[column].begin_group(entry.codec, bytes, decoded_bytes, zstd_))
+  if (predicted ? predicted_[column]->begin_group(codec, bytes, decoded_bytes)
+                : columns_[column].begin_group(codec, bytes, decoded_bytes, zstd_))
     return {};
   return corrupt((column == 0 ? "geometry" : array_stream_name(*schema_, entry.array)) +
                  ": cannot be unpacked");

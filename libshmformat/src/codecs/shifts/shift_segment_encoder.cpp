@@ -233,21 +233,17 @@ void ShiftSegmentEncoder::add_columns() {
 /// this column.
 void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_t> numbers) {
   const bool of_cells = values_.of_cells(c);
-  container::StreamEntry entry;
-  entry.kind = c == 0 ? StreamKind::geometry : StreamKind::array;
-  entry.array = values_.array(c);
+  const ColumnValues own = values_of(c);
   if (predicts() && predicted_[c]) {
     predicted_[c]->make_room(neighbours_.slots());
-    auto encoded = predicted_[c]->encode(of_cells ? cells_ : vertices_, values_.values(c),
-                                         values_.stride(c), options_.level);
-    entry.codec = encoded.codec;
+    auto encoded = predicted_[c]->encode(of_cells ? cells_ : vertices_, own.values, own.stride,
+                                         options_.level);
     if (encoded.codec == Codec::shuffled_zstd) columns_[c].forget();
-    return add_stream(entry, std::move(encoded.bytes));
+    return add_values(c, own, encoded.codec, std::move(encoded.bytes));
   }
-  auto encoded = columns_[c].encode(numbers, values_.values(c), values_.stride(c),
+  auto encoded = columns_[c].encode(numbers, own.values, own.stride,
                                     of_cells ? by_cell_ : by_vertex_, scratch_, packing_);
-  entry.codec = encoded.codec;
-  add_stream(entry, std::move(encoded.bytes));
+  add_values(c, own, encoded.codec, std::move(encoded.bytes));
 }
 
 void ShiftSegmentEncoder::choose_lags() {
@@ -269,21 +265,21 @@ std::uint64_t ShiftSegmentEncoder::values_at_hand(RatedDomains* rated) {
   std::uint64_t bytes = 0;
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const bool of_cells = values_.of_cells(c);
+    const ColumnValues own = values_of(c);
     if (predicts() && predicted_[c]) {
-      predicted_[c]->make_room(neighbours_.slots());
+      ColumnPlanner& column = *predicted_[c];
+      column.make_room(neighbours_.slots());
       const TiledItems& elements = of_cells ? cells_ : vertices_;
-      const std::byte* values = values_.values(c);
-      const std::size_t stride = values_.stride(c);
-      bytes += rated ? predicted_[c]->about_bytes(elements, values, stride, (*rated)[c])
-                     : predicted_[c]->bytes_if_coded(elements, values, stride, options_.level);
+      bytes += rated ? column.about_bytes(elements, own.values, own.stride, (*rated)[c])
+                     : column.bytes_if_coded(elements, own.values, own.stride, options_.level);
       continue;
     }
     const auto numbers = of_cells ? numbers_of_cells(c) : introduced_;
     DifferenceColumn column = columns_[c];
     if (!numbers.empty())
       bytes += column
-                   .encode(numbers, values_.values(c), values_.stride(c),
-                           of_cells ? by_cell_ : by_vertex_, scratch_, packing_)
+                   .encode(numbers, own.values, own.stride, of_cells ? by_cell_ : by_vertex_,
+                           scratch_, packing_)
                    .bytes.size();
   }
   decoder_ = decoder;

@@ -37,8 +37,9 @@ Result<void> SurfaceGroupDecoder::begin_streams(std::optional<ConnectivityCodec>
   return {};
 }
 
-Result<void> SurfaceGroupDecoder::begin_stream(const container::StreamEntry& entry,
-                                               std::span<const std::byte> bytes) {
+Result<void> SurfaceGroupDecoder::begin_plain_stream(const container::StreamEntry& entry,
+                                                     Codec codec,
+                                                     std::span<const std::byte> bytes) {
   const auto is_listed = [&](const auto& stream) {
     return stream.kind == entry.kind &&
            (entry.kind != StreamKind::array || stream.array == entry.array);
@@ -51,17 +52,18 @@ Result<void> SurfaceGroupDecoder::begin_stream(const container::StreamEntry& ent
     return wrong_stream(entry);
   const auto stream = static_cast<std::size_t>(found - listed_.begin());
   next_stream_ = stream + 1;
-  if (streams_.holds_values(stream)) return begin_column(entry, streams_.column_of(stream), bytes);
-  if (entry.codec != (of_cells ? *codec_ : Codec::predictive)) return unknown_codec(entry);
+  if (streams_.holds_values(stream))
+    return begin_column(entry, codec, streams_.column_of(stream), bytes);
+  if (codec != (of_cells ? *codec_ : Codec::predictive)) return unknown_codec(entry);
   streams_.coders()[stream] = RangeDecoder(bytes);
   return {};
 }
 
-Result<void> SurfaceGroupDecoder::begin_column(const container::StreamEntry& entry,
+Result<void> SurfaceGroupDecoder::begin_column(const container::StreamEntry& entry, Codec codec,
                                                std::size_t column,
                                                std::span<const std::byte> bytes) {
-  if (!streams_.values().column(column).takes(entry.codec)) return unknown_codec(entry);
-  if (!begin_values(column, entry.codec, bytes))
+  if (!streams_.values().column(column).takes(codec)) return unknown_codec(entry);
+  if (!begin_values(column, codec, bytes))
     return corrupt(container::stream_name(entry.kind) + ": cannot be unpacked");
   has_stream_[column] = true;
   return {};

@@ -18,8 +18,8 @@ class SurfaceGroupDecoder final : public GroupDecoder {
   SurfaceGroupDecoder(const Schema& schema, const SegmentStart& start, const DecodedParts& parts,
                       CellBytes cell_bytes);
 
-  Result<void> begin_stream(const container::StreamEntry& entry,
-                            std::span<const std::byte> bytes) override;
+  Result<void> begin_plain_stream(const container::StreamEntry& entry, Codec codec,
+                                  std::span<const std::byte> bytes) override;
   Result<void> end_streams() override;
   void allow_memory(std::uint64_t bytes, std::uint64_t plenty) override {
     memory_.allow(bytes, plenty);
@@ -38,7 +38,7 @@ class SurfaceGroupDecoder final : public GroupDecoder {
   };
 
   Result<void> begin_streams(std::optional<ConnectivityCodec> codec) override;
-  Result<void> begin_column(const container::StreamEntry& entry, std::size_t column,
+  Result<void> begin_column(const container::StreamEntry& entry, Codec codec, std::size_t column,
                             std::span<const std::byte> bytes);
   bool begin_values(std::size_t column, Codec codec, std::span<const std::byte> bytes);
   Result<void> decode_elements(DecodedBlock& decoded) override;

@@ -110,10 +110,9 @@ std::uint64_t SurfaceSegmentEncoder::values_at_hand(RatedDomains* rated) {
   for (std::size_t c = 0; c < values_.columns(); ++c) {
     ColumnPlanner& column = streams_.values().column(c);
     const TiledItems& elements = streams_.values().elements_of(c);
-    const std::byte* values = values_.values(c);
-    const std::size_t stride = values_.stride(c);
-    bytes += rated ? column.about_bytes(elements, values, stride, (*rated)[c])
-                   : column.bytes_if_coded(elements, values, stride, options_.level);
+    const ColumnValues own = values_of(c);
+    bytes += rated ? column.about_bytes(elements, own.values, own.stride, (*rated)[c])
+                   : column.bytes_if_coded(elements, own.values, own.stride, options_.level);
   }
   return bytes;
 }
@@ -132,16 +131,12 @@ void SurfaceSegmentEncoder::add_symbols(std::size_t stream) {
 }
 
 void SurfaceSegmentEncoder::add_column(std::size_t stream) {
-  using container::StreamKind;
   const std::size_t c = streams_.column_of(stream);
-  EncodedColumn column = streams_.values().column(c).encode(
-      streams_.values().elements_of(c), values_.values(c), values_.stride(c), options_.level);
-  if (column.bytes.empty() && column.codec == Codec::columns) return;
-  container::StreamEntry entry;
-  entry.kind = listed_[stream].kind;
-  entry.array = listed_[stream].array;
-  entry.codec = column.codec;
-  add_stream(entry, std::move(column.bytes));
+  const ColumnValues own = values_of(c);
+  EncodedColumn column = streams_.values().column(c).encode(streams_.values().elements_of(c),
+                                                            own.values, own.stride, options_.level);
+  if (column.bytes.empty() && own.special.empty() && column.codec == Codec::columns) return;
+  add_values(c, own, column.codec, std::move(column.bytes));
 }
 
 }  // namespace shm

@@ -149,8 +149,10 @@ EncodedColumn ColumnPlanner::encode(const TiledItems& elements, const std::byte*
 
   // Zstd is better for runs and repetitions of values. Try zstd if a quick pass suggests that the
   // values consist mostly of runs and repetitions.
+  Bits rounded;
+  const auto stored = [&]() -> const Bits& { return stored_bits(bits, rounded); };
   const std::vector<std::byte> planes = level == Level::best || repeats_
-                                            ? shuffled(packed(values, stride, count), width)
+                                            ? shuffled(packed(stored()), width)
                                             : std::vector<std::byte>();
   const std::size_t quick = planes.empty() ? 0 : zstd_compress(planes, 1).size();
   const bool may_repeat = !planes.empty() && (level == Level::best || quick * 6 < planes.size());
@@ -158,14 +160,14 @@ EncodedColumn ColumnPlanner::encode(const TiledItems& elements, const std::byte*
   if (may_repeat) before = state();
   auto predicted = encode_predicted(elements, bits, references, level);
   if (!predicted)
-    return under_zstd(elements, bits,
-                      pack_shuffled(shuffled(packed(values, stride, count), width), kQuickZstd));
+    return under_zstd(elements, stored(),
+                      pack_shuffled(shuffled(packed(stored()), width), kQuickZstd));
   EncodedColumn coded{codec, std::move(*predicted)};
   if (!may_repeat || (level != Level::best && quick > 2 * coded.bytes.size())) return coded;
   std::vector<std::byte> bytes = pack_shuffled(planes, level == Level::fast ? kQuickZstd : 19);
   if (bytes.size() >= coded.bytes.size()) return coded;
   restore(std::move(*before));
-  return under_zstd(elements, bits, std::move(bytes));
+  return under_zstd(elements, stored(), std::move(bytes));
 }
 
 /// Codes the contents `bytes` with the codec shuffled_zstd, updates the state of the column, and
@@ -210,14 +212,24 @@ auto ColumnPlanner::bits_of(const std::byte* values, std::size_t stride, std::si
   return bits;
 }
 
-/// Returns the values of `count` elements, packed without gaps. `stride`: number of bytes from an
-/// element to the next.
-std::vector<std::byte> ColumnPlanner::packed(const std::byte* values, std::size_t stride,
-                                             std::size_t count) const {
-  const std::size_t bytes = column_.element_bytes();
-  std::vector<std::byte> out(count * bytes);
-  for (std::size_t i = 0; i < count; ++i)
-    std::copy_n(values + i * stride, bytes, out.data() + i * bytes);
+/// Returns the values as shuffled_zstd stores them. Values of quantized stepped arrays are rounded,
+/// because later steps refer to rounded values; `rounded` then receives them.
+auto ColumnPlanner::stored_bits(const Bits& bits, Bits& rounded) const -> const Bits& {
+  const ArrayInfo& info = column_.info();
+  if (!info.per_step || !info.quantization.lossy()) return bits;
+  if (!rounded.empty()) return rounded;
+  rounded = bits;
+  for (std::size_t c = 0; c < bits.size(); ++c) round_quantized(info, c, rounded[c]);
+  return rounded;
+}
+
+/// Returns values, packed without gaps.
+std::vector<std::byte> ColumnPlanner::packed(const Bits& bits) const {
+  const std::size_t width = column_.scalar_width(), bytes = column_.element_bytes();
+  std::vector<std::byte> out(bits[0].size() * bytes);
+  for (std::size_t c = 0; c < bits.size(); ++c)
+    for (std::size_t i = 0; i < bits[c].size(); ++i)
+      store_scalar(out.data() + i * bytes + c * width, bits[c][i], width);
   return out;
 }
 
@@ -414,7 +426,7 @@ std::uint64_t ColumnPlanner::about_bytes(const TiledItems& elements, const std::
   column_.class_numbers() = numbers;
   const auto bytes = static_cast<std::uint64_t>(std::max(sum, 0.0) / 8);
   if (!repeats_) return bytes;
-  const auto planes = shuffled(packed(values, stride, count), column_.scalar_width());
+  const auto planes = shuffled(packed(bits_of(values, stride, count)), column_.scalar_width());
   return std::min<std::uint64_t>(bytes, zstd_compress(planes, 1).size());
 }
 

@@ -65,8 +65,8 @@ class ColumnPlanner {
 
   std::size_t covered_count(const TiledItems& elements) const;
   Bits bits_of(const std::byte* values, std::size_t stride, std::size_t count) const;
-  std::vector<std::byte> packed(const std::byte* values, std::size_t stride,
-                                std::size_t count) const;
+  const Bits& stored_bits(const Bits& bits, Bits& rounded) const;
+  std::vector<std::byte> packed(const Bits& bits) const;
   EncodedColumn under_zstd(const TiledItems& elements, const Bits& bits,
                            std::vector<std::byte> bytes);
   std::optional<std::vector<std::byte>> encode_predicted(const TiledItems& elements, Bits& bits,

@@ -432,17 +432,6 @@ template class ColumnCoder<SplitDecoder>;
 
 // --- decoding
 
-namespace {
-
-void store_scalar(std::byte* at, std::uint64_t bits, std::size_t width) {
-  if constexpr (std::endian::native == std::endian::little)
-    std::memcpy(at, &bits, width);
-  else
-    std::memcpy(at, reinterpret_cast<const std::byte*>(&bits) + (8 - width), width);
-}
-
-}  // namespace
-
 void ColumnDecoder::use_memory(ColumnMemory& memory) {
   memory_ = &memory;
   for (auto& component : column_.components()) component.state().use_memory(memory);

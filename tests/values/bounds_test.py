@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""Tests options that bound errors: fill values, root mean squares, signal-to-noise ratios, and patterns of names.
+
+Usage: bounds_test.py PATH_OF_SHM
+"""
+import json
+import math
+import os
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import FolderTest
+from sample_meshes import exodus_text
+
+SIZE = (12, 11, 10)
+COUNT = SIZE[0] * SIZE[1] * SIZE[2]
+FILL = 9.96921e36
+
+
+def temperature(i):
+    return round(300 + 4 * math.sin(i * .013) + .37 * math.cos(i * 1.7), 4)
+
+
+def is_missing(i):
+    return i % 40 < 9
+
+
+class BoundsTest(FolderTest):
+    def setUp(self):
+        super().setUp()
+        self.fields = {}
+
+    def add(self, name, type_, value):
+        self.fields[name] = type_, [value(i) for i in range(COUNT)]
+
+    def write_mesh(self, name="mesh.vtk"):
+        text = ["# vtk DataFile Version 3.0", "fields", "ASCII", "DATASET STRUCTURED_POINTS",
+                "DIMENSIONS %d %d %d" % SIZE, "ORIGIN 0 0 0", "SPACING 1 1 1", f"POINT_DATA {COUNT}"]
+        for field, (type_, values) in self.fields.items():
+            text += [f"SCALARS {field} {type_} 1", "LOOKUP_TABLE default", " ".join(map(repr, values))]
+        return self.write(name, "\n".join(text) + "\n")
+
+    def restored(self, *options, errors=None):
+        """Compresses the mesh with these options, and returns the restored values of each array. `errors`: a
+        dictionary, to which the errors that `verify` reports are added by array."""
+        mesh, packed = self.write_mesh(), self.path("mesh.shm")
+        self.shm("compress", *options, mesh, "-o", packed, "-f", code=0)
+        report = json.loads(self.shm("verify", packed, "--against", mesh, "--json"))
+        if errors is not None:
+            errors.update({error["what"]: error for error in report["quantized"]})
+        self.shm("decompress", packed, "-o", "back.vtk", "-f")
+        words, values, at = self.bytes("back.vtk").decode().split(), {}, 0
+        while "SCALARS" in words[at:]:
+            at = words.index("SCALARS", at) + 1
+            begin = words.index("default", at) + 1
+            values[words[at]] = [float(word) for word in words[begin:begin + COUNT]]
+        return values
+
+    def arrays(self):
+        report = json.loads(self.shm("info", "mesh.shm", "--json"))
+        return {array["name"]: array for array in report["arrays"]}
+
+    def check_filled(self, values, field, fill, bound):
+        for i, value in enumerate(values[field]):
+            if is_missing(i):
+                self.assertTrue(value == fill or (value != value and fill != fill), (i, value))
+            else:
+                self.assertLessEqual(abs(value - temperature(i)), bound * 1.0001)
+
+    def test_fill_values_are_exact_and_do_not_count_for_the_range(self):
+        for fill in (FILL, -9999.0):
+            self.add("a", "float", lambda i, fill=fill: fill if is_missing(i) else temperature(i))
+            self.add("b", "double", lambda i, fill=fill: fill if is_missing(i) else temperature(i))
+            self.add("kept", "double", temperature)
+            for level in ("fast", "default", "best"):
+                for options in (["--fill", str(fill)], ["--array", f"a:fill={fill}", "--array", f"b:fill={fill}"],
+                                ["--array", f"?:fill={fill}"]):
+                    values = self.restored("--rel", "1e-4", "--level", level, *options)
+                    for field in "ab":
+                        self.check_filled(values, field, fill, 9e-4)
+                        self.assertAlmostEqual(self.arrays()[field]["fills"][0], fill, delta=abs(fill) * 1e-7)
+                        self.assertLess(self.arrays()[field]["max_error"], 9e-4)
+
+    def test_fill_values_and_nan_need_few_bytes(self):
+        sizes = {}
+        for name, fill in (("none", None), ("fill", FILL), ("nan", math.nan)):
+            self.add("t", "double", lambda i, fill=fill: temperature(i) if fill is None or i < 700 else fill)
+            values = self.restored("--abs", "1e-3", "--fill", str(FILL))
+            sizes[name] = os.path.getsize(self.path("mesh.shm"))
+            if fill is not None:
+                self.assertTrue(all(str(value) == str(fill) for value in values["t"][700:]))
+        # An escape for each of the 620 special values would need 5 KB.
+        self.assertLess(sizes["fill"], 1.2 * sizes["none"])
+        self.assertLess(sizes["nan"], 1.2 * sizes["none"])
+
+    def test_a_range_that_seems_to_contain_fill_values(self):
+        self.add("with", "double", lambda i: FILL if i < 30 else temperature(i))
+        self.add("without", "double", temperature)
+        mesh = self.write_mesh()
+        said = self.run_with_errors("compress", "--rel", "1e-4", mesh, "-o", "mesh.shm")
+        self.assertIn("warning: the range of 'with' is more than a million times", said)
+        self.assertNotIn("'without'", said)
+        for options in (["--fill", str(FILL)], ["--array", "w*:abs=1", "--rel", "1e-4"]):
+            said = self.run_with_errors("compress", "--rel", "1e-4", *options[:2], mesh, "-o", "mesh.shm", "-f")
+            self.assertEqual(said, "")
+
+    def run_with_errors(self, *words):
+        done = subprocess.run([self.tool, *words], cwd=self.directory.name, capture_output=True, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stderr.decode()
+
+    def test_fill_values_of_exodus_files(self):
+        text = exodus_text(range(3), 4).replace(
+            "data: time_whole", '  vals_nod_var1:_FillValue = -9999. ; vals_nod_var2:missing_value = 1.e30f ;\ndata: time_whole')
+        self.ncgen("run.e", text.replace("vals_nod_var1 = ", "vals_nod_var1 = -9999., "
+                                         ).replace(", -9999., 0.0,", ", -9999.,", 1))
+        self.shm("compress", "run.e", "-o", "mesh.shm")
+        arrays = self.arrays()
+        self.assertEqual(arrays["u"]["fills"], [-9999.0])
+        self.assertAlmostEqual(arrays["p"]["fills"][0], 1e30, delta=1e24)
+        self.assertEqual(arrays["heat"]["fills"], [])
+        self.assertIn("fill value -9999", self.shm("info", "mesh.shm").decode())
+
+    def test_root_mean_square_and_signal_to_noise(self):
+        self.add("t", "double", temperature)
+        self.add("f", "float", lambda i: FILL if is_missing(i) else temperature(i))
+        self.add("whole", "int", lambda i: i)
+        for field in "tf":
+            for how, value in (("rms", 1e-2), ("rms", 1e-4), ("psnr", 40.0), ("psnr", 83.5)):
+                errors = {}
+                values = self.restored("--fill", str(FILL), "--array", f"{field}:{how}={value}", errors=errors)
+                pairs = [(values[field][i], temperature(i)) for i in range(COUNT) if field == "t" or not is_missing(i)]
+                rms = math.sqrt(sum((a - b)**2 for a, b in pairs) / len(pairs))
+                error = errors[f"array '{field}'"]
+                # In the source, the values of f are rounded to float32.
+                self.assertAlmostEqual(error["rms_error"], rms, delta=(1e-9 if field == "t" else .01) * rms)
+                spread = max(b for _, b in pairs) - min(b for _, b in pairs)
+                self.assertAlmostEqual(error["psnr"], 20 * math.log10(spread / rms), delta=.02)
+                bound = value if how == "rms" else spread * 10**(-value / 20)
+                self.assertLessEqual(rms, bound * (1 + 1e-6 if field == "t" else 1.001))
+                self.assertGreater(rms, .9 * bound)  # the bound is used
+        for wrong in ("t:rms=0", "t:rms=nan", "t:psnr=-3", "t:psnr=400", "whole:rms=1", "t:fill=nan", "whole:fill=1"):
+            self.shm("compress", "--array", wrong, self.write_mesh(), "-o", "no.shm", code=2)
+        self.assertFalse(os.path.exists(self.path("no.shm")))
+
+    def test_patterns_of_names(self):
+        for name in ("stress_x", "stress_y", "velocity", "s*"):
+            self.add(name, "double", temperature)
+        self.add("stress_id", "int", lambda i: i)
+
+        def bounds(*options):
+            words = [word for option in options for word in ("--array", option)]
+            self.shm("compress", *words, self.write_mesh(), "-o", "mesh.shm", "-f")
+            return [self.arrays()[name]["max_error"] for name in ("stress_x", "stress_y", "velocity", "s*")]
+
+        self.assertEqual(bounds("stress_*:abs=1"), [1, 1, None, None])
+        self.assertEqual(bounds("stress_?:abs=1", "stress_y:abs=2"), [1, 2, None, None])
+        self.assertEqual(bounds("stress_y:abs=2", "*:abs=1"), [1, 2, 1, 1])
+        self.assertEqual(bounds("*:abs=1", "*y:abs=3", "stress_x:lossless"), [None, 3, 3, 1])
+        self.assertEqual(bounds("s*:abs=4"), [None, None, None, 4])  # an exact name
+        self.assertEqual(bounds("s\\*:abs=4", "point/v*:abs=5"), [None, None, 5, 4])
+        for wrong in ("x*:abs=1", "stress_id:abs=1", "*_id:abs=1", "cell/*:abs=1"):
+            self.shm("compress", "--array", wrong, self.write_mesh(), "-o", "no.shm", code=2)
+
+
+if __name__ == "__main__":
+    FolderTest.tool = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
