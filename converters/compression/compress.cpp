@@ -19,6 +19,7 @@
 #include "order/delay_trial.h"
 #include "order/free_order.h"
 #include "order/reordered_mesh.h"
+#include "order/rounding_trial.h"
 #include "order/sample_mesh.h"
 #include "order/spooled_mesh.h"
 #include "sets/set_folders.h"
@@ -327,6 +328,12 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
 
 Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& spool) {
   Schema schema = schema_for(mesh, options);
+  if (options.progress) options.progress("trying bounds", 0, 1);
+  remove_useless_rounding(mesh, schema, [&](MeshSource& part, const Schema& tried) {
+    NullSink nowhere;
+    return code_mesh(part, tried, nowhere, write_options_for(mesh, options), {}, spool,
+                     usual_cache(tried, spool));
+  });
   if (options.order == Order::stream && !options.delay && options.level != Level::fast)
     schema.delay = tried_delay(mesh, schema, options, spool);
   return schema;

@@ -18,16 +18,20 @@ def wedges(c):
     return [[c[0], c[1], c[2], c[4], c[5], c[6]], [c[0], c[2], c[3], c[4], c[6], c[7]]]
 
 
-def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
+def write_vtk(path, n, bend=0.0, shuffled=False, window=1, noise=0.0):
     """Writes a legacy VTK file in ASCII: a grid of n*n*n hexahedra with one point array and one cell array.
     The order of the cells is random. If `window` is given, cells are shuffled only within runs of `window`
-    consecutive cells."""
+    consecutive cells. Interior points, and values of the point array between 0 and 1, change by random numbers
+    below `noise`."""
     m = n + 1
     points, cells = [], []
+    jitter = random.Random(3)
     for z in range(m):
         for y in range(m):
             for x in range(m):
-                points.append(f"{x * 0.1 + bend * z} {y * 0.1} {z * 0.1}")
+                inside = noise if all(0 < i < n for i in (x, y, z)) else 0
+                moved = [jitter.random() * inside for _ in range(3)]
+                points.append(f"{x * 0.1 + bend * z + moved[0]} {y * 0.1 + moved[1]} {z * 0.1 + moved[2]}")
     number = list(range(len(points)))
     if shuffled:
         random.Random(1).shuffle(number)
@@ -46,7 +50,8 @@ def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
         out.write(f"CELLS {len(cells)} {9 * len(cells)}\n" + "\n".join(cells) + "\n")
         out.write(f"CELL_TYPES {len(cells)}\n" + "12\n" * len(cells))
         out.write(f"POINT_DATA {len(points)}\nFIELD data 1\nheat 1 {len(points)} double\n")
-        out.write("\n".join(str(i % 17 / 16) for i in range(len(points))) + "\n")
+        heat = [i % 17 / 16 for i in range(len(points))]
+        out.write("\n".join(str(h + jitter.random() * noise if 0 < h < 1 else h) for h in heat) + "\n")
         out.write(f"CELL_DATA {len(cells)}\nFIELD data 1\nzone 1 {len(cells)} int\n")
         out.write("\n".join(str(i // 7) for i in range(len(cells))) + "\n")
 

@@ -227,8 +227,11 @@ TEST(RoundTrip, QuantizedCoordinates) {
     for (MemoryMesh* each : {&mesh, &plain}) {
       const CompareReport report = round_trip(*each, options_of(Order::keep, 0, bits));
       EXPECT_TRUE(report.equal()) << bits << " bits\n" << words(report);
-      ASSERT_EQ(report.measured.size(), 1u);
-      EXPECT_LE(report.measured[0].largest, report.measured[0].promised);
+      // If rounding does not make a mesh smaller, its coordinates are exact.
+      if (each == &mesh && bits == 16) {
+        EXPECT_EQ(report.measured.size(), 1u);
+      }
+      for (const MeasuredError& error : report.measured) EXPECT_LE(error.largest, error.promised);
     }
   }
 }

@@ -447,6 +447,7 @@ class ToolTest(FolderTest):
         return report["coordinate_max_error"], bounds["heat"]
 
     def test_bounds(self):
+        write_vtk(self.mesh, 5, noise=.01)  # noise, so that rounding makes the file smaller
         packed, back = self.path("mesh.shm"), self.path("back.vtk")
         abs3, rel2 = ["--abs", "1e-3"], ["--rel", "0.01"]
         heat, points = "array 'heat'", "coordinates"
@@ -492,6 +493,7 @@ class ToolTest(FolderTest):
 
     def test_bounds_in_steps(self):
         """Exodus files store fields in steps."""
+        write_vtk(self.mesh, 5, noise=.01)  # noise, so that rounding makes the file smaller
         exodus, packed = self.path("mesh.e"), self.path("mesh.shm")
         self.shm("convert", self.mesh, exodus)
         report = json.loads(self.shm("info", exodus, "--json")[0])
@@ -504,6 +506,7 @@ class ToolTest(FolderTest):
             self.assertIn("coordinates: largest error ", out)
 
     def test_broken_bounds(self):
+        write_vtk(self.mesh, 5, noise=.01)  # noise, so that rounding makes the file smaller
         packed, other = self.path("mesh.shm"), self.path("other.vtk")
         with open(self.mesh) as source:
             lines = source.read().split("\n")

@@ -145,6 +145,24 @@ class BoundsTest(FolderTest):
             self.shm("compress", "--array", wrong, self.write_mesh(), "-o", "no.shm", code=2)
         self.assertFalse(os.path.exists(self.path("no.shm")))
 
+    def test_rounding_never_makes_an_array_larger(self):
+        self.add("few", "double", lambda i: i * 7919 % 5 / 3)
+        self.add("decimal", "double", lambda i: i * i % 1000 / 1000)
+        self.add("noise", "double", lambda i: math.sin(i * i))
+        exact, packed = self.path("exact.shm"), self.path("mesh.shm")
+        streams = lambda path: {name: stream["bytes"] for name, stream in json.loads(
+            self.shm("info", path, "--json"))["streams"].items()}
+        for level in ("fast", "default", "best"):
+            self.shm("compress", "--level", level, self.write_mesh(), "-o", exact, "-f")
+            for bound in ("1e-2", "1e-5", "1e-9", "1e-12"):
+                self.restored("--rel", bound, "--level", level)
+                before, now = streams(exact), streams(packed)
+                for name in ("geometry", "array:point/few", "array:point/decimal", "array:point/noise"):
+                    self.assertLessEqual(now[name], before[name] + 64, (level, bound, name))
+                if bound == "1e-12":
+                    self.assertIsNone(self.arrays()["decimal"]["max_error"])
+                self.assertLessEqual(os.path.getsize(packed), os.path.getsize(exact))
+
     def test_patterns_of_names(self):
         for name in ("stress_x", "stress_y", "velocity", "s*"):
             self.add(name, "double", temperature)

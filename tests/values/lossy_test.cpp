@@ -184,7 +184,8 @@ TEST(Lossy, ThroughAFileInEveryOrder) {
       const CompareReport report = round_trip(mesh, options);
       EXPECT_TRUE(report.equal()) << part << "\n" << words(report);
       if (part == 1e-2) {
-        EXPECT_EQ(report.measured.size(), 4u);
+        // Rounding would not make one of the four arrays smaller, so it is exact.
+        EXPECT_EQ(report.measured.size(), 3u);
       }
       for (const MeasuredError& error : report.measured)
         EXPECT_LE(error.largest, error.promised) << error.what;
