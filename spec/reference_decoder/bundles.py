@@ -1,7 +1,9 @@
 """Section 45: bundles."""
 
+import math
+
 from .basics import SCALAR_BYTES, Cursor, reject_unless, signed64, unzigzag
-from .domains import BINARY, DECIMAL, FLOATS, NARROW
+from .domains import BINARY, DECIMAL, FLOATS, NARROW, as_double, bits_of
 from .patterns import plane
 from .shifts import domain_of_differences, signed_of, widest_residual
 
@@ -11,6 +13,11 @@ MOST_HEAD_BYTES = 24  # of a column
 ZERO, CONSTANT, COPY, CODED = range(4)
 FULL, FIXED, UNIFORM = range(3)
 WORDS, NOTHING, STEP, STEPS, ELEMENT, BOTH = range(6)
+
+
+def times(type_, bits, factor):
+    value = as_double(type_, bits)
+    return bits if value != value else bits_of(type_, value * factor)
 
 
 class BundleColumn:
@@ -31,7 +38,8 @@ class BundleColumn:
 
     def read_method(self, method, steps):
         self.form, self.shape, self.predictor = method & 3, method >> 2 & 3, method >> 4
-        reject_unless(self.form == CODED or method < 4, "a column of no such form")
+        self.scaled = self.form == COPY and self.shape == 1 and self.array.is_float()
+        reject_unless(self.form == CODED or method < 4 + 4 * self.scaled, "a column of no such form")
         reject_unless(self.shape <= UNIFORM and self.predictor <= BOTH, "a column of no such shape or predictor")
         self.steps = 1 if self.shape == FIXED else steps
         self.stored = 1 if self.shape == UNIFORM else self.elements
@@ -47,7 +55,10 @@ class BundleColumn:
             source = before[-distance]
             reject_unless(source.form == CODED and source.elements == self.elements
                           and SCALAR_BYTES[source.array.type] == width, "a copy of a column that is unlike it")
+            reject_unless(not self.scaled or source.array.type == self.array.type, "a multiple of another type")
             self.source = source
+            self.factor = cursor.f64() if self.scaled else None
+            reject_unless(self.factor is None or math.isfinite(self.factor), "a factor that is not finite")
         elif self.form == CODED and self.predictor != WORDS:
             kind = cursor.u8()
             exponent = cursor.svarint() if kind in (BINARY, DECIMAL) else 0
@@ -141,6 +152,8 @@ def read_bundle(data, arrays, steps):
         if column.form == COPY:
             source = column.source
             column.shape, column.steps, column.values = source.shape, source.steps, source.values
+            if column.factor is not None:
+                column.values = [times(column.array.type, bits, column.factor) for bits in column.values]
     result, at = [], 0
     for array, _ in arrays:
         result.append(columns[at : at + array.components])

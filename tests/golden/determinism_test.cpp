@@ -307,6 +307,7 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"steps_that_stand_alone", 0x342b986554a9127a},
     {"bundles", 0x5dcb1e765cfc909f},
     {"bundles_stream", 0x925b3acbb82e269b},
+    {"bundles_scaled", 0x5dcb1e765cfc909f},
     {"bounded_steps", 0x1381e0e8a2dbe5cf},
     {"bounded_steps_best", 0xd4e82e4abab00552},
     {"bounded_steps_fast", 0x95a1d77e227a89f3},

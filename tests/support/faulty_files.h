@@ -65,6 +65,7 @@ class FaultyFiles {
     special_values_in_groups();
     special_values_in_parts();
     fill_values();
+    scaled_copies();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -941,6 +942,30 @@ class FaultyFiles {
     of("more than 2^15 values.", [](Columns& it) {
       it.steps = (1 << 15) / 18 + 1;
       it.residuals = it.steps * 18;
+    });
+  }
+
+  void scaled_copies() {
+    const auto with_factor = [&](const std::function<void(Columns&)>& lie) {
+      Columns columns;
+      columns.second = 2 | 1 << 2;
+      ByteWriter details;
+      details.put_u8(1);
+      details.put_f64(-1.5);
+      columns.details.insert(columns.details.end(), details.bytes.begin(), details.bytes.end());
+      lie(columns);
+      return with_columns(columns);
+    };
+    EXPECT_TRUE(decode_in_pieces(with_factor([](Columns&) {})));
+    const auto of = [&](const std::string& sentence, const std::function<void(Columns&)>& lie) {
+      add(kCorrupt, "Scaled copy: " + sentence, with_factor(lie));
+    };
+    of("shape 2.", [](Columns& it) { it.second = 2 | 2 << 2; });
+    of("a predictor.", [](Columns& it) { it.second |= 1 << 4; });
+    of("a factor that ends early.", [](Columns& it) { it.details.pop_back(); });
+    of("an infinite factor.", [](Columns& it) {
+      it.details[it.details.size() - 1] = std::byte{0x7f};
+      it.details[it.details.size() - 2] = std::byte{0xf0};
     });
   }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -727,6 +728,29 @@ inline std::vector<std::byte> bundles_file(Order order, Level level) {
                             value);
 }
 
+/// Returns a file of a small mesh with arrays at six steps, in a bundle. Most columns are multiples
+/// of other columns. One array contains NaN.
+inline std::vector<std::byte> scaled_bundle_file() {
+  const auto noise = [](std::uint64_t scalar, std::uint64_t step) {
+    return static_cast<double>((scalar * 7919 + step * 104729 + 17) * 2654435761u % 1000003) / 3;
+  };
+  const std::vector<double> factors = {1, -1, 1.5, -1e-3, 0x1p-40, 1};
+  std::vector<ArrayInfo> arrays;
+  for (const ScalarType type : {ScalarType::float32, ScalarType::float64})
+    for (std::size_t a = 0; a < factors.size(); ++a)
+      arrays.push_back(array_of("a" + std::to_string(arrays.size()), Location::point, type));
+  const auto value = [&](std::uint32_t array, std::uint64_t scalar,
+                         std::uint64_t step) -> std::optional<double> {
+    const double own = noise(scalar, step);
+    // The factors apply to the values that are stored.
+    const double stored =
+        array < factors.size() ? static_cast<double>(static_cast<float>(own)) : own;
+    if (array % factors.size() == 5 && scalar == 3) return std::nan("");
+    return stored * factors[array % factors.size()];
+  };
+  return written_with_steps(bent_grid(2, 2, 1), arrays, {}, 6, value);
+}
+
 /// Returns a file with random step values that all change by the same amount from one step to the
 /// next. The values are coded as differences between steps, with the codec `terms`.
 inline std::vector<std::byte> steps_that_rise() {
@@ -949,6 +973,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("steps_that_stand_alone", steps_and_extras_file(keep, 1));
   add("bundles", bundles_file(keep, Level::standard));
   add("bundles_stream", bundles_file(stream, Level::fast));
+  add("bundles_scaled", scaled_bundle_file());
   add("bounded_steps", bounded_steps_file(Level::standard));
   add("bounded_steps_best", bounded_steps_file(Level::best));
   add("bounded_steps_fast", bounded_steps_file(Level::fast));

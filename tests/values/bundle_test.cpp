@@ -125,6 +125,36 @@ TEST(Bundle, EqualColumnsCostOne) {
   EXPECT_LT(expect_round_trip(source), one + 50);
 }
 
+TEST(Bundle, MultiplesCostFewBytes) {
+  for (const ScalarType type : {ScalarType::float32, ScalarType::float64}) {
+    std::mt19937 random(4);
+    Source source;
+    source.steps = 30;
+    std::vector<double> noise(30 * 20);
+    for (double& value : noise) value = static_cast<float>(std::normal_distribution<>()(random));
+    const auto multiple = [&](double factor) {
+      source.add(type, 1, 20, [&noise, factor](auto, auto s, auto e, auto) {
+        return noise[s * 20 + e] * factor;
+      });
+    };
+    multiple(1);
+    const std::size_t one = expect_round_trip(source);
+    const std::vector<double> factors = {-1, 1.5, 1e-3, -1e-6, 0x1p-20, 3.6, 273.15};
+    for (const double factor : factors) multiple(factor);
+    EXPECT_LT(expect_round_trip(source), one + 12 * factors.size());
+    // A column that differs in one value is no multiple.
+    source.add(type, 1, 20, [&](auto, auto s, auto e, auto) {
+      return noise[s * 20 + e] * (s == 17 && e == 5 ? 2.000001 : 2);
+    });
+    // A zero of the other sign is no multiple, either.
+    source.add(type, 1, 20, [&](auto, auto s, auto e, auto) { return s + e == 0 ? -0. : 0.; });
+    source.add(type, 1, 20, [&](auto, auto s, auto e, auto) {
+      return s + e == 1 ? std::numeric_limits<double>::quiet_NaN() : -noise[s * 20 + e];
+    });
+    expect_round_trip(source);
+  }
+}
+
 TEST(Bundle, AllKindsOfColumns) {
   std::mt19937 random(2);
   const std::vector<ValueOf> kinds = {

@@ -1,6 +1,8 @@
 #include "codecs/bundles/bundle.h"
 
 #include <array>
+#include <bit>
+#include <cmath>
 
 #include "base/binary.h"
 #include "codecs/patterns/byte_planes.h"
@@ -40,6 +42,16 @@ bool get_prediction(ByteReader& in, const ArrayInfo& info, BundlePredictor predi
 }
 
 }  // namespace
+
+std::uint64_t scaled(ScalarType type, std::uint64_t bits, double factor) {
+  if (type == ScalarType::float32) {
+    const auto value = std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+    if (std::isnan(value)) return bits;
+    return std::bit_cast<std::uint32_t>(static_cast<float>(static_cast<double>(value) * factor));
+  }
+  const auto value = std::bit_cast<double>(bits);
+  return std::isnan(value) ? bits : std::bit_cast<std::uint64_t>(value * factor);
+}
 
 std::optional<Bundle> Bundle::read(std::span<const std::byte> bytes,
                                    std::span<const BundleArray> arrays, std::uint64_t steps) {
@@ -83,7 +95,11 @@ bool Bundle::read_columns(std::span<const std::byte> bytes, std::span<const Bund
       column.form = static_cast<ColumnForm>(method & 3);
       column.elements = to_size(array.elements);
       column.width = width;
-      if (column.form != ColumnForm::coded && method > 3) return false;
+      column.type = array.info->type;
+      const bool is_scaled =
+          column.form == ColumnForm::copy && (method & kScaledCopy) != 0 && is_float(column.type);
+      if (column.form != ColumnForm::coded && method > 3 + (is_scaled ? kScaledCopy : 0))
+        return false;
       switch (column.form) {
         case ColumnForm::zero: break;
         case ColumnForm::constant: {
@@ -100,7 +116,12 @@ bool Bundle::read_columns(std::span<const std::byte> bytes, std::span<const Bund
           const bool is_coded = (methods[s] & std::byte{3}) == std::byte{3};
           if (!is_coded || columns_[s].elements != column.elements || columns_[s].width != width)
             return false;
+          if (is_scaled && columns_[s].type != column.type) return false;
           column = columns_[s];
+          column.type = array.info->type;
+          if (!is_scaled) break;
+          column.factor = head.get_f64();
+          if (!std::isfinite(*column.factor)) return false;
           break;
         }
         case ColumnForm::coded: {
@@ -198,9 +219,11 @@ std::vector<std::byte> Bundle::values(std::size_t array, std::uint64_t step) con
       if (!is_fixed) word += static_cast<std::size_t>(step);
     }
     std::byte* to = out.data() + c * it.width;
-    for (std::size_t e = 0; e < it.elements; ++e, to += stride, word += distance)
-      for (std::size_t b = 0; b < it.width; ++b)
-        to[b] = static_cast<std::byte>(words_[word] >> 8 * b);
+    for (std::size_t e = 0; e < it.elements; ++e, to += stride, word += distance) {
+      const std::uint64_t bits =
+          column.factor ? scaled(column.type, words_[word], *column.factor) : words_[word];
+      for (std::size_t b = 0; b < it.width; ++b) to[b] = static_cast<std::byte>(bits >> 8 * b);
+    }
   }
   return out;
 }

@@ -34,7 +34,7 @@ struct BundleArray {
 enum class ColumnForm : std::uint8_t {
   zero = 0,      ///< all words are 0
   constant = 1,  ///< all words are equal
-  copy = 2,      ///< all words equal those of an earlier column
+  copy = 2,      ///< all values equal those of an earlier column, or are multiples of them
   coded = 3,
 };
 /// Which values of a coded column are stored. Frozen: part of the format.
@@ -43,6 +43,14 @@ enum class ColumnShape : std::uint8_t {
   fixed = 1,    ///< those of the first step; all other steps have the same values
   uniform = 2,  ///< those of the first element; all other elements have the same values
 };
+/// In the method of a copy, states that the values are multiplied by a factor. Frozen: part of the
+/// format.
+inline constexpr unsigned kScaledCopy = 1 << 2;
+
+/// Returns the bits of a value multiplied by `factor` and rounded to the type. A NaN stays as it
+/// is. Precondition: `type` is a floating-point type.
+std::uint64_t scaled(ScalarType type, std::uint64_t bits, double factor);
+
 /// How a value is predicted. x(s, e) is the value of element e at step s. Frozen: part of the
 /// format.
 enum class BundlePredictor : std::uint8_t {
@@ -106,6 +114,8 @@ class Bundle {
     ColumnShape shape = ColumnShape::full;
     std::size_t elements = 0, width = 0;  // width: bytes of a value
     std::size_t first = 0;  // index in words_ of the first value; constants have one value
+    ScalarType type = ScalarType::float64;
+    std::optional<double> factor{};  // of a scaled copy
   };
   struct Coded;
 

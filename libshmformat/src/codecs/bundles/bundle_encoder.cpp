@@ -1,6 +1,10 @@
 #include "codecs/bundles/bundle_encoder.h"
 
 #include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <limits>
 
 #include "base/number_map.h"
 #include "codecs/patterns/byte_planes.h"
@@ -13,11 +17,102 @@ namespace {
 constexpr int kTrialZstdLevel = 1;
 /// Approximate number of bytes of the description of a coded column, and of its prediction.
 constexpr std::size_t kDescriptionBytes = 3, kPredictionBytes = 4;
+/// Approximate number of bytes of a scaled copy.
+constexpr std::size_t kScaledBytes = 8;
 
 std::uint64_t hash_of(std::span<const std::uint64_t> words) {
   std::uint64_t hash = words.size();
   for (const std::uint64_t word : words) hash = (hash ^ word) * 0x9e3779b97f4a7c15u ^ hash >> 29;
   return hash;
+}
+
+double value_of(ScalarType type, std::uint64_t bits) {
+  return type == ScalarType::float32
+             ? static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)))
+             : std::bit_cast<double>(bits);
+}
+
+/// Returns the index of the first value that is finite and not zero, or the number of values.
+std::size_t pivot_of(ScalarType type, std::span<const std::uint64_t> words) {
+  const auto is_pivot = [type](std::uint64_t word) {
+    const double value = value_of(type, word);
+    return std::isfinite(value) && value != 0;
+  };
+  return static_cast<std::size_t>(std::find_if(words.begin(), words.end(), is_pivot) -
+                                  words.begin());
+}
+
+/// Returns a hash of the rounded ratios of some values to one of them. If a column is a multiple of
+/// another, the hashes of both are equal, unless rounding is unlucky.
+std::uint64_t outline_of(ScalarType type, std::span<const std::uint64_t> words) {
+  const std::size_t pivot = pivot_of(type, words);
+  std::uint64_t hash = words.size() * 31 + pivot;
+  if (pivot == words.size()) return hash;
+  const double divisor = value_of(type, words[pivot]);
+  for (std::size_t i = 1; i <= 8; ++i) {
+    const double ratio = value_of(type, words[i * (words.size() - 1) / 8]) / divisor;
+    // The bits of a NaN that results from a division depend on the machine.
+    const auto rounded = std::isfinite(ratio) ? static_cast<float>(ratio) : 0.0f;
+    hash = (hash ^ (std::bit_cast<std::uint32_t>(rounded) + (1 << 9)) >> 10) * 0x9e3779b97f4a7c15u;
+  }
+  return hash;
+}
+
+/// Returns a factor by which the float32 numbers `source` must be multiplied to become `words`, if
+/// there is one. Each number restricts the factor to an interval.
+double factor_of_floats(std::span<const std::uint64_t> source,
+                        std::span<const std::uint64_t> words) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double low = -kInfinity, high = kInfinity;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const double from = value_of(ScalarType::float32, source[i]);
+    const double to = value_of(ScalarType::float32, words[i]);
+    if (!std::isfinite(from) || !std::isfinite(to) || from == 0) continue;
+    const double half = std::fabs(to) * 0x1p-25;  // at most half the distance to the next number
+    const double a = (to - half) / from, b = (to + half) / from;
+    low = std::max(low, std::min(a, b));
+    high = std::min(high, std::max(a, b));
+  }
+  return low + (high - low) / 2;
+}
+
+/// Returns the number with this many significant decimal digits that is nearest to `number`.
+double decimal_near(double number, int digits) {
+  char text[40];
+  const auto [end, error] =
+      std::to_chars(text, text + sizeof text, number, std::chars_format::scientific, digits - 1);
+  double decimal = number;
+  if (error == std::errc()) std::from_chars(text, end, decimal);
+  return decimal;
+}
+
+/// Returns the factor by which `source` must be multiplied to become `words`, or 0 if there is
+/// none.
+double factor_between(ScalarType type, std::span<const std::uint64_t> source,
+                      std::span<const std::uint64_t> words) {
+  const std::size_t pivot = pivot_of(type, words);
+  if (source.size() != words.size() || pivot == words.size()) return 0;
+  const double ratio = value_of(type, words[pivot]) / value_of(type, source[pivot]);
+  if (!std::isfinite(ratio) || ratio == 0) return 0;
+  // The ratio of two rounded numbers is near the factor. Many factors have few decimal digits.
+  const bool is_narrow = type == ScalarType::float32;
+  const std::uint64_t bits = std::bit_cast<std::uint64_t>(ratio);
+  std::vector<double> candidates = {decimal_near(ratio, is_narrow ? 6 : 12)};
+  if (is_narrow) {
+    candidates.push_back(factor_of_floats(source, words));
+  } else {
+    for (std::uint64_t by = 0; by <= 4; ++by)
+      candidates.push_back(std::bit_cast<double>(bits + by - 2));
+  }
+  for (const double factor : candidates) {
+    const auto fits = [&](std::uint64_t from, std::uint64_t to) {
+      return scaled(type, from, factor) == to;
+    };
+    if (std::isfinite(factor) &&
+        std::equal(source.begin(), source.end(), words.begin(), words.end(), fits))
+      return factor;
+  }
+  return 0;
 }
 
 /// Returns the predictors that differ from each other for a column with these stored values.
@@ -72,6 +167,23 @@ const BundlePlanner::Known* BundlePlanner::known(const ArrayInfo& info, std::uin
   return nullptr;
 }
 
+/// Finds an earlier column whose values, multiplied by a factor, are these words. `outline` is the
+/// outline of the words.
+void BundlePlanner::find_source(const ArrayInfo& info, std::span<const std::uint64_t> words,
+                                std::uint64_t outline, PlannedColumn& column) const {
+  const auto [first, last] = outlines_.equal_range(outline);
+  for (auto it = first; it != last; ++it) {
+    const Known& other = it->second;
+    if (other.info->type != info.type) continue;
+    column.factor =
+        factor_between(info.type, words_of(*other.info, *other.values, other.component), words);
+    if (column.factor == 0) continue;
+    column.source = other.column;
+    column.bytes = std::min(column.bytes, kScaledBytes);
+    return;
+  }
+}
+
 PlannedColumns BundlePlanner::plan(const ArrayInfo& info, const ValuesOfSteps& values) {
   PlannedColumns columns;
   for (std::size_t c = 0; c < info.components; ++c) {
@@ -92,8 +204,14 @@ PlannedColumns BundlePlanner::plan(const ArrayInfo& info, const ValuesOfSteps& v
     }
     column.form = ColumnForm::coded;
     choose(info, c, words, column);
+    const bool may_be_scaled = is_float(info.type) && !info.quantization.lossy();
+    const std::uint64_t outline = may_be_scaled ? outline_of(info.type, words) : 0;
+    if (may_be_scaled) find_source(info, words, outline, column);
     columns.push_back(std::make_shared<const PlannedColumn>(std::move(column)));
-    if (!info.quantization.lossy()) known_.insert({hash, {&info, &values, c, columns.back()}});
+    if (info.quantization.lossy()) continue;
+    const Known own{&info, &values, c, columns.back()};
+    known_.insert({hash, own});
+    if (may_be_scaled && !columns.back()->source) outlines_.insert({outline, own});
   }
   return columns;
 }
@@ -174,35 +292,42 @@ void BundlePlanner::choose_prediction(const ArrayInfo& info, std::size_t compone
 
 bool BundleEncoder::needs_no_values(const PlannedColumns& columns) const {
   return std::all_of(columns.begin(), columns.end(), [&](const auto& column) {
-    return column->form != ColumnForm::coded || place_.contains(column.get());
+    return column->form != ColumnForm::coded || has_values_of(*column);
   });
 }
 
 bool BundleEncoder::add(const PlannedColumns& columns) {
-  std::uint64_t values = values_;
-  for (std::size_t c = 0; c < columns.size(); ++c)
-    if (columns[c]->form == ColumnForm::coded && !place_.contains(columns[c].get()) &&
-        std::find(columns.begin(), columns.begin() + static_cast<std::ptrdiff_t>(c), columns[c]) ==
-            columns.begin() + static_cast<std::ptrdiff_t>(c))
-      values += columns[c]->count;
-  if (values > kMostBundleValues || columns.size() > kMostBundleColumns - columns_.size())
-    return false;
-  values_ = values;
+  if (columns.size() > kMostBundleColumns - columns_.size()) return false;
+  const std::size_t before = columns_.size();
+  const std::uint64_t values_before = values_;
   for (const auto& plan : columns) {
-    Column column{plan, 0};
+    Column column{plan, 0, false};
     if (plan->form == ColumnForm::coded) {
-      const auto [place, is_new] = place_.try_emplace(plan.get(), columns_.size());
-      if (!is_new) column.distance = columns_.size() - place->second;
+      const PlannedColumn* const source = plan->source.get();
+      column.is_scaled =
+          !place_.contains(plan.get()) && source != nullptr && place_.contains(source);
+      const auto [place, is_new] =
+          place_.try_emplace(column.is_scaled ? source : plan.get(), columns_.size());
+      if (is_new)
+        values_ += plan->count;
+      else
+        column.distance = columns_.size() - place->second;
     }
     columns_.push_back(std::move(column));
   }
-  return true;
+  if (values_ <= kMostBundleValues) return true;
+  // Remove the columns again.
+  columns_.resize(before);
+  values_ = values_before;
+  std::erase_if(place_, [before](const auto& place) { return place.second >= before; });
+  return false;
 }
 
 /// Writes the details of a column.
 void BundleEncoder::put_details(ByteWriter& out, const Column& column) const {
   const PlannedColumn& plan = *column.plan;
   if (column.distance > 0) out.put_varint(column.distance);
+  if (column.is_scaled) out.put_f64(plan.factor);
   if (plan.form == ColumnForm::constant)
     for (std::uint32_t b = 0; b < plan.value_bytes; ++b)
       out.put_u8(static_cast<std::uint8_t>(plan.base >> 8 * b));
@@ -220,6 +345,7 @@ std::vector<std::byte> BundleEncoder::finish() {
   for (const Column& column : columns_) {
     const ColumnForm form = column.distance > 0 ? ColumnForm::copy : column.plan->form;
     auto method = static_cast<unsigned>(form);
+    if (column.is_scaled) method |= kScaledCopy;
     if (column.is_coded())
       method |= static_cast<unsigned>(column.plan->shape) << 2 |
                 static_cast<unsigned>(column.plan->predictor) << 4;

@@ -36,6 +36,10 @@ struct PlannedColumn {
   /// Words: one after another. Residuals: all bytes 0, then all bytes 1, and so on.
   std::vector<std::byte> stored;
   std::size_t bytes = 0;  // approximate number of bytes in a bundle
+  /// If all values are those of another column multiplied by a factor: that column, which is coded.
+  /// A bundle that contains it need not store the values of this column.
+  std::shared_ptr<const PlannedColumn> source{};
+  double factor = 0;
 };
 
 /// The columns of an array. Arrays with equal columns share them.
@@ -62,6 +66,8 @@ class BundlePlanner {
                                       std::size_t component) const;
   const Known* known(const ArrayInfo& info, std::uint64_t hash,
                      std::span<const std::uint64_t> words) const;
+  void find_source(const ArrayInfo& info, std::span<const std::uint64_t> words,
+                   std::uint64_t outline, PlannedColumn& column) const;
   void choose(const ArrayInfo& info, std::size_t component, std::span<const std::uint64_t> words,
               PlannedColumn& column);
   void choose_prediction(const ArrayInfo& info, std::size_t component,
@@ -71,6 +77,8 @@ class BundlePlanner {
 
   std::size_t steps_;
   std::unordered_multimap<std::uint64_t, Known> known_;  // coded columns by hash of their words
+  // Coded columns by their outline, which is usually equal for multiples of the same values
+  std::unordered_multimap<std::uint64_t, Known> outlines_;
   ZstdCompressor trial_;
 };
 
@@ -90,12 +98,16 @@ class BundleEncoder {
   struct Column {
     std::shared_ptr<const PlannedColumn> plan;
     std::size_t distance = 0;
+    bool is_scaled = false;
 
     bool is_coded() const { return distance == 0 && plan->form == ColumnForm::coded; }
     bool has_words() const { return is_coded() && plan->predictor == BundlePredictor::words; }
     bool has_residuals() const { return is_coded() && plan->predictor != BundlePredictor::words; }
   };
 
+  bool has_values_of(const PlannedColumn& column) const {
+    return place_.contains(&column) || (column.source && place_.contains(column.source.get()));
+  }
   void put_details(ByteWriter& out, const Column& column) const;
 
   int level_;
