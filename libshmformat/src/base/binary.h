@@ -103,7 +103,8 @@ class ByteReader {
     const std::uint64_t bits = get_u64();
     std::memcpy(&value, &bits, sizeof value);
   }
-  std::uint64_t get_varint() {
+  /// Is not inlined, because it is called in many places, and none of them is critical for speed.
+  [[gnu::noinline]] std::uint64_t get_varint() {
     std::uint64_t v = 0;
     for (int shift = 0; shift < 64; shift += 7) {
       const std::uint8_t byte = get_u8();
