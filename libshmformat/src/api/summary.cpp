@@ -12,6 +12,7 @@
 #include "format/schema.h"
 #include "random/indexed_file.h"
 #include "random/step_index.h"
+#include "steps/bundle_chunk.h"
 
 namespace shm {
 namespace {
