@@ -312,22 +312,19 @@ void Comparison::compare_values(const Column& column, std::uint64_t first, std::
   for (std::uint64_t i = 0; i < count * column.components; ++i) {
     const std::byte* a = source + i * bytes;
     const std::byte* b = restored + i * bytes;
-    const bool is_same = std::memcmp(a, b, bytes) == 0;
-    if (is_same && measured == nullptr) continue;
+    const double value = as_double(a, column.type);
+    const double error = std::fabs(value - as_double(b, column.type));
+    const bool is_fill =
+        std::find(column.fills.begin(), column.fills.end(), value) != column.fills.end();
+    const bool is_measured = measured != nullptr && std::isfinite(error) && !is_fill;
+    if (is_measured) measure(value, error, *measured);
+    if (std::memcmp(a, b, bytes) == 0) continue;
+    if (is_measured && error <= measured->promised) continue;
     std::string broken;
-    if (measured != nullptr) {
-      const double value = as_double(a, column.type);
-      const double error = std::fabs(value - as_double(b, column.type));
-      const bool is_fill =
-          std::find(column.fills.begin(), column.fills.end(), value) != column.fills.end();
-      if (is_fill && !is_same) broken = "; a fill value must not change";
-      if (std::isfinite(error) && !is_fill) {
-        measure(value, error, *measured);
-        if (is_same || error <= measured->promised) continue;
-        broken = "; error " + number_text(error) + ", allowed " + number_text(measured->promised);
-      }
-    }
-    if (is_same) continue;
+    if (is_measured)
+      broken = "; error " + number_text(error) + ", allowed " + number_text(measured->promised);
+    else if (is_fill)
+      broken = "; a fill value must not change";
     std::string where =
         column.what + ", " + column.element + " " + std::to_string(first + i / column.components);
     if (column.components > 1) where += ", component " + std::to_string(i % column.components);

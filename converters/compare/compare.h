@@ -26,8 +26,7 @@ struct MeasuredError {
                         // called T
   double largest = 0;   // largest |restored - source|
   double promised = 0;  // error bound stated in the file
-  // Of all values that are finite and no fill values: their number, range, and sum of squared
-  // errors
+  // Number, range, and sum of squared errors of the finite values that are not fill values
   std::uint64_t values = 0;
   double minimum = 0, maximum = 0, squares = 0;
 

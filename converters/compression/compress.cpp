@@ -328,8 +328,8 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
 
 Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& spool) {
   Schema schema = schema_for(mesh, options);
-  if (options.progress) options.progress("trying bounds", 0, 1);
   remove_useless_rounding(mesh, schema, [&](MeshSource& part, const Schema& tried) {
+    if (options.progress) options.progress("trying bounds", 0, 1);
     NullSink nowhere;
     return code_mesh(part, tried, nowhere, write_options_for(mesh, options), {}, spool,
                      usual_cache(tried, spool));

@@ -338,13 +338,12 @@ class Surveyor {
     }
   }
   static void add_fills(std::span<const std::byte> values, ArrayInfo& array) {
-    constexpr std::size_t kMostFills = 16;
     const std::size_t width = scalar_bytes(array.type);
     for (std::size_t at = 0; at + width <= values.size(); at += width) {
       const double fill = as_double(values.data() + at, array.type);
       const bool is_known =
           std::find(array.fills.begin(), array.fills.end(), fill) != array.fills.end();
-      if (std::isfinite(fill) && !is_known && array.fills.size() < kMostFills)
+      if (std::isfinite(fill) && !is_known && array.fills.size() < kMaxFills)
         array.fills.push_back(fill);
     }
   }

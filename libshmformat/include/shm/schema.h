@@ -145,6 +145,9 @@ struct Quantization {
   SHM_API double max_error(ScalarType type) const;
 };
 
+/// Largest number of fill values of an array.
+inline constexpr std::size_t kMaxFills = 16;
+
 /// One data array on vertices or cells.
 struct ArrayInfo {
   std::string name;
@@ -161,8 +164,8 @@ struct ArrayInfo {
   std::string role;
   Quantization quantization;
   /// Fill values: numbers that mark missing data, such as 9.97e36 (floating-point arrays only; each
-  /// is a number of type `type`; at most 16). They are restored exactly, even if the array is
-  /// quantized, and cost few bits.
+  /// is a finite number of type `type`; at most kMaxFills). They are restored exactly, even if the
+  /// array is quantized, and cost few bits.
   std::vector<double> fills;
   bool operator==(const ArrayInfo&) const = default;
 };

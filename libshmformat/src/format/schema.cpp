@@ -222,7 +222,8 @@ Result<void> check_array(const Schema& schema, const ArrayInfo& array) {
       return wrong(what + ": block indices must ascend and exist");
   if (!array.fills.empty() && !is_float(array.type))
     return wrong(what + ": only floating-point arrays have fill values");
-  if (array.fills.size() > 16) return wrong(what + ": an array has at most 16 fill values");
+  if (array.fills.size() > kMaxFills)
+    return wrong(what + ": an array has at most " + std::to_string(kMaxFills) + " fill values");
   for (const double fill : array.fills)
     if (!std::isfinite(fill) || (array.type == ScalarType::float32 &&
                                  static_cast<double>(static_cast<float>(fill)) != fill))

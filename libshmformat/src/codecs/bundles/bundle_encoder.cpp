@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -26,16 +25,10 @@ std::uint64_t hash_of(std::span<const std::uint64_t> words) {
   return hash;
 }
 
-double value_of(ScalarType type, std::uint64_t bits) {
-  return type == ScalarType::float32
-             ? static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)))
-             : std::bit_cast<double>(bits);
-}
-
 /// Returns the index of the first value that is finite and not zero, or the number of values.
 std::size_t pivot_of(ScalarType type, std::span<const std::uint64_t> words) {
   const auto is_pivot = [type](std::uint64_t word) {
-    const double value = value_of(type, word);
+    const double value = scalar_as_double(type, word);
     return std::isfinite(value) && value != 0;
   };
   return static_cast<std::size_t>(std::find_if(words.begin(), words.end(), is_pivot) -
@@ -48,9 +41,9 @@ std::uint64_t outline_of(ScalarType type, std::span<const std::uint64_t> words) 
   const std::size_t pivot = pivot_of(type, words);
   std::uint64_t hash = words.size() * 31 + pivot;
   if (pivot == words.size()) return hash;
-  const double divisor = value_of(type, words[pivot]);
+  const double divisor = scalar_as_double(type, words[pivot]);
   for (std::size_t i = 1; i <= 8; ++i) {
-    const double ratio = value_of(type, words[i * (words.size() - 1) / 8]) / divisor;
+    const double ratio = scalar_as_double(type, words[i * (words.size() - 1) / 8]) / divisor;
     // The bits of a NaN that results from a division depend on the machine.
     const auto rounded = std::isfinite(ratio) ? static_cast<float>(ratio) : 0.0f;
     hash = (hash ^ (std::bit_cast<std::uint32_t>(rounded) + (1 << 9)) >> 10) * 0x9e3779b97f4a7c15u;
@@ -65,8 +58,8 @@ double factor_of_floats(std::span<const std::uint64_t> source,
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double low = -kInfinity, high = kInfinity;
   for (std::size_t i = 0; i < words.size(); ++i) {
-    const double from = value_of(ScalarType::float32, source[i]);
-    const double to = value_of(ScalarType::float32, words[i]);
+    const double from = scalar_as_double(ScalarType::float32, source[i]);
+    const double to = scalar_as_double(ScalarType::float32, words[i]);
     if (!std::isfinite(from) || !std::isfinite(to) || from == 0) continue;
     const double half = std::fabs(to) * 0x1p-25;  // at most half the distance to the next number
     const double a = (to - half) / from, b = (to + half) / from;
@@ -76,28 +69,19 @@ double factor_of_floats(std::span<const std::uint64_t> source,
   return low + (high - low) / 2;
 }
 
-/// Returns the number with this many significant decimal digits that is nearest to `number`.
-double decimal_near(double number, int digits) {
-  char text[40];
-  const auto [end, error] =
-      std::to_chars(text, text + sizeof text, number, std::chars_format::scientific, digits - 1);
-  double decimal = number;
-  if (error == std::errc()) std::from_chars(text, end, decimal);
-  return decimal;
-}
-
 /// Returns the factor by which `source` must be multiplied to become `words`, or 0 if there is
 /// none.
 double factor_between(ScalarType type, std::span<const std::uint64_t> source,
                       std::span<const std::uint64_t> words) {
   const std::size_t pivot = pivot_of(type, words);
   if (source.size() != words.size() || pivot == words.size()) return 0;
-  const double ratio = value_of(type, words[pivot]) / value_of(type, source[pivot]);
+  const double ratio = scalar_as_double(type, words[pivot]) / scalar_as_double(type, source[pivot]);
   if (!std::isfinite(ratio) || ratio == 0) return 0;
   // The ratio of two rounded numbers is near the factor. Many factors have few decimal digits.
   const bool is_narrow = type == ScalarType::float32;
   const std::uint64_t bits = std::bit_cast<std::uint64_t>(ratio);
-  std::vector<double> candidates = {decimal_near(ratio, is_narrow ? 6 : 12)};
+  const DecimalSpace decimals{is_narrow ? 6 : 12};
+  std::vector<double> candidates = {decimals.state(decimals.index(ratio))};
   if (is_narrow) {
     candidates.push_back(factor_of_floats(source, words));
   } else {

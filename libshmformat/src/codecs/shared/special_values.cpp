@@ -5,31 +5,12 @@
 #include <cstring>
 
 #include "base/packing.h"
+#include "codecs/shared/value_domain.h"
 
 namespace shm {
 namespace {
 
 constexpr std::size_t kMostDifferent = 255;
-
-std::uint64_t load(const std::byte* at, std::size_t width) {
-  if (width == 4) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, at, sizeof bits);
-    return bits;
-  }
-  std::uint64_t bits = 0;
-  std::memcpy(&bits, at, sizeof bits);
-  return bits;
-}
-
-void store(std::byte* at, std::uint64_t bits, std::size_t width) {
-  if (width == 4) {
-    const auto narrow = static_cast<std::uint32_t>(bits);
-    std::memcpy(at, &narrow, sizeof narrow);
-  } else {
-    std::memcpy(at, &bits, sizeof bits);
-  }
-}
 
 void put_scalar(ByteWriter& out, std::uint64_t bits, std::size_t width) {
   for (std::size_t i = 0; i < width; ++i) out.put_u8(static_cast<std::uint8_t>(bits >> (8 * i)));
@@ -79,14 +60,15 @@ void replace_special(const ArrayInfo& info, std::span<std::byte> values) {
   for (std::size_t c = 0; c < stride; c += width) {
     // The elements before the first value that is not special receive that value.
     std::size_t first = c;
-    while (first < values.size() && is_special(load(values.data() + first, width))) first += stride;
-    std::uint64_t last = first < values.size() ? load(values.data() + first, width) : 0;
+    while (first < values.size() && is_special(load_scalar(values.data() + first, width)))
+      first += stride;
+    std::uint64_t last = first < values.size() ? load_scalar(values.data() + first, width) : 0;
     for (std::size_t i = c; i < values.size(); i += stride) {
       std::byte* at = values.data() + i;
-      if (i < first || is_special(load(at, width)))
-        store(at, last, width);
+      if (i < first || is_special(load_scalar(at, width)))
+        store_scalar(at, last, width);
       else
-        last = load(at, width);
+        last = load_scalar(at, width);
     }
   }
 }
@@ -107,7 +89,7 @@ std::optional<SpecialValues> SpecialValues::find(const ArrayInfo& info, const st
   std::uint64_t gap = 0;
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t c = 0; c < info.components; ++c) {
-      const std::uint64_t bits = load(values + i * stride + c * width, width);
+      const std::uint64_t bits = load_scalar(values + i * stride + c * width, width);
       if (!is_special(bits)) {
         ++gap;
         continue;
@@ -243,7 +225,7 @@ bool SpecialValuesDecoder::restore(std::span<std::byte> values) {
     to_run_ -= skipped, left -= skipped, at += skipped * width_;
     const std::uint64_t restored = std::min(left, in_run_);
     if (to_run_ > 0 || restored == 0) break;
-    for (std::uint64_t i = 0; i < restored; ++i, at += width_) store(at, bits_, width_);
+    for (std::uint64_t i = 0; i < restored; ++i, at += width_) store_scalar(at, bits_, width_);
     in_run_ -= restored, left -= restored;
     if (in_run_ == 0 && --runs_ > 0 && !next_run()) return false;
   }

@@ -18,7 +18,9 @@
 #include <array>
 #include <bit>
 #include <cfloat>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -281,6 +283,23 @@ class ValueTranslator {
 /// values of a component of a quantized array. Values that cannot be quantized and fill values are
 /// stored exactly.
 void round_quantized(const ArrayInfo& info, std::size_t component, std::span<std::uint64_t> words);
+
+/// Returns the bits of the scalar at an address. `width`: size of the scalar in bytes.
+inline std::uint64_t load_scalar(const std::byte* at, std::size_t width) {
+  std::uint64_t bits = 0;
+  if constexpr (std::endian::native == std::endian::little)
+    std::memcpy(&bits, at, width);
+  else
+    std::memcpy(reinterpret_cast<std::byte*>(&bits) + (8 - width), at, width);
+  return bits;
+}
+/// Stores the low `width` bytes of `bits` in host byte order.
+inline void store_scalar(std::byte* at, std::uint64_t bits, std::size_t width) {
+  if constexpr (std::endian::native == std::endian::little)
+    std::memcpy(at, &bits, width);
+  else
+    std::memcpy(at, reinterpret_cast<const std::byte*>(&bits) + (8 - width), width);
+}
 
 /// Converts the value with these bits to double. The result is the same as that of
 /// ValueTranslator::as_value().

@@ -105,23 +105,6 @@ struct ColumnStyle {
   }
 };
 
-/// Returns the bits of the scalar at an address. `width`: size of the scalar in bytes.
-inline std::uint64_t load_scalar(const std::byte* at, std::size_t width) {
-  std::uint64_t bits = 0;
-  if constexpr (std::endian::native == std::endian::little)
-    std::memcpy(&bits, at, width);
-  else
-    std::memcpy(reinterpret_cast<std::byte*>(&bits) + (8 - width), at, width);
-  return bits;
-}
-/// Stores the low `width` bytes of `bits` in host byte order.
-inline void store_scalar(std::byte* at, std::uint64_t bits, std::size_t width) {
-  if constexpr (std::endian::native == std::endian::little)
-    std::memcpy(at, &bits, width);
-  else
-    std::memcpy(at, reinterpret_cast<const std::byte*>(&bits) + (8 - width), width);
-}
-
 // --- encoding: the decisions that are coded
 
 /// An element, with all data from which its value is predicted.
