@@ -14,7 +14,7 @@
 #include "support/faulty_files.h"
 #include "support/feature_files.h"
 #include "support/item_text.h"
-#if __has_include("archive/parity.h")
+#ifdef SHM_WITH_PARITY
 #include "support/parity_file.h"
 #endif
 
@@ -69,7 +69,7 @@ int main(int count, char** words) {
   }
   std::vector<shm::FeatureFile> files = shm::feature_files();
   files.push_back(shm::archive_file());
-#if __has_include("archive/parity.h")
+#ifdef SHM_WITH_PARITY
   if (shm::converters::has_parity_codes()) files.push_back(shm::parity_file());
 #endif
   for (const shm::FeatureFile& feature : files) {

@@ -222,7 +222,7 @@ std::vector<std::byte> Bundle::values(std::size_t array, std::uint64_t step) con
     for (std::size_t e = 0; e < it.elements; ++e, to += stride, word += distance) {
       const std::uint64_t bits =
           column.factor ? scaled(column.type, words_[word], *column.factor) : words_[word];
-      for (std::size_t b = 0; b < it.width; ++b) to[b] = static_cast<std::byte>(bits >> 8 * b);
+      store_scalar(to, bits, it.width);
     }
   }
   return out;

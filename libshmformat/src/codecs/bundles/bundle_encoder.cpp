@@ -219,8 +219,10 @@ void BundlePlanner::choose(const ArrayInfo& info, std::size_t component,
       by_element[e * stored.steps + s] = words[s * elements + e];
 
   column.predictor = BundlePredictor::words;
-  column.stored.resize(column.count * column.value_bytes);
-  save(by_element, column.stored.data(), column.value_bytes, column.value_bytes);
+  column.stored.clear();
+  for (const std::uint64_t word : by_element)
+    for (std::uint32_t b = 0; b < column.value_bytes; ++b)
+      column.stored.push_back(static_cast<std::byte>(word >> 8 * b));
   column.bytes = size_of(column.stored) + kDescriptionBytes;
   choose_prediction(info, component, by_element,
                     is_float(info.type) ? ValueDomain() : widest_domain(info), stored, column);
