@@ -9,6 +9,7 @@ from .columns import COLUMNS, MIXED_COLUMNS, SHUFFLED_ZSTD, WITH_TABLES, Column,
 from .domains import as_double, as_float32, bits_of
 from .patterns import TERMS, Terms
 from .special_values import APART, SpecialValues, has_special_values
+from .weighted import WEIGHTED, Weighted
 
 IN_COLUMNS = 256  # components at most
 MOST_PARTS = 64  # in a chunk
@@ -212,7 +213,8 @@ class StepValues:
             array = self.schema.arrays[index]
             if array.components <= IN_COLUMNS:
                 self.column = Column(array, array.components <= WITH_TABLES, self.schema.earlier_values)
-            self.column_reference = None
+                self.weighted = Weighted(array)
+            self.column_reference = self.weighted_reference = None
         self.group = group
 
     def _reference(self, index, array, this, reference_step, trend_):
@@ -242,6 +244,10 @@ class StepValues:
         if self.groups[group].patterned:
             reject_unless(codec == SHUFFLED_ZSTD, "columns without neighbourhoods")
             return shuffled_values(data, array, count)
+        if codec == WEIGHTED:
+            reject_unless(self.weighted_reference in (None, reference), "a reference unlike that of the part before")
+            self.weighted_reference = reference
+            return self.weighted.decode(data, tiles, references)
         reject_unless(self.column_reference in (None, reference), "a reference unlike that of the part before")
         self.column_reference = reference
         self.column.referring = reference > 0

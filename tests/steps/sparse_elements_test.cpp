@@ -84,12 +84,40 @@ Bytes values_of(const ArrayInfo& info, std::uint64_t elements, std::size_t group
   return out;
 }
 
-/// Encoder and decoder of the values of one array at one step.
+/// Encoders and decoders of the values of one array at one step, for the codecs `columns` and
+/// `weighted`.
 struct Columns {
-  Columns(const Schema& schema, std::uint32_t array) : in(schema, array), out(schema, array) {}
+  Columns(const Schema& schema, std::uint32_t array)
+      : in(schema, array),
+        out(schema, array),
+        weighted_in(schema, array),
+        weighted_out(schema, array, ~std::uint64_t{0}) {}
   StepColumnEncoder in;
   StepColumnDecoder out;
+  StepWeightedEncoder weighted_in;
+  StepWeightedDecoder weighted_out;
 };
+
+/// Encodes a group with the codec `weighted`, and checks that the values are restored. Also decodes
+/// damaged copies of the result, to see that nothing crashes.
+Bytes expect_weighted_back(Columns& columns, const ColumnElements& elements, std::uint32_t segment,
+                           StepReference kind, const Bytes& values, const Bytes& before) {
+  EXPECT_TRUE(columns.weighted_in.begin(segment, kind));
+  const EncodedColumn coded = columns.weighted_in.encode(elements, values, before);
+  EXPECT_TRUE(columns.weighted_out.begin(segment, kind));
+  PlainRandom random(static_cast<std::uint32_t>(coded.bytes.size()));
+  for (int i = 0; i < 4; ++i) {
+    Bytes damaged = coded.bytes;
+    damaged[random.below(damaged.size())] ^= static_cast<std::byte>(1 + random.below(255));
+    if (i == 3) damaged.resize(random.below(damaged.size()));
+    StepWeightedDecoder decoder = columns.weighted_out;
+    const auto back = decoder.decode(elements, damaged, before);
+    EXPECT_TRUE(!back || back->size() == values.size());
+  }
+  const auto back = columns.weighted_out.decode(elements, coded.bytes, before);
+  EXPECT_TRUE(back && *back == values);
+  return coded.bytes;
+}
 
 /// Encodes an array twice: with only the mesh data that it needs (`thin`), and with the mesh data
 /// of all elements (`all`). Checks that the results are equal. Returns the number of compared
@@ -109,6 +137,7 @@ std::size_t expect_same_columns(const Stepped& stepped, StepTopology& replay, St
     const Bytes before =
         kind == StepReference::nothing ? Bytes() : values_of(info, *count, g, turn - 1);
     EncodedColumn coded[2];
+    Bytes weighted[2];
     std::vector<std::uint64_t> numbers[2];
     for (int i = 0; i < 2; ++i) {
       Columns& columns = i == 0 ? over_thin : over_all;
@@ -122,7 +151,11 @@ std::size_t expect_same_columns(const Stepped& stepped, StepTopology& replay, St
       const auto back =
           columns.out.decode(*elements, coded[i].codec, coded[i].bytes, values.size(), before);
       EXPECT_TRUE(back && *back == values) << "array " << array << " group " << g;
+      SCOPED_TRACE("array " + std::to_string(array) + " group " + std::to_string(g));
+      weighted[i] =
+          expect_weighted_back(columns, *elements, replay.segment_of(g), kind, values, before);
     }
+    EXPECT_EQ(weighted[0], weighted[1]) << "array " << array << " group " << g;
     EXPECT_TRUE(coded[0].codec == coded[1].codec && coded[0].bytes == coded[1].bytes)
         << "array " << array << " group " << g;
     EXPECT_EQ(numbers[0].size(), *count);

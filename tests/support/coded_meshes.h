@@ -38,6 +38,7 @@ constexpr std::string_view registered_name(Codec codec) {
     case Codec::patterns: return "patterns";
     case Codec::terms: return "terms";
     case Codec::bundle: return "bundle";
+    case Codec::weighted: return "weighted";
   }
   return {};
 }

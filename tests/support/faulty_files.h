@@ -66,6 +66,7 @@ class FaultyFiles {
     special_values_in_parts();
     fill_values();
     scaled_copies();
+    weighted_parts();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -943,6 +944,114 @@ class FaultyFiles {
       it.steps = (1 << 15) / 18 + 1;
       it.residuals = it.steps * 18;
     });
+  }
+
+  /// The fields of a part with the codec `weighted`: twelve zeros of the array "p", which has the
+  /// type float32.
+  struct WeightedPart {
+    std::uint64_t count = 12;
+    std::uint8_t head = 3 << 3;         // the domain `floats`, no matched values
+    Bytes exceptions = {std::byte{0}};  // none
+    Bytes weights = {std::byte{0}};     // the usual ones for all classes
+    Bytes tables = {std::byte{1}, std::byte{0}, std::byte{0}};  // one table, only the length 0
+    std::uint64_t words = 0, state = std::uint64_t{1} << 31;
+    Bytes words_bytes, low_bits, after;
+  };
+  Bytes with_weighted(const WeightedPart& part) const {
+    ByteWriter out;
+    out.put_varint(part.count);
+    out.put_u8(part.head);
+    out.put_signed(0);
+    for (const Bytes* bytes : {&part.exceptions, &part.weights, &part.tables})
+      out.put_bytes(*bytes);
+    out.put_varint(part.words);
+    out.put_u64(part.state);
+    out.put_bytes(part.words_bytes);
+    out.put_varint(part.low_bits.size());
+    out.put_bytes(part.low_bits);
+    out.put_bytes(part.after);
+    return with("steps_and_extras", [&](FileParts& parts) {
+      for (Chunk& chunk : parts.chunks) {
+        if (!chunk.is(ChunkKind::step_values)) continue;
+        auto steps = take_steps_apart(chunk);
+        for (std::size_t i = 0; i < steps->heads.size(); ++i) {
+          container::StepHeader& header = steps->heads[i].header;
+          if (header.array != 1 || header.step != 0) continue;
+          header.codec = container::Codec::weighted;
+          steps->values[i] = out.bytes;
+        }
+        chunk.payload = put_steps_together(std::move(*steps), chunk.header.version);
+      }
+      list_anew(parts);
+    });
+  }
+
+  void weighted_parts() {
+    EXPECT_TRUE(decode_in_pieces(with_weighted({})));
+    const auto of = [&](const std::string& sentence,
+                        const std::function<void(WeightedPart&)>& lie) {
+      WeightedPart part;
+      lie(part);
+      add(kCorrupt, "Weighted values: " + sentence, with_weighted(part));
+    };
+    const auto bytes = [](std::initializer_list<int> numbers) {
+      Bytes all;
+      for (const int number : numbers) all.push_back(static_cast<std::byte>(number));
+      return all;
+    };
+    of("of one element too many.", [](WeightedPart& it) { it.count = 13; });
+    of("a domain that does not exist.", [](WeightedPart& it) { it.head = 7 | 3 << 3; });
+    of("the domain of integers.", [](WeightedPart& it) { it.head = 5 | 3 << 3; });
+    of("the domain of quantized values.", [](WeightedPart& it) { it.head = 6 | 3 << 3; });
+    of("a fourth axis.", [](WeightedPart& it) { it.head = 4 << 3; });
+    of("an exception after the last element.", [&](WeightedPart& it) {
+      it.exceptions = bytes({1, 12, 0, 0, 0, 0});
+    });
+    of("more exceptions than bytes.", [&](WeightedPart& it) {
+      it.exceptions = bytes({0xff, 0xff, 0x7f});
+    });
+    of("weights of a class that does not exist.", [&](WeightedPart& it) {
+      it.weights = bytes({2, 200, 1});
+    });
+    of("a weight of 16.", [&](WeightedPart& it) {
+      it.weights = bytes({2, 7, 0x80, 0x80, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
+    });
+    of("no table.", [&](WeightedPart& it) { it.tables = bytes({0}); });
+    of("a table of no contexts.", [&](WeightedPart& it) { it.tables = bytes({2, 0, 0, 0, 0, 0}); });
+    of("a table of too many contexts.", [&](WeightedPart& it) {
+      it.tables = bytes({2, 132, 0, 0, 0, 0});
+    });
+    of("a length of 66.", [&](WeightedPart& it) { it.tables = bytes({1, 66, 66}); });
+    of("lengths in descending order.", [&](WeightedPart& it) { it.tables = bytes({1, 1, 0}); });
+    of("a frequency above 4096.", [&](WeightedPart& it) {
+      it.tables = bytes({1, 0, 1, 0x81, 0x20});
+    });
+    of("a last frequency of 0.", [&](WeightedPart& it) {
+      it.tables = bytes({1, 0, 1, 0x80, 0x20});
+    });
+    of("a state below 2^31.", [](WeightedPart& it) { it.state -= 1; });
+    of("a state of 2^63.", [](WeightedPart& it) { it.state = std::uint64_t{1} << 63; });
+    of("a last state above 2^31.", [](WeightedPart& it) { it.state += 1; });
+    of("more words than bytes.", [](WeightedPart& it) { it.words = 1000; });
+    of("a word that is not read.", [](WeightedPart& it) {
+      it.words = 1;
+      it.words_bytes = Bytes(4);
+    });
+    of("too few words.", [&](WeightedPart& it) { it.tables = bytes({1, 0, 1, 1}); });
+    of("a matched value without an axis.", [&](WeightedPart& it) {
+      it.tables = bytes({1, 65, 65});
+    });
+    of("too few low bits.", [&](WeightedPart& it) { it.tables = bytes({1, 3, 3}); });
+    of("low bits that are not read.", [](WeightedPart& it) { it.low_bits = Bytes(1); });
+    of("bytes after the last component.", [](WeightedPart& it) { it.after = Bytes(1); });
+    add(kCorrupt, "Weighted values: in a group of patterns.",
+        with("patterns_steps", [&](FileParts& parts) {
+          Chunk& chunk = *parts.find(ChunkKind::step_values);
+          auto steps = take_steps_apart(chunk);
+          steps->heads[0].header.codec = container::Codec::weighted;
+          chunk.payload = put_steps_together(std::move(*steps), chunk.header.version);
+          list_anew(parts);
+        }));
   }
 
   void scaled_copies() {

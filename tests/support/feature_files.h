@@ -653,8 +653,12 @@ inline std::vector<std::byte> written_with_steps(
   }
   const auto add_step = [&](Writer& writer, std::uint32_t array, std::uint64_t step) {
     const ArrayInfo& info = arrays[array];
-    const std::uint64_t elements =
-        info.location == Location::point ? mesh.vertices : mesh.cells.size();
+    std::uint64_t elements = info.location == Location::point ? mesh.vertices : mesh.cells.size();
+    if (!info.blocks.empty())
+      elements = static_cast<std::uint64_t>(
+          std::count_if(mesh.cells.begin(), mesh.cells.end(), [&](const TestCell& cell) {
+            return std::binary_search(info.blocks.begin(), info.blocks.end(), cell.block);
+          }));
     std::vector<std::byte> values;
     for (std::uint64_t i = 0; i < elements * info.components; ++i) {
       const auto number = value(array, i, step);
@@ -862,6 +866,75 @@ inline std::vector<std::byte> filled_steps(Level level, std::uint64_t waiting_by
   return written_with_steps(bent_grid(5, 4, 4), {fixed, moving, exact}, options, 5, value);
 }
 
+/// Returns a random number from 0 to 1 for an element and a step.
+inline double random_share(std::uint64_t element, std::uint64_t step) {
+  std::uint64_t mixed = (element + 1000 * step + 1) * 0x9e3779b97f4a7c15u;
+  mixed = (mixed ^ mixed >> 30) * 0xbf58476d1ce4e5b9u;
+  return static_cast<double>((mixed ^ mixed >> 31) >> 52) * 0x1p-12;
+}
+
+/// Returns a file with stepped arrays that are coded with the codec `weighted`. There are several
+/// groups and segments, arrays of every kind of domain, an array that covers one block, and rounded
+/// values with exceptions.
+inline std::vector<std::byte> weighted_steps() {
+  using enum Location;
+  using enum ScalarType;
+  TestMesh mesh = bent_grid(8, 6, 5);
+  mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+    if (c % 8 >= 4) mesh.cells[c].block = 1;
+  ArrayInfo bounded = array_of("bounded", point, float32);
+  bounded.quantization = Quantization::absolute(.25, 1);
+  ArrayInfo in_part = array_of("in part", cell, float64);
+  in_part.blocks = {1};
+  const auto rising = [](std::uint64_t i, std::uint64_t s) {
+    return 3 * random_share(i, 0) + double(s) * random_share(i, 1) + random_share(i, s) / 64;
+  };
+  using Value = std::function<double(std::uint64_t scalar, std::uint64_t step)>;
+  const std::vector<std::pair<ArrayInfo, Value>> all = {
+      {array_of("rising", point, float64), rising},
+      {array_of("floats", cell, float32, 2),
+       [](auto i, auto s) { return 1 / (2 + random_share(i, s)); }},
+      {bounded, [](auto i, auto s) { return i % 61 == 5 ? 1e30 : 100 * random_share(i, s); }},
+      {array_of("integers", cell, int16),
+       [](auto i, auto s) { return 2000 * random_share(i, s) - 99; }},
+      {array_of("decimals", point, float64),
+       [](auto i, auto s) { return double(int(9000 * random_share(i, s))) / 1000; }},
+      {in_part, rising},
+  };
+  std::vector<ArrayInfo> arrays;
+  for (const auto& [info, value] : all) arrays.push_back(info);
+  WriteOptions options;
+  options.waiting_bytes = 0;  // no bundles
+  options.slow_step_values = 0;
+  options.group_cells = 140;
+  options.segment_cells = 200;
+  options.connectivity = ConnectivityCodec::rows;
+  return written_with_steps(
+      mesh, arrays, options, 3,
+      [&](std::uint32_t array, std::uint64_t scalar, std::uint64_t step) -> std::optional<double> {
+        return all[array].second(scalar, step);
+      });
+}
+
+/// Returns a file with a stepped array of random numbers. The values in half of the mesh are those
+/// of the other half, negated. They are coded as matched values of the codec `weighted`.
+inline std::vector<std::byte> weighted_mirrored() {
+  constexpr std::uint64_t kSide = 7, kComponents = 3;
+  WriteOptions options;
+  options.waiting_bytes = 0;  // no bundles
+  options.slow_step_values = 0;
+  const ArrayInfo info = array_of("n", Location::cell, ScalarType::int16, kComponents);
+  return written_with_steps(
+      bent_grid(kSide, kSide, kSide), {info}, options, 1,
+      [](std::uint32_t, std::uint64_t scalar, std::uint64_t) -> std::optional<double> {
+        const std::uint64_t c = scalar % kComponents, cell = scalar / kComponents;
+        const std::uint64_t y = cell / kSide % kSide, other = kSide - 1 - y;
+        if (y <= kSide / 2) return 1 + std::floor(30000 * random_share(cell, c));
+        return -1 - std::floor(30000 * random_share(cell + (other - y) * kSide, c));
+      });
+}
+
 /// Returns rows of quads with lines along one side and a cell array. All coordinates are the same
 /// NaN. bent_grid() with 0 layers computes them as 0 / 0, which results in NaNs whose sign depends
 /// on the machine. This function therefore replaces them with the NaN that x86 produces, which the
@@ -986,6 +1059,8 @@ inline std::vector<FeatureFile> feature_files() {
   add("filled_steps_best", filled_steps(Level::best));
   add("filled_steps_fast", filled_steps(Level::fast));
   add("filled_bundles", filled_steps(Level::standard, 1 << 20));
+  add("weighted_steps", weighted_steps());
+  add("weighted_mirrored", weighted_mirrored());
   add("large_extras", large_extras_file());
   add("mirrored", mirrored_file(Level::standard));
   add("mirrored_best", mirrored_file(Level::best));

@@ -46,6 +46,11 @@ struct WriteOptions {
   /// as its values plus 100 bytes. While these steps are encoded, their encoded forms are kept in
   /// memory, too. If the limit is 0, each step is written as soon as it is complete.
   std::uint64_t waiting_bytes = std::uint64_t{8} << 20;
+  /// Number of step values after which the level `standard` does not try its slowest codec any
+  /// more. That codec needs a few microseconds per value, and makes smooth fields up to a fifth
+  /// smaller. With the default, small files become as small as possible, and it adds at most a few
+  /// seconds to the time for large files.
+  std::uint64_t slow_step_values = std::uint64_t{1} << 19;
   /// Number of worker threads that encode segments. If it is 1, the Writer starts no threads and
   /// encodes in the caller's thread. If it is 0, the Writer starts one thread per core. The
   /// contents of the file do not depend on this number. Per thread, up to 64 MiB of cells may wait

@@ -58,7 +58,7 @@ bool SegmentSteps::told_by_mesh(std::size_t step) const {
   const auto parts = parts_of(step);
   return StepParts::may_need_elements(info()) &&
          std::any_of(parts.begin(), parts.end(),
-                     [](const StepIndex::Part& part) { return is_predicted(part.codec); });
+                     [](const StepIndex::Part& part) { return needs_neighbours(part.codec); });
 }
 
 bool SegmentSteps::needs_mesh() const {

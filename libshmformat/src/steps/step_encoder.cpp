@@ -33,6 +33,11 @@ constexpr std::size_t kBytesAroundBundle = 40;
 
 // Zstd compression level for arrays that have too many components for the codec `columns`.
 constexpr int kWideArrayZstdLevel = 9;
+// Zstd compression level with which repeated values are found.
+constexpr int kQuickZstdLevel = 1;
+constexpr std::size_t kUnlimitedBytes = ~std::size_t{0};
+/// Except at level best, the slow codec `columns` must save at least this share, 1/N.
+constexpr std::size_t kShareForSpeed = 32;
 
 /// The values of a group at one step, coded with `terms`. `refers` is true if any value is
 /// predicted from the reference values.
@@ -59,6 +64,13 @@ EncodedColumn StepColumnEncoder::encode(const ColumnElements& elements,
   return column_->encode(*elements.items, values.data(),
                          scalar_bytes(info().type) * info().components, level,
                          reference.empty() ? nullptr : reference.data());
+}
+
+EncodedColumn StepWeightedEncoder::encode(const ColumnElements& elements,
+                                          std::span<const std::byte> values,
+                                          std::span<const std::byte> reference) {
+  column_->make_room(elements.slots);
+  return {Codec::weighted, column_->encode(*elements.items, values, reference)};
 }
 
 StepEncoder::StepEncoder(const Schema& schema, StepTopology& topology,
@@ -157,7 +169,8 @@ void StepEncoder::begin_encoding(std::uint32_t array, std::uint64_t step) {
   count_ = 0;
   reference_ = std::exchange(given_reference_, std::nullopt);
   has_referred_ = false;
-  column_.emplace(*schema_, array);
+  column_.reset();
+  weighted_.reset();
 }
 
 /// Begins the next group that has elements of the array.
@@ -257,27 +270,56 @@ Result<EncodedColumn> StepEncoder::encode_plain() {
   if (level_ == Level::fast || !mesh_.has_neighbourhoods(group_)) return encode_in_terms();
   const auto elements = mesh_.elements(*array_, group_);
   if (!elements) return elements.error();
-  if (!reference_ && most_here_ != StepReference::nothing) return choose_reference(*elements);
-  if (!reference_) reference_ = StepReference::nothing;
-  column_->begin(mesh_.segment_of(group_), *reference_);
+  if (!column_ && !weighted_) return choose_codec(*elements);
+  const std::uint32_t segment = mesh_.segment_of(group_);
+  if (weighted_) {
+    weighted_->begin(segment, *reference_);
+    return weighted_->encode(*elements, values(), reference(*reference_));
+  }
+  column_->begin(segment, *reference_);
   return column_->encode(*elements, values(), level_, reference(*reference_));
 }
 
-/// Chooses the reference for all groups of a step. Encodes the first group with each permitted
-/// reference, and chooses the reference with the smallest result.
-EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
+/// Chooses the codec and the reference for all groups of a step. Encodes the first group in all
+/// ways that are tried, and chooses the way with the smallest result. The codec `columns` is slow.
+/// It is tried only for the first values, and for values that zstd makes smaller than the codec
+/// `weighted` does: they repeat in a way that `columns` may recognize.
+EncodedColumn StepEncoder::choose_codec(const ColumnElements& elements) {
+  const std::uint32_t segment = mesh_.segment_of(group_);
+  const std::optional<StepReference> given = reference_;
   EncodedColumn best;
-  for (const StepReference kind :
-       {StepReference::nothing, StepReference::before, StepReference::trend}) {
-    if (kind > most_here_) break;
-    Column column(*schema_, *array_);
-    column.begin(mesh_.segment_of(group_), kind);
-    auto coded = column.encode(elements, values(), level_, reference(kind));
-    if (reference_ && coded.bytes.size() >= best.bytes.size()) continue;
-    reference_ = kind;
-    best = std::move(coded);
-    column_ = std::move(column);
-  }
+  // Encodes with each permitted reference. A result replaces `best` if it is smaller than `limit`
+  // bytes.
+  const auto try_all = [&](auto& chosen, std::size_t limit, auto&& encode) {
+    for (const StepReference kind :
+         {StepReference::nothing, StepReference::before, StepReference::trend}) {
+      if (given ? kind != *given : kind > most_here_) continue;
+      std::remove_cvref_t<decltype(*chosen)> column(*schema_, *array_);
+      column.begin(segment, kind);
+      EncodedColumn coded = encode(column, reference(kind));
+      if (coded.bytes.size() >= limit) continue;
+      limit = coded.bytes.size();
+      reference_ = kind;
+      best = std::move(coded);
+      column_.reset();
+      weighted_.reset();
+      chosen = std::move(column);
+    }
+  };
+  try_all(weighted_, kUnlimitedBytes,
+          [&](StepWeightedEncoder& column, std::span<const std::byte> values_before) {
+            return column.encode(elements, values(), values_before);
+          });
+  const std::size_t weighted = best.bytes.size();
+  const std::size_t width = scalar_bytes(schema_->arrays[*array_].type);
+  const bool is_best = level_ == Level::best;
+  if (is_best || slow_values_ < most_slow_values_ ||
+      pack_shuffled(shuffled(values(), width), kQuickZstdLevel).size() < weighted)
+    try_all(column_, is_best ? weighted : weighted - weighted / kShareForSpeed,
+            [&](StepColumnEncoder& column, std::span<const std::byte> values_before) {
+              slow_values_ += values().size() / width;
+              return column.encode(elements, values(), level_, values_before);
+            });
   return best;
 }
 
@@ -342,6 +384,7 @@ void StepEncoder::end_encoding() {
   before.run = has_referred_ ? before.run + 1 : 1;
   array_.reset();
   column_.reset();
+  weighted_.reset();
 }
 
 Result<void> StepEncoder::end_steps() {

@@ -13,6 +13,8 @@
 #include "codecs/bundles/bundle_encoder.h"
 #include "codecs/shared/special_values.h"
 #include "codecs/surface/plan/column_planner.h"
+#include "codecs/weighted/weighted_encoder.h"
+#include "shm/options.h"
 #include "steps/step_memory.h"
 #include "steps/step_values.h"
 
@@ -27,6 +29,16 @@ class StepColumnEncoder : public StepColumn<ColumnPlanner> {
   /// empty if none exist.
   EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
                        Level level, std::span<const std::byte> reference);
+};
+
+/// Encodes the values of one array at one step with the codec `weighted`.
+class StepWeightedEncoder : public StepColumn<WeightedEncoder> {
+ public:
+  using StepColumn::StepColumn;
+
+  /// Does the same as StepColumnEncoder::encode().
+  EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
+                       std::span<const std::byte> reference);
 };
 
 class StepEncoder {
@@ -57,6 +69,10 @@ class StepEncoder {
     bundle_pairs_ = pairs;
     written_ = bytes;
   }
+
+  /// Sets the number of values after which the codec `columns` is not tried any more, except at
+  /// level best. See WriteOptions::slow_step_values.
+  void use_slow_codec(std::uint64_t values) { most_slow_values_ = values; }
 
   /// Continues an array whose steps up to `last_step` are already in the file. `run` is the number
   /// of steps from the most recent key step to `last_step`, both included.
@@ -115,8 +131,6 @@ class StepEncoder {
     /// next step must choose again.
     std::size_t liked_bytes = 0;
   };
-  using Column = StepColumnEncoder;
-
   /// A step of an array that waits.
   struct Waiting {
     std::uint32_t array = 0;
@@ -160,7 +174,7 @@ class StepEncoder {
   void remember(std::uint32_t array, std::size_t offset, std::span<const std::byte> values);
   Result<EncodedColumn> encode();
   Result<EncodedColumn> encode_plain();
-  EncodedColumn choose_reference(const ColumnElements& elements);
+  EncodedColumn choose_codec(const ColumnElements& elements);
   EncodedColumn encode_in_terms();
   EncodedColumn choose_terms();
   /// Returns the values to which the current group may refer.
@@ -196,7 +210,9 @@ class StepEncoder {
   // Reference of the current step, once it has been chosen.
   std::optional<StepReference> reference_;
   bool has_referred_ = false;
-  std::optional<Column> column_;
+  // The column of the chosen codec; both are empty until the codec of the step has been chosen.
+  std::optional<StepColumnEncoder> column_;
+  std::optional<StepWeightedEncoder> weighted_;
   // Number of groups with elements of the array so far at this step, including the current group.
   std::size_t groups_ = 0;
   std::size_t group_ = 0;    // index of the current group
@@ -213,6 +229,8 @@ class StepEncoder {
   std::uint64_t waiting_bytes_ = 0, most_waiting_bytes_ = 0;
   bool waits_ = false;  // true if the current step will wait
   std::uint64_t bundle_pairs_ = 0, written_ = 0;
+  std::uint64_t most_slow_values_ = WriteOptions().slow_step_values;
+  std::uint64_t slow_values_ = 0;  // number of values that the codec `columns` was tried for
 };
 
 }  // namespace shm

@@ -52,7 +52,7 @@ Result<std::vector<std::byte>> StepParts::decode_plain(
   const ArrayInfo& info = schema_->arrays[header.array];
   const std::uint64_t size = header.count * scalar_bytes(info.type) * info.components;
   const StepReference kind = container::refers_to(header);
-  if (!is_predicted(codec) && codec != Codec::shuffled_zstd && codec != Codec::terms)
+  if (!needs_neighbours(codec) && codec != Codec::shuffled_zstd && codec != Codec::terms)
     return wrong("its codec is unknown");
   if (!may_need_elements(info) && (codec != Codec::shuffled_zstd || kind != StepReference::nothing))
     return wrong("has too many components for its codec");
@@ -69,10 +69,18 @@ Result<std::vector<std::byte>> StepParts::decode_plain(
   }
   if (codec == Codec::mixed_columns && info.components > kMostTableComponents)
     return wrong("has too many components for its codec");
-  if (!column_.begin(segment, kind))
+  const bool is_weighted = codec == Codec::weighted;
+  if (!(is_weighted ? weighted_.begin(segment, kind) : column_.begin(segment, kind)))
     return wrong("refers to a different step than the previous group");
-  auto values = column_.decode(*elements, codec, bytes, size, reference);
-  if (column_.is_out_of_memory())
+  bool is_out_of_memory = is_weighted && weighted_.exceeds_limit(*elements);
+  std::optional<std::vector<std::byte>> values;
+  if (is_weighted) {
+    if (!is_out_of_memory) values = weighted_.decode(*elements, bytes, reference);
+  } else {
+    values = column_.decode(*elements, codec, bytes, size, reference);
+    is_out_of_memory = column_.is_out_of_memory();
+  }
+  if (is_out_of_memory)
     return wrong_step_values(*schema_, header,
                              "data of active vertices and cells needs more memory than the limit",
                              ErrorCode::over_limit);

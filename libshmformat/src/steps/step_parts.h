@@ -34,7 +34,10 @@ class StepParts {
   /// `most_kept` limits the size in bytes of the data of active vertices and cells.
   StepParts(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array,
             std::uint64_t most_kept)
-      : schema_(&schema), most_bytes_(most_bytes), column_(schema, array, most_kept) {}
+      : schema_(&schema),
+        most_bytes_(most_bytes),
+        column_(schema, array, most_kept),
+        weighted_(schema, array, most_kept) {}
 
   /// Returns true if values of this array may be predicted from neighbours in the mesh. This is
   /// impossible if the array has more than kMostStepComponents components.
@@ -62,6 +65,7 @@ class StepParts {
   const Schema* schema_;
   std::uint64_t most_bytes_;
   StepColumnDecoder column_;
+  StepWeightedDecoder weighted_;
   TermScratch scratch_;
 };
 

@@ -27,6 +27,7 @@ enum class Codec : std::uint8_t {
                   ///< uses zstd
   terms = 14,     ///< predicts values from other vertices of the same cell; uses zstd
   bundle = 15,    ///< codes values of several arrays at several steps together; uses zstd
+  weighted = 16,  ///< for step values: predicts a value as a weighted sum of neighbours
 };
 
 /// Codec ids from 128 to 191 mean: the codec with this id minus 128, with special values coded
@@ -48,6 +49,11 @@ constexpr Codec without_special_values(Codec codec) {
 constexpr bool is_predicted(Codec codec) {
   const Codec plain = without_special_values(codec);
   return plain == Codec::columns || plain == Codec::mixed_columns;
+}
+
+/// Returns true if a decoder of step values with this codec needs the neighbourhoods of elements.
+constexpr bool needs_neighbours(Codec codec) {
+  return is_predicted(codec) || without_special_values(codec) == Codec::weighted;
 }
 
 }  // namespace shm
