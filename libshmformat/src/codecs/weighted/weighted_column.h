@@ -1,11 +1,11 @@
 // WeightedColumn: codes the values of an array, group by group. The *state* of an element is its
 // value, or, if the group has reference values, its value minus its reference value. The state is
 // predicted as a weighted sum of the states of earlier elements nearby. Elements whose known
-// neighbours are alike form a class. The encoder computes the weights of each class (weight_fit.h)
-// and writes them to the stream. The lengths of the residuals are coded with static models
-// (length_coder.h), and all other bits of the residuals are stored as they are. The files are about
-// as small as with the codec `columns`, but coding is many times faster, because nothing adapts.
-// spec: "Weighted values"
+// neighbours are alike form a class. The encoder computes the weights of each class
+// (weighted_encoder.h) and writes them to the stream. The lengths of the residuals are coded with
+// static models (length_coder.h), and all other bits of the residuals are stored as they are. The
+// files are about as small as with the codec `columns`, but coding is many times faster, because
+// nothing adapts. spec: "Weighted values"
 #pragma once
 
 #include <algorithm>
