@@ -22,7 +22,7 @@ HEADER = INCLUDE / "shmformat.h"
 EXAMPLES = ROOT / "bindings" / "c" / "examples"
 FORTRAN = ROOT / "bindings" / "fortran"
 MESH = ROOT / "tests" / "golden" / "0.10" / "keep.shm"
-MOST_BYTES = 2_600_000
+MOST_BYTES = 2_500_000
 LIBRARY = None
 
 # The test inserts the example from the introduction of the header into this program.
