@@ -8,7 +8,9 @@ from .basics import FACES, FLOAT32, FLOAT64, HEXAHEDRON, SCALAR_BYTES, Cursor, p
 
 KEEP, STREAM, FREE = range(3)
 MOST_ARRAYS, MOST_STATIC_COMPONENTS, MOST_BLOCKS = 65536, 4096, 2**20  # limits of this reader (section 26)
-POINT, CELL = range(2)
+MOST_STEP_BYTES = 2**30  # of an array that is neither on points nor on cells
+POINT, CELL, GLOBAL, NODE_SET, SIDE_SET, ELEMENT_SET = range(6)
+LOCATION_NAMES = (b"point", b"cell", b"global", b"node_set", b"side_set", b"element_set")
 BOUND = 64  # `bits` of a quantization within an absolute bound
 
 
@@ -55,7 +57,11 @@ class Array:
     blocks: list
     role: bytes
     quantization: Quantization
+    elements: int = 0  # of arrays that are not on the mesh
     fills: list = field(default_factory=list)
+
+    def on_mesh(self):
+        return self.location in (POINT, CELL)
 
     def is_float(self):
         return self.type in (FLOAT32, FLOAT64)
@@ -100,8 +106,7 @@ class Schema:
         """The name of an array's bytes in the index (section 10)."""
         array = self.arrays[index]
         before = sum(a.location == array.location and a.name == array.name for a in self.arrays[:index])
-        place = b"cell/" if array.location == CELL else b"point/"
-        return b"array:" + place + array.name + (b"#%d" % (before + 1) if before else b"")
+        return b"array:" + LOCATION_NAMES[array.location] + b"/" + array.name + (b"#%d" % (before + 1) if before else b"")
 
 
 def _bool(cursor):
@@ -142,15 +147,22 @@ def _block(cursor):
 
 def _array(cursor, blocks):
     name, location, type_, components = cursor.text(), cursor.u8(), cursor.u8(), cursor.varint32()
-    if location > 1 or not 1 <= type_ <= 10 or not 1 <= components <= 65535:
+    if location > ELEMENT_SET or not 1 <= type_ <= 10 or not 1 <= components <= 65535:
         cursor.fail("an array that cannot be")
-    per_step, covers, role = _bool(cursor), cursor.list_of(cursor.varint32), cursor.text()
-    if covers and location == POINT:
-        cursor.fail("a point array with blocks")
-    if covers != sorted(set(covers)) or any(block >= blocks for block in covers):
+    per_step, covers = _bool(cursor), cursor.list_of(cursor.varint32)
+    elements = 0 if location <= CELL else cursor.varint()
+    role = cursor.text()
+    if covers and location in (POINT, GLOBAL):
+        cursor.fail("a point or global array with blocks")
+    if covers != sorted(set(covers)) or (location == CELL and any(block >= blocks for block in covers)):
         cursor.fail("an array on blocks that are not ascending, or do not exist")
-    return Array(name, location, type_, components, per_step, covers, role,
-                 _quantization(cursor, type_, components))
+    if location > CELL and not per_step:
+        cursor.fail("a static array that is neither on points nor on cells")
+    array = Array(name, location, type_, components, per_step, covers, role,
+                  _quantization(cursor, type_, components), elements)
+    if elements * array.element_bytes() > MOST_STEP_BYTES:
+        cursor.fail("over limit: too many bytes at a step of an array")
+    return array
 
 
 def _fills(cursor, arrays):

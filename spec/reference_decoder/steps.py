@@ -130,7 +130,7 @@ class StepValues:
 
     def __init__(self, schema, groups):
         self.schema, self.groups = schema, groups
-        self.counts = {i: [group.elements(a) for group in groups] for i, a in schema.stepped_arrays()}
+        self.counts = {i: self._counts(a) for i, a in schema.stepped_arrays()}
         self.steps = {i: [] for i in self.counts}  # of each array, the last three
         self.open = None  # array whose step is not complete
         self.column = None
@@ -140,6 +140,12 @@ class StepValues:
             self.may_refer = min(self.may_refer, 1)
         if one_step > 2**27:
             self.may_refer = 0
+
+    def _counts(self, array):
+        """The number of elements of an array in each group."""
+        if array.on_mesh():
+            return [group.elements(array) for group in self.groups]
+        return [array.elements if g == 0 else 0 for g in range(len(self.groups))]
 
     def complete(self):
         return self.open is None
@@ -232,7 +238,6 @@ class StepValues:
         return reference
 
     def _values(self, array, this, reference, references, group, count, codec, data):
-        tiles = [tile.elements(array, steps=True) for tile in self.groups[group].tiles]
         if array.components > IN_COLUMNS:
             reject_unless(codec == SHUFFLED_ZSTD and reference == 0,
                           "columns, or a reference, of too many components")
@@ -241,9 +246,10 @@ class StepValues:
         if codec == TERMS:
             elements = [(None, ())] * count
             return Terms(array).decode(data, elements, count * array.element_bytes(), references)
-        if self.groups[group].patterned:
+        if self.groups[group].patterned or not array.on_mesh():
             reject_unless(codec == SHUFFLED_ZSTD, "columns without neighbourhoods")
             return shuffled_values(data, array, count)
+        tiles = [tile.elements(array, steps=True) for tile in self.groups[group].tiles]
         if codec == WEIGHTED:
             reject_unless(self.weighted_reference in (None, reference), "a reference unlike that of the part before")
             self.weighted_reference = reference

@@ -102,7 +102,9 @@ class Text:
             self.line(f"block id {block.id} '{self.word(block.name)}' {SHAPE_NAMES[block.shape]}, "
                       f"nodes {block.nodes_per_cell}")
         for i, array in enumerate(s.arrays):
-            blocks = ", on blocks" + "".join(f" {b}" for b in array.blocks) if array.blocks else ""
+            of = "blocks" if array.on_mesh() else "sets"
+            blocks = f", on {of}" + "".join(f" {b}" for b in array.blocks) if array.blocks else ""
+            blocks += "" if array.on_mesh() else f", elements {array.elements}"
             role = f", role '{self.word(array.role)}'" if array.role else ""
             fills = f", fills{self.doubles(array.fills)}" if array.fills else ""
             self.line(f"{self.word(s.stream_name(i))} {SCALAR_NAMES[array.type]} x {array.components}, "

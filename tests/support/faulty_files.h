@@ -67,6 +67,7 @@ class FaultyFiles {
     fill_values();
     scaled_copies();
     weighted_parts();
+    arrays_beside_mesh();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -1241,6 +1242,51 @@ class FaultyFiles {
           parts.chunks[0].payload = std::move(payload.bytes);
           list_anew(parts);
         }));
+  }
+
+  void arrays_beside_mesh() {
+    const auto of = [&](const std::string& sentence, const std::function<void(ArrayInfo&)>& lie,
+                        ErrorCode code = kCorrupt) {
+      Schema schema = hexahedra_schema();
+      schema.arrays.push_back(array_of("a", Location::node_set, ScalarType::float32));
+      schema.arrays[0].per_step = true;
+      schema.arrays[0].elements = 4;
+      lie(schema.arrays[0]);
+      FileParts parts;
+      parts.chunks.push_back(chunk_of(ChunkKind::schema, schema_payload(schema)));
+      add(code, "Array beside the mesh: " + sentence, put_together(std::move(parts)));
+    };
+    of("location 6.", [](ArrayInfo& it) { it.location = static_cast<Location>(6); });
+    of("without time steps.", [](ArrayInfo& it) { it.per_step = false; });
+    of("a global array on sets.", [](ArrayInfo& it) {
+      it.location = Location::global;
+      it.blocks = {0};
+    });
+    of("the same set twice.", [](ArrayInfo& it) { it.blocks = {3, 3}; });
+    of(
+        "of 2^28 + 1 elements.", [](ArrayInfo& it) { it.elements = (1u << 28) + 1; },
+        ErrorCode::over_limit);
+    of(
+        "of 2^64 - 1 elements.", [](ArrayInfo& it) { it.elements = ~std::uint64_t{0}; },
+        ErrorCode::over_limit);
+    using Header = container::StepHeader;
+    const auto of_part = [&](const std::string& sentence, const std::function<void(Header&)>& lie) {
+      add(kCorrupt, "Step values of sets: " + sentence,
+          with("steps_beside_mesh", [&](FileParts& parts) {
+            for (Chunk& chunk : parts.chunks) {
+              if (!chunk.is(ChunkKind::step_values)) continue;
+              auto steps = take_steps_apart(chunk);
+              for (auto& head : steps->heads)
+                if (head.header.array == 3 && head.header.step == 0) lie(head.header);
+              chunk.payload = put_steps_together(std::move(*steps), chunk.header.version);
+            }
+            list_anew(parts);
+          }));
+    };
+    of_part("of the second group.", [](Header& it) { it.group = 1; });
+    of_part("of one element too few.", [](Header& it) { it.count -= 1; });
+    of_part("weighted.", [](Header& it) { it.codec = container::Codec::weighted; });
+    of_part("in columns.", [](Header& it) { it.codec = container::Codec::columns; });
   }
 
   std::vector<FeatureFile> files_;

@@ -654,7 +654,9 @@ inline std::vector<std::byte> written_with_steps(
   const auto add_step = [&](Writer& writer, std::uint32_t array, std::uint64_t step) {
     const ArrayInfo& info = arrays[array];
     std::uint64_t elements = info.location == Location::point ? mesh.vertices : mesh.cells.size();
-    if (!info.blocks.empty())
+    if (!is_on_mesh(info.location))
+      elements = info.elements;
+    else if (!info.blocks.empty())
       elements = static_cast<std::uint64_t>(
           std::count_if(mesh.cells.begin(), mesh.cells.end(), [&](const TestCell& cell) {
             return std::binary_search(info.blocks.begin(), info.blocks.end(), cell.block);
@@ -935,6 +937,39 @@ inline std::vector<std::byte> weighted_mirrored() {
       });
 }
 
+/// Returns a file with stepped arrays of the whole mesh and of sets, beside a point array. There
+/// are several groups and segments. Without bundles, the arrays are coded as ordinary parts.
+inline std::vector<std::byte> steps_beside_mesh(Level level, std::uint64_t waiting_bytes = 0) {
+  using enum Location;
+  using enum ScalarType;
+  const auto of = [](std::string name, Location location, ScalarType type, std::uint64_t elements,
+                     std::uint32_t components = 1) {
+    ArrayInfo info = array_of(std::move(name), location, type, components);
+    info.elements = elements;
+    return info;
+  };
+  std::vector<ArrayInfo> arrays = {
+      of("energy", global, float64, 1),         array_of("u", point, float32),
+      of("momentum", global, float32, 1, 3),    of("pressure", node_set, float64, 40),
+      of("flux", side_set, float32, 25, 2),     of("damaged", element_set, int8, 7),
+      of("many", element_set, float32, 1, 300), of("energy", global, int32, 2)};
+  arrays[3].blocks = {0, 7};
+  arrays[3].quantization = Quantization::absolute(.25, 1);
+  arrays[4].fills = {-1};
+  WriteOptions options;
+  options.group_cells = 40;
+  options.segment_cells = 60;
+  options.level = level;
+  options.waiting_bytes = waiting_bytes;
+  return written_with_steps(
+      bent_grid(5, 4, 4), arrays, options, 5,
+      [&](std::uint32_t array, std::uint64_t scalar, std::uint64_t step) -> std::optional<double> {
+        if (array == 5 && step == 2) return std::nullopt;
+        if (array == 4 && scalar % 5 == 1) return -1;
+        return double(array) + 9 * random_share(scalar, 0) + double(step) * random_share(scalar, 1);
+      });
+}
+
 /// Returns rows of quads with lines along one side and a cell array. All coordinates are the same
 /// NaN. bent_grid() with 0 layers computes them as 0 / 0, which results in NaNs whose sign depends
 /// on the machine. This function therefore replaces them with the NaN that x86 produces, which the
@@ -1061,6 +1096,9 @@ inline std::vector<FeatureFile> feature_files() {
   add("filled_bundles", filled_steps(Level::standard, 1 << 20));
   add("weighted_steps", weighted_steps());
   add("weighted_mirrored", weighted_mirrored());
+  add("steps_beside_mesh", steps_beside_mesh(Level::standard));
+  add("steps_beside_mesh_fast", steps_beside_mesh(Level::fast));
+  add("steps_beside_mesh_bundles", steps_beside_mesh(Level::best, 1 << 20));
   add("large_extras", large_extras_file());
   add("mirrored", mirrored_file(Level::standard));
   add("mirrored_best", mirrored_file(Level::best));

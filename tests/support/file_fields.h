@@ -126,11 +126,12 @@ class FieldWalk {
     });
     list("arrays", [&] {
       get("array name", FieldType::text);
-      get("location", FieldType::u8);
+      const std::uint64_t location = get("location", FieldType::u8);
       get("type", FieldType::u8);
       get("components", FieldType::varint);
       get("per step", FieldType::u8);
       list("array blocks", [&] { get("array block", FieldType::varint); });
+      if (location > 1 && location < 6) get("elements", FieldType::varint);
       get("role", FieldType::text);
       quantization();
     });

@@ -154,7 +154,9 @@ class ItemText {
       out_ += array_stream_name(schema_, a) + ' ' + std::string(scalar_name(info.type));
       field(" x", info.components);
       out_ += info.per_step ? ", by step" : ", static";
-      if (!info.blocks.empty()) list(", on blocks", info.blocks);
+      const bool on_mesh = is_on_mesh(info.location);
+      if (!info.blocks.empty()) list(on_mesh ? ", on blocks" : ", on sets", info.blocks);
+      if (!on_mesh) field(", elements", info.elements);
       if (!info.role.empty()) out_ += ", role '" + info.role + "'";
       quantization(info.quantization);
       if (!info.fills.empty()) list(", fills", info.fills);

@@ -88,7 +88,8 @@ struct SegmentInfo {
 };
 
 /// Values of a stepped array at one time step, for the elements of one group. The values are in
-/// coding order.
+/// coding order. Values that are neither on points nor on cells are in one piece, in the order of
+/// the caller of the Writer.
 struct StepPiece {
   std::uint32_t array = 0;
   std::uint64_t step = 0;

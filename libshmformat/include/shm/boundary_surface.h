@@ -28,7 +28,7 @@ namespace shm {
 class SHM_API BoundaryFinder {
  public:
   /// Creates a finder, which keeps a copy of `schema`. Fails with ErrorCode::misuse if a requested
-  /// array does not exist.
+  /// array does not exist, or is neither on points nor on cells.
   static Result<BoundaryFinder> create(const Schema& schema, const BoundaryOptions& options = {});
   BoundaryFinder(BoundaryFinder&&) noexcept;
   BoundaryFinder& operator=(BoundaryFinder&&) noexcept;

@@ -37,9 +37,10 @@ struct Mesh {
   /// if that array is stepped. A point array has one element per vertex. A cell array has one
   /// element per cell of the blocks that it covers, in cell order.
   std::vector<std::vector<std::byte>> arrays;
-  /// steps[a][s] contains the values of the stepped array with index a at step s. A stepped array
-  /// has values for the same elements as a static array. steps[a][s] is empty if the array is
-  /// static or has no values at that step.
+  /// steps[a][s] contains the values of the stepped array with index a at step s. A stepped point
+  /// or cell array has values for the same elements as a static array. Other arrays have
+  /// ArrayInfo::elements elements. steps[a][s] is empty if the array is static or has no values at
+  /// that step.
   std::vector<std::vector<std::vector<std::byte>>> steps;
   std::vector<double> step_times;
   std::vector<Extra> extras;
@@ -88,7 +89,8 @@ struct Mesh {
     return add(std::move(name), location, scalar_type_of<T>(), components, bytes);
   }
   /// Adds the values of one time step to the stepped array with the given name and location.
-  /// Creates the array if it does not exist.
+  /// Creates the array if it does not exist. The first values that are added determine the number
+  /// of elements of an array that is neither on points nor on cells.
   template <class T>
   void add_step(const std::string& name, Location location, std::size_t step,
                 std::span<const T> values, std::uint32_t components = 1) {

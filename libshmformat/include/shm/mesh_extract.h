@@ -110,8 +110,10 @@ class SHM_API MeshExtractor {
   /// is fastest. Fails with ErrorCode::misuse if the array has no values at that step.
   Result<void> begin_values(std::uint32_t array, std::uint64_t step);
   /// Returns values of some elements of the piece together with the numbers of these elements, or
-  /// null at the end. StepValues::first is 0. Each element occurs once. If the file is damaged,
-  /// elements whose values are lost are not returned. The values are valid until the next call.
+  /// null at the end. StepValues::first is 0. Each element occurs once. If the array is neither on
+  /// points nor on cells, the piece does not matter: all values are returned. If the file is
+  /// damaged, elements whose values are lost are not returned. The values are valid until the next
+  /// call.
   Result<StepValues*> next_values();
 
  private:

@@ -105,7 +105,21 @@ struct BlockInfo {
 /// Largest number of nodes of a cell.
 inline constexpr std::uint32_t kMaxNodesPerCell = 1 << 16;
 
-enum class Location : std::uint8_t { point = 0, cell = 1 };
+/// The elements for which an array has values. The values of the enumerators are the bytes that
+/// files contain (spec "Schema").
+enum class Location : std::uint8_t {
+  point = 0,        ///< vertices
+  cell = 1,         ///< cells
+  global = 2,       ///< the mesh as a whole, e.g. its kinetic energy
+  node_set = 3,     ///< members of node sets (sets.h)
+  side_set = 4,     ///< members of side sets
+  element_set = 5,  ///< members of element sets
+};
+/// Returns true if arrays at this location have values for vertices or cells. Other arrays are
+/// stepped, and state their number of elements.
+constexpr bool is_on_mesh(Location location) { return location <= Location::cell; }
+/// Returns "point", "cell", "global", "node_set", "side_set" or "element_set".
+SHM_API std::string_view location_name(Location location);
 
 /// Uniform quantization of floating-point values. A value v of component c is stored as the integer
 /// k nearest to (v - minimum[c]) / step(). It is restored as minimum[c] + k * step(), rounded to
@@ -148,7 +162,7 @@ struct Quantization {
 /// Largest number of fill values of an array.
 inline constexpr std::size_t kMaxFills = 16;
 
-/// One data array on vertices or cells.
+/// One data array.
 struct ArrayInfo {
   std::string name;
   Location location = Location::point;
@@ -156,8 +170,10 @@ struct ArrayInfo {
   std::uint32_t components = 1;  ///< 1..65535
   /// True if the array has one set of values per time step, false if it is static.
   bool per_step = false;
-  /// Indices of the blocks whose cells have values, ascending (cell arrays only). If empty, all
-  /// blocks have values.
+  /// Cell arrays: indices of the blocks whose cells have values, ascending. If empty, all blocks
+  /// have values. Arrays on sets: numbers of the sets whose members have values, ascending; number
+  /// I is that of the set's keys, e.g. "mesh/node_set/I/members". If empty, all sets of the kind
+  /// have values. Otherwise empty.
   std::vector<std::uint32_t> blocks;
   /// Role of the array in its source format, e.g. "exodus:node_num_map"; empty for field data. When
   /// a file is converted to another format, arrays with a role may be omitted.
@@ -167,6 +183,9 @@ struct ArrayInfo {
   /// is a finite number of type `type`; at most kMaxFills). They are restored exactly, even if the
   /// array is quantized, and cost few bits.
   std::vector<double> fills;
+  /// Number of elements of an array that is neither on points nor on cells; otherwise 0. An array
+  /// on sets has one element for each member of its sets, set after set.
+  std::uint64_t elements = 0;
   bool operator==(const ArrayInfo&) const = default;
 };
 
@@ -251,8 +270,9 @@ struct Schema {
   }
 };
 
-/// Returns the name under which reports list the size of an array: "array:point/NAME" or
-/// "array:cell/NAME". If the name occurs again at the same location, "#2", "#3", ... is appended.
+/// Returns the name under which reports list the size of an array: "array:LOCATION/NAME", e.g.
+/// "array:point/NAME" (see location_name()). If the name occurs again at the same location, "#2",
+/// "#3", ... is appended.
 SHM_API std::string array_stream_name(const Schema& schema, std::size_t array);
 /// Returns the array_stream_name() of each array. This is faster than calling array_stream_name()
 /// for each array, since each of these calls scans all earlier arrays.

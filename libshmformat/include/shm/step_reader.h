@@ -39,7 +39,8 @@ struct StepValues {
   std::uint64_t first = 0;  ///< index of the first element, counted in the array's coding order
   std::vector<std::byte> values;  ///< values of the elements, packed
   /// Number of the vertex or cell of each value, as in MeshBlock::vertex_numbers and
-  /// MeshBlock::cell_numbers. Empty if not requested.
+  /// MeshBlock::cell_numbers. For other arrays: index of the element, from 0. Empty if not
+  /// requested.
   std::vector<std::uint64_t> numbers;
 };
 

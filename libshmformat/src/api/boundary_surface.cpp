@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "boundary/boundary_search.h"
+#include "format/schema.h"
 
 namespace shm {
 
@@ -75,8 +76,9 @@ BoundaryFinder::~BoundaryFinder() = default;
 Result<BoundaryFinder> BoundaryFinder::create(const Schema& schema,
                                               const BoundaryOptions& options) {
   for (const BoundaryArray& array : options.arrays)
-    if (array.array >= schema.arrays.size())
-      return misuse("there is no array " + std::to_string(array.array), "boundary");
+    if (array.array >= schema.arrays.size() || !is_on_mesh(schema.arrays[array.array].location))
+      return misuse("there is no array " + std::to_string(array.array) + " on points or cells",
+                    "boundary");
   return BoundaryFinder(std::make_unique<Impl>(schema, options));
 }
 Result<void> BoundaryFinder::add(const MeshBlock& block) { return impl_->add(block); }
@@ -156,11 +158,7 @@ class AwaitedSteps {
 
  private:
   std::uint64_t elements(std::uint32_t array) const {
-    if (schema_->arrays[array].location == Location::point) return vertices_;
-    std::uint64_t cells = 0;
-    for (std::uint32_t b = 0; b < block_cells_.size(); ++b)
-      if (schema_->array_covers(array, b)) cells += block_cells_[b];
-    return cells;
+    return elements_of(*schema_, array, vertices_, block_cells_);
   }
 
   const Schema* schema_;

@@ -125,6 +125,7 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   std::vector<std::size_t> value_segments_;
   std::size_t next_value_segment_ = 0;
   bool in_values_ = false;
+  bool all_values_ = false;  // true if the values of all elements of the array are returned
   StepValues values_;
 };
 
@@ -453,22 +454,18 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   const auto reader = steps();
   if (!reader) return reader.error();
   // fails if the array or the step does not exist
-  const auto known =
-      request_->all() ? (*reader)->begin({array, step}) : (*reader)->expect(array, step);
+  all_values_ = request_->all() ||
+                (array < schema().arrays.size() && !is_on_mesh(schema().arrays[array].location));
+  const auto known = all_values_ ? (*reader)->begin({array, step}) : (*reader)->expect(array, step);
   if (!known) return known;
-  const ArrayInfo& info = schema().arrays[array];
-  const bool of_points = info.location == Location::point;
+  const bool of_points = schema().arrays[array].location == Location::point;
   array_ = array;
   step_ = step;
-  values_left_ = 0;
-  if (of_points) values_left_ = picker_->vertex_count();
-  const auto& block_cells = picker_->block_cells();
-  for (std::uint32_t b = 0; b < block_cells.size() && !of_points; ++b)
-    if (schema().array_covers(array, b)) values_left_ += block_cells[b];
+  values_left_ = elements_of(schema(), array, picker_->vertex_count(), picker_->block_cells());
   value_segments_.clear();
   next_value_segment_ = 0;
   in_values_ = true;
-  if (request_->all()) return {};
+  if (all_values_) return {};
   if (of_points) {
     if (auto status = find_all_owners(); !status) return status;
     value_segments_.assign(owner_segments_.begin(), owner_segments_.end());
@@ -495,11 +492,11 @@ Result<StepValues*> MeshExtractor::Impl::next_values() {
     auto values = steps_->next();
     if (!values) return values.error();
     if (*values == nullptr) {
-      const auto more = request_->all() ? Result<bool>(in_values_ = false) : next_segment_values();
+      const auto more = all_values_ ? Result<bool>(in_values_ = false) : next_segment_values();
       if (!more) return more.error();
       continue;
     }
-    if (request_->all()) {
+    if (all_values_) {
       values_ = std::move(**values);
       values_.first = 0;
       values_left_ -= std::min<std::uint64_t>(values_left_, values_.numbers.size());

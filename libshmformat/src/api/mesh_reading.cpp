@@ -268,11 +268,7 @@ class MeshCollector {
 };
 
 std::uint64_t MeshCollector::told_elements(std::size_t array, const ToldSizes& expected) const {
-  if (mesh_.schema.arrays[array].location == Location::point) return expected.vertices;
-  std::uint64_t cells = 0;
-  for (std::uint32_t b = 0; b < expected.block_cells.size(); ++b)
-    if (mesh_.schema.array_covers(array, b)) cells += expected.block_cells[b];
-  return cells;
+  return elements_of(mesh_.schema, array, expected.vertices, expected.block_cells);
 }
 
 void MeshCollector::take_vertices(const MeshBlock& block) {

@@ -83,6 +83,8 @@ void Mesh::add_at(const std::string& name, Location location, ScalarType type,
   if (found == schema.arrays.end()) {
     array = add(name, location, type, components, {});
     schema.arrays[array].per_step = true;
+    if (!is_on_mesh(location))
+      schema.arrays[array].elements = values.size() / (scalar_bytes(type) * components);
   }
   auto& of_array = steps[array];
   if (of_array.size() <= step) of_array.resize(step + 1);

@@ -69,7 +69,8 @@ Result<void> MeshRemainder::check() const {
   for (std::size_t a = 0; a < mesh_->steps.size() && a < mesh_->schema.arrays.size(); ++a) {
     const ArrayInfo& info = mesh_->schema.arrays[a];
     if (!info.per_step) continue;
-    std::uint64_t elements = info.location == Location::point ? mesh_->vertex_count() : 0;
+    std::uint64_t elements =
+        info.location == Location::point ? mesh_->vertex_count() : info.elements;
     for (const std::uint32_t b : mesh_->cell_blocks)
       if (info.location == Location::cell && mesh_->schema.array_covers(a, b)) ++elements;
     const std::uint64_t bytes = elements * stride_of(info);

@@ -103,7 +103,10 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     return take(std::move(totals));
   }
 
+  /// Returns the number of elements of the array in this part. The part that begins with segment 0
+  /// has the values of all arrays that are neither on points nor on cells.
   std::uint64_t elements_of(std::uint32_t array) const {
+    if (!is_on_mesh(schema_.arrays[array].location) && start_.segment > 0) return 0;
     return shm::elements_of(schema_, mesh_.totals(), array);
   }
   Result<void> begin_steps(const PartSteps& steps) {

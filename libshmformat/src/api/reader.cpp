@@ -283,11 +283,7 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
 }
 
 std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
-  if (schema_->arrays[array].location == Location::point) return mesh_->vertices();
-  std::uint64_t cells = 0;
-  for (std::uint32_t b = 0; b < schema_->blocks.size(); ++b)
-    if (schema_->array_covers(array, b)) cells += mesh_->block_cells()[b];
-  return cells;
+  return shm::elements_of(*schema_, array, mesh_->vertices(), mesh_->block_cells());
 }
 
 /// Records the header of the group. It is needed to check the index, and to decode the group's

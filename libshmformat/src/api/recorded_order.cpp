@@ -1,6 +1,7 @@
 #include "shm/recorded_order.h"
 
 #include <cstring>
+#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
@@ -37,6 +38,11 @@ Result<std::vector<std::uint64_t>> RecordedOrder::elements(
   if (array >= schema.arrays.size())
     return misuse("there is no array " + std::to_string(array), "coding order");
   const ArrayInfo& info = schema.arrays[array];
+  if (!is_on_mesh(info.location)) {
+    std::vector<std::uint64_t> numbers(static_cast<std::size_t>(info.elements));
+    std::iota(numbers.begin(), numbers.end(), std::uint64_t{0});
+    return numbers;
+  }
   if (info.location == Location::point) {
     if (positions_in(vertices).size() != vertices.size()) return not_counted(vertices.size());
     return vertices;

@@ -220,7 +220,7 @@ Result<void> StepReader::Impl::read_group() {
 
 bool StepReader::Impl::numbers_need_mesh() const {
   const Schema& schema = file_->schema();
-  if (!request_.numbers) return false;
+  if (!request_.numbers || !is_on_mesh(info().location)) return false;
   if (of_points()) return schema.order == Order::keep;
   return (schema.order == Order::keep && schema.delay > 0) ||
          (!info().blocks.empty() && info().blocks.size() < schema.blocks.size());
@@ -230,7 +230,9 @@ Result<void> StepReader::Impl::number(const StepIndex::Part& part) {
   values_.numbers.reserve(static_cast<std::size_t>(part.count));
   if (!numbers_need_mesh()) {
     const container::IndexEntry& group = file_->groups()[part.group];
-    const std::uint64_t first = of_points() ? group.first_vertex : group.first_cell;
+    const std::uint64_t first = !is_on_mesh(info().location) ? part.first
+                                : of_points()                ? group.first_vertex
+                                                             : group.first_cell;
     for (std::uint64_t i = 0; i < part.count; ++i) values_.numbers.push_back(first + i);
     return {};
   }

@@ -100,6 +100,10 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values) {
     if (auto status = file_.check_step_values(array, values); !status) return status;
+    if (!is_on_mesh(schema_.arrays[array].location) && topology_->groups() == 0)
+      return misuse("array '" + schema_.arrays[array].name +
+                        "' needs a mesh with at least one vertex or cell",
+                    "steps");
     if (!file_.has_step_encoder()) {
       std::vector<std::uint64_t> elements(schema_.arrays.size());
       for (std::uint32_t a = 0; a < elements.size(); ++a)

@@ -58,13 +58,24 @@ std::string_view order_name(Order order) {
   return "unknown";
 }
 
+std::string_view location_name(Location location) {
+  switch (location) {
+    case Location::point: return "point";
+    case Location::cell: return "cell";
+    case Location::global: return "global";
+    case Location::node_set: return "node_set";
+    case Location::side_set: return "side_set";
+    case Location::element_set: return "element_set";
+  }
+  return "unknown";
+}
+
 namespace {
 
 /// Returns the name of the stream of an array. `same` is the position of the array among the arrays
 /// with the same name and location, counted from 1.
 std::string stream_name(const ArrayInfo& info, std::size_t same) {
-  std::string name = info.location == Location::point ? "array:point/" : "array:cell/";
-  name += info.name;
+  std::string name = "array:" + std::string(location_name(info.location)) + "/" + info.name;
   if (same > 1) name += "#" + std::to_string(same);
   return name;
 }
@@ -208,18 +219,36 @@ Result<void> check_quantization(const Quantization& q, ScalarType type, std::siz
   return {};
 }
 
-Result<void> check_array(const Schema& schema, const ArrayInfo& array) {
-  const std::string what = "array '" + array.name + "'";
-  if (!is_scalar(array.type)) return wrong(what + ": unknown scalar type");
-  if (array.location > Location::cell) return wrong(what + ": unknown location");
-  if (array.components < 1 || array.components > 65535)
-    return wrong(what + ": the number of components must be 1 to 65535");
+/// Checks the location of an array, and the blocks and sets that it covers.
+Result<void> check_location(const Schema& schema, const ArrayInfo& array, const std::string& what,
+                            const ReadLimits& limits) {
+  if (array.location > Location::element_set) return wrong(what + ": unknown location");
   if (array.location == Location::point && !array.blocks.empty())
     return wrong(what + ": point arrays cover every vertex");
+  if (array.location == Location::global && !array.blocks.empty())
+    return wrong(what + ": global arrays have neither blocks nor sets");
   for (std::size_t i = 0; i < array.blocks.size(); ++i)
-    if (array.blocks[i] >= schema.blocks.size() ||
+    if ((array.location == Location::cell && array.blocks[i] >= schema.blocks.size()) ||
         (i > 0 && array.blocks[i] <= array.blocks[i - 1]))
       return wrong(what + ": block indices must ascend and exist");
+  if (is_on_mesh(array.location))
+    return array.elements == 0 ? Result<void>()
+                               : wrong(what + ": the mesh determines the number of elements");
+  if (!array.per_step)
+    return wrong(what + ": an array that is neither on points nor on cells must have time steps");
+  if (array.elements > limits.max_group_bytes / (scalar_bytes(array.type) * array.components))
+    return wrong(what + ": a step has more bytes than the limit of " +
+                     std::to_string(limits.max_group_bytes),
+                 ErrorCode::over_limit);
+  return {};
+}
+
+Result<void> check_array(const Schema& schema, const ArrayInfo& array, const ReadLimits& limits) {
+  const std::string what = "array '" + array.name + "'";
+  if (!is_scalar(array.type)) return wrong(what + ": unknown scalar type");
+  if (array.components < 1 || array.components > 65535)
+    return wrong(what + ": the number of components must be 1 to 65535");
+  if (auto status = check_location(schema, array, what, limits); !status) return status;
   if (!array.fills.empty() && !is_float(array.type))
     return wrong(what + ": only floating-point arrays have fill values");
   if (array.fills.size() > kMaxFills)
@@ -229,6 +258,16 @@ Result<void> check_array(const Schema& schema, const ArrayInfo& array) {
                                  static_cast<double>(static_cast<float>(fill)) != fill))
       return wrong(what + ": a fill value is not a finite number of the array's type");
   return check_quantization(array.quantization, array.type, array.components, what);
+}
+
+}  // namespace
+
+namespace {
+
+/// Returns true if the schema states the number of elements of arrays at this location. False for a
+/// location that does not exist.
+bool states_elements(Location location) {
+  return !is_on_mesh(location) && location <= Location::element_set;
 }
 
 }  // namespace
@@ -256,6 +295,7 @@ void put(ByteWriter& out, const Schema& schema) {
     out.put_u8(array.per_step ? 1 : 0);
     out.put_varint(array.blocks.size());
     for (std::uint32_t block : array.blocks) out.put_varint(block);
+    if (states_elements(array.location)) out.put_varint(array.elements);
     out.put_text(array.role);
     put(out, array.quantization);
   }
@@ -378,6 +418,7 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
     array.blocks.reserve(static_cast<std::size_t>(covered));
     for (std::uint64_t b = covered; b > 0 && in.ok(); --b)
       array.blocks.push_back(in.get_varint32());
+    if (states_elements(array.location)) array.elements = in.get_varint();
     array.role = in.get_text();
     get(in, array.quantization);
     if (!takes(bytes_of(array) - kArrayBytes)) return too_large;
@@ -413,7 +454,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
   }
   std::uint64_t components = 0;
   for (const ArrayInfo& array : schema.arrays) {
-    if (auto status = check_array(schema, array); !status) return status;
+    if (auto status = check_array(schema, array, limits); !status) return status;
     components += array.per_step ? 0 : array.components;
   }
   if (components > limits.max_static_components)

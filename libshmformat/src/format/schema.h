@@ -75,14 +75,21 @@ inline container::Index totals_of_nothing(const Schema& schema) {
   return totals;
 }
 
-/// Returns the number of elements of an array in a mesh with these totals.
+/// Returns the number of elements of an array in a mesh with this number of vertices, and these
+/// numbers of cells of each block.
+inline std::uint64_t elements_of(const Schema& schema, std::size_t array, std::uint64_t vertices,
+                                 std::span<const std::uint64_t> block_cells) {
+  const ArrayInfo& info = schema.arrays[array];
+  if (info.location == Location::point) return vertices;
+  if (info.location != Location::cell) return info.elements;
+  std::uint64_t cells = 0;
+  for (std::uint32_t b = 0; b < block_cells.size(); ++b)
+    if (schema.array_covers(array, b)) cells += block_cells[b];
+  return cells;
+}
 inline std::uint64_t elements_of(const Schema& schema, const container::Index& totals,
                                  std::uint32_t array) {
-  if (schema.arrays[array].location == Location::point) return totals.vertices;
-  std::uint64_t cells = 0;
-  for (std::uint32_t b = 0; b < totals.block_cells.size(); ++b)
-    if (schema.array_covers(array, b)) cells += totals.block_cells[b];
-  return cells;
+  return elements_of(schema, array, totals.vertices, totals.block_cells);
 }
 
 struct ValueRange {

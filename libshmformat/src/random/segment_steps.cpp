@@ -52,6 +52,12 @@ SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepRefere
   if (held.at && *held.at >= key_ && *held.at <= wanted) from_ = *held.at + 1;
 }
 
+/// Returns the number of the part's group in the file. If the file is damaged, parts of an array
+/// that is neither on points nor on cells may be listed with another group than 0.
+std::uint64_t SegmentSteps::group_number(const StepIndex::Part& part) const {
+  return is_on_mesh(info().location) ? file_->group_number(part.group) : 0;
+}
+
 /// Returns true if decoding the step needs the mesh. If one part of the step needs the mesh, all
 /// parts need it, because the same decoder decodes one part after the other and keeps its state.
 bool SegmentSteps::told_by_mesh(std::size_t step) const {
@@ -218,7 +224,7 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
   }
   const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& other) {
     return other.header.array == array_ && other.header.step == index_->steps(array_)[step].step &&
-           other.header.group == file_->group_number(part.group);
+           other.header.group == group_number(part);
   });
   if (!known || found == parts.end() || found->header.count != part.count ||
       found->header.codec != part.codec || container::refers_to(found->header) != part.reference)
@@ -249,7 +255,7 @@ Result<std::vector<std::byte>> SegmentSteps::values_in(const BundleChunk& bundle
                                                        const StepIndex::Part& part) const {
   const auto pair = bundle.find(array_, index_->steps(array_)[step].step);
   if (!pair || bundle.header(*pair).count != part.count ||
-      bundle.header(*pair).group != file_->group_number(part.group))
+      bundle.header(*pair).group != group_number(part))
     return corrupt("the chunk at this position differs from its entry in the index", "step values",
                    part.offset);
   if (auto status = columns_[step - pass_.from]->check_size(bundle.header(*pair)); !status)

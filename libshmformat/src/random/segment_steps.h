@@ -90,6 +90,7 @@ class SegmentSteps {
                                            const StepIndex::Part& part) const;
   Result<void> check_reference(std::size_t step, const container::StepHeader& header) const;
   void hold(std::size_t offset);
+  std::uint64_t group_number(const StepIndex::Part& part) const;
   bool told_by_mesh(std::size_t step) const;
   const ArrayInfo& info() const { return file_->schema().arrays[array_]; }
 

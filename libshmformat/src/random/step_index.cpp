@@ -13,10 +13,12 @@ using container::StepEntry;
 namespace {
 
 /// Returns the largest number of elements that the array can have in a group. An array that covers
-/// all blocks has exactly this number.
+/// all blocks or all sets has exactly this number.
 std::uint64_t most_elements(const IndexedFile& file, std::uint32_t array, std::size_t group) {
+  const ArrayInfo& info = file.schema().arrays[array];
+  if (!is_on_mesh(info.location)) return group == 0 ? info.elements : 0;
   const IndexEntry& entry = file.groups()[group];
-  return file.schema().arrays[array].location == Location::point ? entry.vertices : entry.cells;
+  return info.location == Location::point ? entry.vertices : entry.cells;
 }
 
 }  // namespace
@@ -71,15 +73,8 @@ Result<void> StepIndex::count_elements(const IndexedFile& file) {
   const container::Index& totals = file.index();
   if (auto status = file.expect_totals(); !status) return status;
   elements_.resize(schema.arrays.size());
-  for (std::size_t a = 0; a < elements_.size(); ++a) {
-    if (!schema.arrays[a].per_step) continue;
-    const ArrayInfo& array = schema.arrays[a];
-    elements_[a] = array.location == Location::point ? totals.vertices
-                   : array.blocks.empty()            ? totals.cells
-                                                     : 0;
-    if (array.location == Location::cell)
-      for (const std::uint32_t b : array.blocks) elements_[a] += totals.block_cells[b];
-  }
+  for (std::uint32_t a = 0; a < elements_.size(); ++a)
+    if (schema.arrays[a].per_step) elements_[a] = elements_of(schema, totals, a);
   return {};
 }
 

@@ -39,6 +39,8 @@ class Gatherer {
   /// Returns the index in out_.groups of the group with this number. Returns the number of groups
   /// if the group cannot be decoded.
   std::size_t place_of(std::uint64_t number) const;
+  std::size_t place_of(const container::StepEntry& part) const;
+  std::uint64_t most_elements(std::uint32_t array, std::uint32_t group) const;
 
   const FoundChunks* found_;
   DecodableParts out_;
@@ -209,7 +211,7 @@ void Gatherer::gather_by_numbers() {
 
 bool Gatherer::covers_all(std::uint32_t array) const {
   const ArrayInfo& info = schema().arrays[array];
-  return info.location == Location::point || info.blocks.empty();
+  return info.location != Location::cell || info.blocks.empty();
 }
 
 std::size_t Gatherer::place_of(std::uint64_t number) const {
@@ -225,6 +227,21 @@ std::size_t Gatherer::segment_of(std::size_t group) const {
   return static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), group) -
                                   first.begin()) -
          1;
+}
+
+/// Returns the group whose segment has the values of a part. Values that are neither on points nor
+/// on cells do not need group 0. If it is lost, they belong to the first decodable group.
+std::size_t Gatherer::place_of(const container::StepEntry& part) const {
+  return is_on_mesh(schema().arrays[part.array].location) ? place_of(part.group) : 0;
+}
+
+/// Returns the number of elements of the array in a group of the file. For an array that does not
+/// cover all blocks, returns the number of cells of the group.
+std::uint64_t Gatherer::most_elements(std::uint32_t array, std::uint32_t group) const {
+  const ArrayInfo& info = schema().arrays[array];
+  if (!is_on_mesh(info.location)) return group == 0 ? info.elements : 0;
+  const IndexEntry& entry = out_.groups[place_of(group)];
+  return info.location == Location::point ? entry.vertices : entry.cells;
 }
 
 /// Lists the groups that have elements of arrays that do not cover all blocks.
@@ -248,6 +265,7 @@ void Gatherer::list_partial() {
 
 std::uint64_t Gatherer::expected_parts(std::uint32_t array, std::size_t segment) {
   if (!covers_all(array)) return expected_[{array, segment}];
+  if (!is_on_mesh(schema().arrays[array].location)) return 1;
   const auto& counts = schema().arrays[array].location == Location::point ? groups_with_vertices_
                                                                           : groups_with_cells_;
   return counts[out_.first_group[segment + 1]] - counts[out_.first_group[segment]];
@@ -278,9 +296,7 @@ bool Gatherer::is_complete(std::span<const FoundPart* const> run, std::size_t se
   const std::uint32_t array = run[0]->values.array;
   if (run.size() != expected_parts(array, segment)) return false;
   for (std::size_t i = 0; i < run.size(); ++i) {
-    const IndexEntry& group = out_.groups[place_of(run[i]->values.group)];
-    const std::uint64_t most =
-        schema().arrays[array].location == Location::point ? group.vertices : group.cells;
+    const std::uint64_t most = most_elements(array, run[i]->values.group);
     if (i > 0 && run[i]->values.group == run[i - 1]->values.group) return false;
     if (run[i]->values.count > most || (covers_all(array) && run[i]->values.count != most))
       return false;
@@ -353,11 +369,12 @@ void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
   if (before == nullptr) last_step_.clear();
   for (const FoundPart* part : of_step)
     step.refers = step.refers || part->values.reference != StepReference::nothing;
+  const bool on_mesh = is_on_mesh(schema().arrays[step.array].location);
   const std::uint64_t unsure = first_unsure_.value_or(~std::uint64_t{0});
   std::uint64_t first = 0;
   for (std::size_t i = 0; i < of_step.size();) {
-    const std::size_t place = place_of(of_step[i]->values.group);
-    if (place == out_.groups.size() || of_step[i]->values.group >= unsure) {
+    const std::size_t place = place_of(of_step[i]->values);
+    if (place == out_.groups.size() || (on_mesh && of_step[i]->values.group >= unsure)) {
       ++i;
       continue;
     }
@@ -365,7 +382,7 @@ void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
     std::size_t end = i;
     bool follows = true;
     for (; end < of_step.size(); ++end) {
-      const std::size_t other = place_of(of_step[end]->values.group);
+      const std::size_t other = place_of(of_step[end]->values);
       if (other == out_.groups.size() || other >= out_.first_group[segment + 1]) break;
       if (of_step[end]->values.reference != StepReference::nothing)
         follows = follows && before != nullptr && of_step[end]->reference_step == before->step;
@@ -383,7 +400,7 @@ void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
     last_step_[segment] = step.step;
     for (const FoundPart* part : run) {
       container::StepEntry values = part->values;
-      values.group = static_cast<std::uint32_t>(place_of(values.group));
+      values.group = static_cast<std::uint32_t>(place_of(values));
       values.first = first;
       first += values.count;
       step.parts.push_back({part->offset, part->bytes, values});

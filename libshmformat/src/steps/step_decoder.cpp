@@ -138,7 +138,7 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   last.has_referred = last.has_referred || *kind != StepReference::nothing;
   ColumnElements elements;
   if (StepParts::may_need_elements(info) && without_special_values(header.codec) != Codec::terms &&
-      mesh_.has_neighbourhoods(header.group)) {
+      mesh_.has_neighbourhoods(header.array, header.group)) {
     const auto of_group = mesh_.elements(header.array, header.group);
     if (!of_group) return of_group.error();
     elements = *of_group;

@@ -37,7 +37,7 @@ CoverNumbers cover_numbers(const Schema& schema) {
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
     if (schema.arrays[a].per_step) arrays.push_back(a);
   const auto covers = [&](std::uint32_t a) {
-    return std::tie(schema.arrays[a].location, schema.arrays[a].blocks);
+    return std::tie(schema.arrays[a].location, schema.arrays[a].blocks, schema.arrays[a].elements);
   };
   std::stable_sort(arrays.begin(), arrays.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return covers(a) < covers(b); });
@@ -71,6 +71,12 @@ void StepElements::expect(std::uint32_t array, std::uint64_t elements) {
   Cover& entry = cover(array);
   entry.array = array;
   const ArrayInfo& info = schema_->arrays[array];
+  if (!is_on_mesh(info.location)) {
+    entry.groups.clear();
+    if (elements > 0) entry.groups.push_back({0, elements});
+    entry.counted = ~std::size_t{0};
+    return;
+  }
   // If elements of this cover have already been counted but `sparse` has not been built, an earlier
   // step has found that the cover has too many elements to be sparse. The cover then stays dense,
   // even if `elements` is smaller at a later step.

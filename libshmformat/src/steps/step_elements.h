@@ -1,8 +1,9 @@
 // StepElements: finds the groups that have elements of a stepped array, and provides these elements
 // to a column. For an array that covers only a few elements, it keeps these elements in memory from
 // step to step (sparse_elements.h). The cost of a step then depends on the number of its values and
-// not on the size of the mesh. For other arrays, the mesh is decoded again at each step.
-// spec: "Step values"
+// not on the size of the mesh. For other arrays, the mesh is decoded again at each step. All
+// elements of an array that is neither on points nor on cells belong to group 0. spec: "Step
+// values"
 #pragma once
 
 #include <cstddef>
@@ -64,7 +65,10 @@ class StepElements {
   Result<ColumnElements> elements(std::uint32_t array, std::size_t group);
 
   std::uint32_t segment_of(std::size_t group) const { return topology_->segment_of(group); }
-  bool has_neighbourhoods(std::size_t group) const { return topology_->has_neighbourhoods(group); }
+  /// Returns true if the elements of the array in this group have neighbourhoods.
+  bool has_neighbourhoods(std::uint32_t array, std::size_t group) const {
+    return is_on_mesh(schema_->arrays[array].location) && topology_->has_neighbourhoods(group);
+  }
   std::size_t groups() const { return topology_->groups(); }
   std::uint64_t most_active() const { return topology_->most_active(); }
   /// Returns the number of bytes used to store the elements of arrays that cover only a few

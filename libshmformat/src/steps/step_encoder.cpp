@@ -267,7 +267,7 @@ Result<EncodedColumn> StepEncoder::encode_plain() {
         Codec::shuffled_zstd,
         pack_shuffled(shuffled(values(), scalar_bytes(info.type)), kWideArrayZstdLevel)};
   }
-  if (level_ == Level::fast || !mesh_.has_neighbourhoods(group_)) return encode_in_terms();
+  if (level_ == Level::fast || !mesh_.has_neighbourhoods(*array_, group_)) return encode_in_terms();
   const auto elements = mesh_.elements(*array_, group_);
   if (!elements) return elements.error();
   if (!column_ && !weighted_) return choose_codec(*elements);

@@ -54,7 +54,8 @@ Result<std::vector<std::byte>> StepParts::decode_plain(
   const StepReference kind = container::refers_to(header);
   if (!needs_neighbours(codec) && codec != Codec::shuffled_zstd && codec != Codec::terms)
     return wrong("its codec is unknown");
-  if (!may_need_elements(info) && (codec != Codec::shuffled_zstd || kind != StepReference::nothing))
+  if (info.components > kMostStepComponents &&
+      (codec != Codec::shuffled_zstd || kind != StepReference::nothing))
     return wrong("has too many components for its codec");
   if (codec == Codec::terms) {
     auto values = decode_terms(info, bytes, header.count, reference, scratch_);

@@ -40,9 +40,10 @@ class StepParts {
         weighted_(schema, array, most_kept) {}
 
   /// Returns true if values of this array may be predicted from neighbours in the mesh. This is
-  /// impossible if the array has more than kMostStepComponents components.
+  /// impossible if the array is neither on points nor on cells, or has more than
+  /// kMostStepComponents components.
   static bool may_need_elements(const ArrayInfo& info) {
-    return info.components <= kMostStepComponents;
+    return is_on_mesh(info.location) && info.components <= kMostStepComponents;
   }
   /// Checks that a group may have the number of values that the header states. Must be called
   /// before memory for these values is allocated.

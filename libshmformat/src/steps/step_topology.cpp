@@ -13,7 +13,8 @@ namespace shm {
 ElementNeeds needs_of_steps(const Schema& schema) {
   ElementNeeds needs;
   for (const ArrayInfo& info : schema.arrays)
-    if (info.per_step) (info.location == Location::point ? needs.vertices : needs.cells) = true;
+    if (info.per_step && is_on_mesh(info.location))
+      (info.location == Location::point ? needs.vertices : needs.cells) = true;
   return needs;
 }
 
@@ -51,7 +52,6 @@ bool StepTopology::uses(const container::GroupHeader& header,
 
 void StepTopology::add_group(std::uint32_t segment, const container::GroupHeader& header,
                              std::span<const std::span<const std::byte>> streams) {
-  if (!needs_.any()) return;
   Group& group = groups_.emplace_back();
   group.segment = segment;
   group.header = header;
@@ -60,7 +60,7 @@ void StepTopology::add_group(std::uint32_t segment, const container::GroupHeader
   most_active_ = std::max(most_active_, header.max_active_vertices);
   vertices_in_all_ += header.vertices + header.imported_vertices;
   for (std::size_t s = 0; s < header.streams.size() && s < streams.size(); ++s) {
-    if (!uses(header, header.streams[s])) continue;
+    if (!needs_.any() || !uses(header, header.streams[s])) continue;
     group.header.streams.push_back(header.streams[s]);
     group.header.streams.back().bytes = streams[s].size();
     group.streams.insert(group.streams.end(), streams[s].begin(), streams[s].end());

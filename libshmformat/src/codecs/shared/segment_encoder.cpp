@@ -74,7 +74,7 @@ SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& optio
       next_cell_(start.first_cell),
       next_vertex_(start.first_vertex) {
   for (const ArrayInfo& info : schema.arrays) {
-    if (!info.per_step) continue;
+    if (!info.per_step || !is_on_mesh(info.location)) continue;
     std::uint64_t& most = info.location == Location::point ? vertex_step_bytes_ : cell_step_bytes_;
     most = std::max<std::uint64_t>(most, scalar_bytes(info.type) * info.components);
   }

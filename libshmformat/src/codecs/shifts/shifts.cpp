@@ -26,7 +26,8 @@ bool takes_shifts(const Schema& schema) {
                        return block.nodes_per_cell > 0 && block.nodes_per_cell <= kMostShiftNodes;
                      }) &&
          std::none_of(schema.arrays.begin(), schema.arrays.end(), [](const ArrayInfo& array) {
-           return array.per_step && array.components > kMostShiftStepComponents;
+           return array.per_step && is_on_mesh(array.location) &&
+                  array.components > kMostShiftStepComponents;
          });
 }
 
