@@ -16,7 +16,8 @@ module shmformat
       SHMF_INT32 = 5, SHMF_UINT32 = 6, SHMF_INT64 = 7, SHMF_UINT64 = 8, SHMF_FLOAT32 = 9, SHMF_FLOAT64 = 10
   integer(c_int32_t), parameter :: SHMF_TRIANGLE = 3, SHMF_QUAD = 4, SHMF_TETRAHEDRON = 6, SHMF_PYRAMID = 7, &
       SHMF_WEDGE = 8, SHMF_HEXAHEDRON = 9
-  integer(c_int32_t), parameter :: SHMF_POINT_DATA = 0, SHMF_CELL_DATA = 1
+  integer(c_int32_t), parameter :: SHMF_POINT_DATA = 0, SHMF_CELL_DATA = 1, SHMF_GLOBAL_DATA = 2, &
+      SHMF_NODE_SET_DATA = 3, SHMF_SIDE_SET_DATA = 4, SHMF_ELEMENT_SET_DATA = 5
   integer(c_int32_t), parameter :: SHMF_ORDER_KEEP = 0, SHMF_ORDER_STREAM = 1, SHMF_ORDER_FREE = 2
   integer(c_int32_t), parameter :: SHMF_LEVEL_DEFAULT = 0, SHMF_LEVEL_FAST = 1, SHMF_LEVEL_BEST = 2
   integer(c_int32_t), parameter :: SHMF_POINTS = 1, SHMF_CORNERS = 2, SHMF_CORNER_BEGIN = 3, &

@@ -450,6 +450,47 @@ class Writing(FolderTest):
             self.assertEqual(back[2].blocks.tolist(), [0])
             self.assertTrue(np.array_equal(mesh.points[back[0].numbers], points[[0, 1, 2, 3]]))
 
+    def test_data_of_the_mesh_and_of_sets(self):
+        points, cells = bar(40)
+        sets = [shmformat.Set("node", 1, "", np.arange(4)), shmformat.Set("node", 2, "", np.arange(9)),
+                shmformat.Set("side", 5, "", np.array([7, 9]), sides=np.array([5, 6])),
+                shmformat.Set("element", 6, "", np.array([3]))]
+        steps = (0, 1, 3)
+        data = {"global_data": {"energy": {s: np.array([s * 1.5]) for s in steps},
+                                "count": {s: np.array([s, 7], np.int32) for s in steps}},
+                "node_set_data": {"force": {s: np.arange(39.).reshape(13, 3) * s for s in steps}},
+                "side_set_data": {"flux": {s: np.array([s, .5]) for s in steps}},
+                "element_set_data": {"damage": {s: np.array([s], np.float32) for s in steps}}}
+
+        def same(mesh, steps):
+            for kind, arrays in data.items():
+                found = getattr(mesh, kind)
+                self.assertEqual(list(found), list(arrays))
+                for name, values in arrays.items():
+                    self.assertEqual(list(found[name]), list(steps))
+                    self.assertIsNone(found.on_sets(name))
+                    for step in steps:
+                        self.assertEqual(found[name][step].tolist(), values[step].tolist(), (name, step))
+
+        def part(of):
+            return {kind: {name: {s: values[s] for s in of} for name, values in arrays.items()}
+                    for kind, arrays in data.items()}
+
+        for order in ("keep", "stream"):
+            path = self.path(order + ".shm")
+            shmformat.write(path, points, cells, sets=sets, step_times=[0, 1], order=order, **part((0, 1)))
+            same(shmformat.open(path), (0, 1))
+            shmformat.append(path, step_times=[0, 1, 2, 3], **part((3,)))
+            mesh = shmformat.open(path)
+            same(mesh, steps)
+            same(mesh.select(cells=(3, 5)), steps)  # a selection has all of them
+            self.assertEqual(list(mesh.point_data) + list(mesh.cell_data), [])
+        with shmformat.open(GOLDEN / "steps_beside_mesh.shm") as mesh:
+            self.assertEqual(mesh.node_set_data.on_sets("pressure"), [0, 7])
+            self.assertEqual(mesh.side_set_data["flux"][2].shape, (25, 2))
+            self.assertEqual(mesh.side_set_data["flux"][2][0, 1], -1)
+            self.assertEqual(list(mesh.element_set_data["damaged"]), [0, 1, 3, 4])
+
     def test_cells_of_several_blocks_go_in_as_they_came_out(self):
         with shmformat.open(GOLDEN / "every_shape.shm") as mesh:
             shmformat.write(self.path("again.shm"), mesh.points, mesh.cells, blocks=mesh.blocks)

@@ -239,6 +239,24 @@ class Sets(Case):
         same = vtk_to_numpy(ends.GetPoints().GetData())
         self.assertTrue(np.array_equal(vtk_to_numpy(ends.GetPointData().GetArray("v")), same))
 
+    def test_data_of_the_mesh_and_of_sets(self):
+        name = self.bar(sets=self.SETS, global_data={"energy": {0: np.array([1.]), 2: np.array([2.5])}},
+                        node_set_data={"force": {2: np.array([1., 2, 3, 4])}},
+                        side_set_data={"flux": {2: np.array([[1., 10], [2, 20], [3, 30]])}},
+                        element_set_data={"damage": {2: np.array([.5, .25])}})
+        for blocks in (False, True):
+            reader = shmformat.vtk.Reader(blocks=blocks, sets=True)
+            reader.SetFileName(name)
+            for time, energy in ((0, 1.), (1, 2.5)):
+                reader.UpdateTimeStep(time)
+                field = reader.GetOutputDataObject(0).GetFieldData()
+                self.assertEqual(vtk_to_numpy(field.GetArray("energy")).tolist(), [energy])
+        parts = self.parts(reader)
+        values = [vtk_to_numpy(data.GetArray(array)).tolist() for data, array in (
+            (parts["node_sets", "left"].GetPointData(), "force"), (parts["side_sets", "ends"].GetCellData(), "flux"),
+            (parts["element_sets", "element set 4"].GetCellData(), "damage"))]
+        self.assertEqual(values, [[1, 2, 3, 4], [[1, 10], [2, 20], [3, 30]], [.5, .25]])
+
     def test_they_are_switched_on_and_off(self):
         reader = shmformat.vtk.Reader(blocks=True)
         reader.SetFileName(self.bar(sets=self.SETS))

@@ -168,7 +168,16 @@ typedef enum shmf_shape {
    SHMF_POLYHEDRON, and 42 for SHMF_FACES. */
 SHMF_API int32_t shmf_vtk_cell_type(int32_t shape, uint32_t nodes);
 
-enum { SHMF_POINT_DATA = 0, SHMF_CELL_DATA = 1 }; /* Locations of arrays. */
+/* Locations of arrays: vertices, cells, the whole mesh, or members of sets. Arrays at the last four
+   locations have time steps. */
+enum {
+  SHMF_POINT_DATA = 0,
+  SHMF_CELL_DATA = 1,
+  SHMF_GLOBAL_DATA = 2,
+  SHMF_NODE_SET_DATA = 3,
+  SHMF_SIDE_SET_DATA = 4,
+  SHMF_ELEMENT_SET_DATA = 5
+};
 enum { SHMF_ORDER_KEEP = 0, SHMF_ORDER_STREAM = 1, SHMF_ORDER_FREE = 2 };
 enum { SHMF_REFERS_TO_NOTHING = 0, SHMF_REFERS_TO_VERTICES = 1, SHMF_REFERS_TO_CELLS = 2 };
 enum { SHMF_LEVEL_DEFAULT = 0, SHMF_LEVEL_FAST = 1, SHMF_LEVEL_BEST = 2 };
@@ -287,15 +296,17 @@ typedef struct shmf_array {
   /* "" for an ordinary field. For an array with a special purpose in the source format, the name of
      this purpose, e.g. "exodus:node_num_map". */
   const char* role;
-  int32_t location; /* SHMF_POINT_DATA or SHMF_CELL_DATA. */
+  int32_t location; /* SHMF_POINT_DATA, SHMF_CELL_DATA, ... */
   int32_t type;     /* Type of the values, a shmf_type. */
   uint32_t components;
   /* 1: the array has values at time steps (all, or some of them); 0: the array is static. */
   int32_t per_step;
-  /* Number of elements with values: all vertices, or the cells of `blocks`. Writers ignore this
-     member. */
+  /* Number of elements with values: all vertices, the cells of `blocks`, or the members of the
+     sets, set after set. Writers ignore this member for point and cell data. */
   uint64_t elements;
-  /* For cell data: ascending indices of the blocks whose cells have values; NULL: all blocks. */
+  /* For cell data: ascending indices of the blocks whose cells have values; NULL: all blocks. For
+     data of sets: ascending numbers of the sets whose members have values; NULL: all sets of this
+     kind. The sets of each kind are numbered from 0, in the order of shmf_get_set(). */
   const uint32_t* blocks;
   uint32_t block_count;
   uint32_t reserved;

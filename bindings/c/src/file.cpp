@@ -116,6 +116,7 @@ shm::Result<shmf_array> array_of(const shm::Schema& schema, std::uint32_t array)
   info.type = static_cast<std::int32_t>(from.type);
   info.components = from.components;
   info.per_step = from.per_step ? 1 : 0;
+  info.elements = from.elements;
   info.blocks = from.blocks.empty() ? nullptr : from.blocks.data();
   info.block_count = static_cast<std::uint32_t>(from.blocks.size());
   if (from.quantization.lossy()) info.error = from.quantization.max_error(from.type);
@@ -134,8 +135,11 @@ shmf_extra extra_of(const shm::Extra& extra) {
   return info;
 }
 
-std::uint64_t covered_cells(const shm::Schema& schema, std::uint32_t array,
-                            const std::vector<std::uint64_t>& block_cells) {
+std::uint64_t elements_of(const shm::Schema& schema, std::uint32_t array, std::uint64_t vertices,
+                          const std::vector<std::uint64_t>& block_cells) {
+  const shm::ArrayInfo& info = schema.arrays[array];
+  if (info.location == shm::Location::point) return vertices;
+  if (info.location != shm::Location::cell) return info.elements;
   std::uint64_t cells = 0;
   for (std::uint32_t b = 0; b < block_cells.size(); ++b)
     if (schema.array_covers(array, b)) cells += block_cells[b];
@@ -279,9 +283,8 @@ shmf_status shmf_get_array(const shmf_file* file, uint32_t array, shmf_array* in
   return with_mesh(file, error, [&]() -> Result<void> {
     auto own = shmf::array_of(file->schema(), array);
     if (!own) return own.error();
-    own->elements = own->location == SHMF_POINT_DATA
-                        ? file->mesh->vertices()
-                        : shmf::covered_cells(file->schema(), array, file->mesh->block_cells());
+    own->elements =
+        shmf::elements_of(file->schema(), array, file->mesh->vertices(), file->mesh->block_cells());
     return give(info, *own, "info");
   });
 }

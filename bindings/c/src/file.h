@@ -38,10 +38,10 @@ shmf_info info_of(const shm::Schema& schema);
 shm::Result<shmf_block> block_of(const shm::Schema& schema, std::uint32_t block);
 shm::Result<shmf_array> array_of(const shm::Schema& schema, std::uint32_t array);
 shmf_extra extra_of(const shm::Extra& extra);
-/// Returns the number of cells that have values in a cell array. `block_cells` contains the number
-/// of cells of each block.
-std::uint64_t covered_cells(const shm::Schema& schema, std::uint32_t array,
-                            const std::vector<std::uint64_t>& block_cells);
+/// Returns the number of elements of an array. `block_cells` contains the number of cells of each
+/// block.
+std::uint64_t elements_of(const shm::Schema& schema, std::uint32_t array, std::uint64_t vertices,
+                          const std::vector<std::uint64_t>& block_cells);
 
 }  // namespace shmf
 

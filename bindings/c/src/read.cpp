@@ -369,8 +369,7 @@ Result<void> StepPass::run(Watch& watch, double done, double all) {
 Result<void> StepPass::read(std::uint32_t array, std::uint64_t step, std::span<Target*> targets) {
   const Piece& piece = file_->piece;
   covered_.clear();
-  const bool of_points = file_->schema().arrays[array].location == shm::Location::point;
-  if (!of_points)
+  if (file_->schema().arrays[array].location == shm::Location::cell)
     for (std::size_t c = 0; c < cell_blocks_->size(); ++c)
       if (file_->schema().array_covers(array, (*cell_blocks_)[c])) covered_.push_back(c);
   for (Target* target : targets) target->put_nothing(0, target->elements());
@@ -392,7 +391,7 @@ Result<void> StepPass::read(std::uint32_t array, std::uint64_t step, std::span<T
     if (auto placed = place(**values, targets); !placed) return placed;
   }
   const std::uint64_t expected =
-      of_points ? piece.vertex_count : covered_cells(file_->schema(), array, piece.block_cells);
+      elements_of(file_->schema(), array, piece.vertex_count, piece.block_cells);
   if (placed_ < expected && !file_->damaged)
     return corrupt("there are values of " + std::to_string(placed_) + " elements, expected " +
                        std::to_string(expected),
@@ -423,7 +422,9 @@ Result<void> StepPass::place(const shm::StepValues& values, std::span<Target*> t
 
 Result<std::uint64_t> StepPass::place_of(const Target& target, std::uint64_t number) const {
   const Piece& piece = file_->piece;
-  const bool of_points = target.info()->location == shm::Location::point;
+  const shm::Location location = target.info()->location;
+  if (!is_on_mesh(location) && number < target.elements()) return number;
+  const bool of_points = location == shm::Location::point;
   auto place = of_points ? position(piece.vertices, piece.whole, piece.vertex_count, number)
                          : position(piece.numbers, piece.whole, piece.cell_count, number);
   if (place && !of_points && !target.fills()) {
@@ -447,7 +448,7 @@ Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf
   for (const Target& target : targets) {
     if (!target.wanted()) continue;
     stepped = stepped || target.is_stepped();
-    stepped_points = stepped_points || (target.is_stepped() && !target.of_cells());
+    stepped_points = stepped_points || (target.is_stepped() && target.of_points());
     blocks = blocks || (target.is_stepped() && target.of_cells() && !target.fills());
     mesh = mesh || !target.is_stepped();
   }

@@ -123,14 +123,11 @@ Result<void> Target::fit_values(const shmf_target& own, const shmf_file& file) {
   if (!info_->per_step && step_ != 0) return misuse("the array is static, so the step must be 0");
   if (to_ != from_ && !(from_ == ScalarType::float64 && to_ == ScalarType::float32))
     return misuse("the array has another type, " + std::string(shm::scalar_name(from_)));
-  const bool of_points = info_->location == shm::Location::point;
-  fills_ = !of_points && ((own.flags & SHMF_FILL) != 0 || info_->blocks.empty());
-  if (of_points)
-    elements_ = file.piece.vertex_count;
-  else if (fills_)
-    elements_ = file.piece.cell_count;
-  else
-    elements_ = covered_cells(file.schema(), array_, file.piece.block_cells);
+  fills_ = info_->location == shm::Location::cell &&
+           ((own.flags & SHMF_FILL) != 0 || info_->blocks.empty());
+  elements_ =
+      fills_ ? file.piece.cell_count
+             : elements_of(file.schema(), array_, file.piece.vertex_count, file.piece.block_cells);
   return {};
 }
 

@@ -27,6 +27,7 @@ class Target {
   /// (SHMF_FILL).
   bool fills() const { return fills_; }
   bool of_cells() const;
+  bool of_points() const { return info_ != nullptr && info_->location == shm::Location::point; }
   bool is_stepped() const { return info_ != nullptr && info_->per_step; }
   const shm::ArrayInfo* info() const { return info_; }
   /// Returns true if the caller requests the values; false if `data` is null, so that only the size

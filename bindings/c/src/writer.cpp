@@ -107,7 +107,8 @@ Result<void> shmf_writer::begin_mesh() {
   bool stepped = false;
   for (const shm::ArrayInfo& array : schema.arrays) {
     stepped = stepped || array.per_step;
-    keeps_blocks = keeps_blocks || (array.per_step && !array.blocks.empty());
+    keeps_blocks = keeps_blocks || (array.per_step && array.location == shm::Location::cell &&
+                                    !array.blocks.empty());
   }
   if (stepped || schema.order != shm::Order::keep) options.coding_order = &order;
   auto created = shm::Writer::create(*sink, schema, options);
@@ -495,7 +496,7 @@ shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array, shmf
     if (writer->stage != Stage::schema) return misuse("arrays must be declared before the mesh");
     const auto own = shmf::taken(array, "the array");
     if (!own) return own.error();
-    if (own->location != SHMF_POINT_DATA && own->location != SHMF_CELL_DATA)
+    if (own->location < SHMF_POINT_DATA || own->location > SHMF_ELEMENT_SET_DATA)
       return misuse("no location " + std::to_string(own->location));
     if (shmf_type_bytes(own->type) == 0) return misuse("no type " + std::to_string(own->type));
     if (own->block_count > 0 && own->blocks == nullptr) return misuse("the blocks are NULL");
@@ -506,6 +507,7 @@ shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array, shmf
     info.type = static_cast<shm::ScalarType>(own->type);
     info.components = own->components == 0 ? 1 : own->components;
     info.per_step = own->per_step != 0;
+    if (!is_on_mesh(info.location)) info.elements = own->elements;
     const auto blocks = shmf::list_of(own->blocks, own->block_count);
     info.blocks.assign(blocks.begin(), blocks.end());
     auto bound = shmf::bound_of(own->error, info.type, info.components);

@@ -113,11 +113,14 @@ class _Array:
     components: int
     per_step: bool
     error: float
+    elements: int
+    blocks: list[int] | None  # blocks whose cells have values, or numbers of sets; None: all
 
     @staticmethod
     def of(info: Any) -> _Array:
         return _Array(text(info.name), text(info.role), info.location, info.type, info.components,
-                      bool(info.per_step), info.error)
+                      bool(info.per_step), info.error, info.elements,
+                      list(info.blocks[0:info.block_count]) if info.block_count else None)
 
 
 class Steps(Mapping):
@@ -143,9 +146,9 @@ class Steps(Mapping):
 
 
 class Data(Mapping):
-    """The point arrays or the cell arrays of a mesh, as a mapping from names to values. The values of a static array
-    are an ndarray. The values of an array with time steps are a Steps object. If several arrays have the same name,
-    only the first array is accessible."""
+    """The arrays of a mesh at one location (points, cells, the whole mesh, or sets of one kind), as a mapping from names
+    to values. The values of a static array are an ndarray. The values of an array with time steps are a Steps object. If
+    several arrays have the same name, only the first array is accessible."""
 
     def __init__(self, mesh: Mesh, location: int):
         self._mesh = mesh
@@ -178,6 +181,11 @@ class Data(Mapping):
         """Returns the error bound: the largest possible difference between a value and the original value; 0 if
         lossless."""
         return self._mesh._arrays[self._arrays[name]].error
+
+    def on_sets(self, name: str) -> list[int] | None:
+        """For data of sets: returns the numbers of the sets whose members have values, in order; None if all sets of
+        this kind have values. The sets of each kind are numbered from 0, in the order of Mesh.sets."""
+        return self._mesh._arrays[self._arrays[name]].blocks
 
 
 class _Handle:
@@ -441,6 +449,28 @@ class Mesh:
         return Data(self, lib.SHMF_CELL_DATA)
 
     @property
+    def global_data(self) -> Data:
+        """Arrays of the whole mesh, which have time steps: their values at a step have the shape (n,), usually (1,), or
+        (n, components). A selection of cells has the values of the whole mesh."""
+        return Data(self, lib.SHMF_GLOBAL_DATA)
+
+    @property
+    def node_set_data(self) -> Data:
+        """Arrays of node sets, which have time steps. They have one element for each member, set after set; see
+        Data.on_sets(). A selection of cells has the values of the whole mesh."""
+        return Data(self, lib.SHMF_NODE_SET_DATA)
+
+    @property
+    def side_set_data(self) -> Data:
+        """Arrays of side sets, as node_set_data."""
+        return Data(self, lib.SHMF_SIDE_SET_DATA)
+
+    @property
+    def element_set_data(self) -> Data:
+        """Arrays of element sets, as node_set_data."""
+        return Data(self, lib.SHMF_ELEMENT_SET_DATA)
+
+    @property
     def extras(self) -> list[Extra]:
         count = ffi.new("uint64_t*")
         self._handle(lib.shmf_extra_count, count)
@@ -634,7 +664,8 @@ class Mesh:
 
     def _shape(self, array: int) -> tuple[int, ...]:
         info, counts = self._arrays[array], self._count()
-        elements = counts.vertices if info.location == lib.SHMF_POINT_DATA else counts.cells
+        elements = (counts.vertices if info.location == lib.SHMF_POINT_DATA
+                    else counts.cells if info.location == lib.SHMF_CELL_DATA else info.elements)
         return (elements,) if info.components == 1 else (elements, info.components)
 
     def _steps_of(self, array: int) -> list[int]:

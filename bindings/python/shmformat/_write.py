@@ -15,7 +15,8 @@ _LEVELS = {"default": 0, "fast": 1, "best": 2}
 _ORDERS = {"keep": 0, "stream": 1, "free": 2}
 
 Target = Union[str, "os.PathLike[str]", BinaryIO]
-Values = Union[np.ndarray, Mapping[int, np.ndarray]]
+Steps = Mapping[int, np.ndarray]
+Values = Union[np.ndarray, Steps]
 
 
 class _Writer:
@@ -112,6 +113,8 @@ def _first_step(values: Values) -> np.ndarray:
 
 def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block] | None = None,
           point_data: Mapping[str, Values] | None = None, cell_data: Mapping[str, Values] | None = None,
+          global_data: Mapping[str, Steps] | None = None, node_set_data: Mapping[str, Steps] | None = None,
+          side_set_data: Mapping[str, Steps] | None = None, element_set_data: Mapping[str, Steps] | None = None,
           step_times: Sequence[float] | None = None, sets: Sequence[Set] = (), extras: Sequence[Extra] = (),
           order: str = "keep", level: str = "default", threads: int = 1, coordinate_error: float = 0,
           errors: Mapping[str, float] | None = None, source_format: str = "", replace: bool = False) -> int:
@@ -121,7 +124,9 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
     exists already, the call fails unless `replace` is true.
     points: an array of shape (n, 3), of type float64 or float32. cells: an array of shape (n, 8) with the vertices of
     hexahedra, or Cells. The `types` of Cells are ignored, because `blocks` defines the shapes. point_data, cell_data:
-    for each name, an array with one element per vertex or cell, or a mapping from time steps to such arrays. order:
+    for each name, an array with one element per vertex or cell, or a mapping from time steps to such arrays.
+    global_data: for each name, a mapping from time steps to arrays. node_set_data, side_set_data, element_set_data: for
+    each name, a mapping from time steps to arrays with one element per member of all sets of this kind in `sets`. order:
     "keep", "stream" or "free". level: "fast", "default" or "best". threads: number of encoding threads; 0: one per
     core. coordinate_error: the largest allowed error of a coordinate; 0: lossless. errors: for each array name, the
     largest allowed error of its values.
@@ -143,8 +148,11 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
         arrays = [_target(lib.SHMF_POINTS, xyz, writer)] + _cell_targets(cells, blocks, writer)
         stepped: list[tuple[int, Mapping[int, np.ndarray]]] = []
         index = 0
-        for location, data in ((lib.SHMF_POINT_DATA, point_data or {}), (lib.SHMF_CELL_DATA, cell_data or {})):
-            for key, values in data.items():
+        for location, data in ((lib.SHMF_POINT_DATA, point_data), (lib.SHMF_CELL_DATA, cell_data),
+                               (lib.SHMF_GLOBAL_DATA, global_data), (lib.SHMF_NODE_SET_DATA, node_set_data),
+                               (lib.SHMF_SIDE_SET_DATA, side_set_data),
+                               (lib.SHMF_ELEMENT_SET_DATA, element_set_data)):
+            for key, values in (data or {}).items():
                 one = _plain(_first_step(values))
                 if one.ndim not in (1, 2):
                     raise ValueError(f"'{key}' has {one.ndim} dimensions, not 1 or 2")
@@ -152,6 +160,7 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
                 made.name, made.location, made.type = writer.kept(key), location, TYPES[one.dtype]
                 made.components = one.shape[1] if one.ndim == 2 else 1
                 made.per_step = isinstance(values, Mapping)
+                made.elements = len(one)
                 made.error = (errors or {}).get(key, 0)
                 writer(lib.shmf_writer_array, made)
                 if isinstance(values, Mapping):
@@ -173,12 +182,14 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
 
 
 def append(path: str | os.PathLike[str], *, point_data: Mapping[str, Mapping[int, np.ndarray]] | None = None,
-           cell_data: Mapping[str, Mapping[int, np.ndarray]] | None = None, step_times: Sequence[float] | None = None,
-           level: str = "default") -> int:
+           cell_data: Mapping[str, Mapping[int, np.ndarray]] | None = None,
+           global_data: Mapping[str, Steps] | None = None, node_set_data: Mapping[str, Steps] | None = None,
+           side_set_data: Mapping[str, Steps] | None = None, element_set_data: Mapping[str, Steps] | None = None,
+           step_times: Sequence[float] | None = None, level: str = "default") -> int:
     """Adds time steps to a file, and returns its size in bytes. The old file remains until the new file is complete and
     replaces it.
 
-    point_data, cell_data: for each name of an array in the file, a mapping from new time steps to values. Vertices and
+    point_data, ..., element_set_data: for each name of an array in the file, a mapping from new time steps to values. Vertices and
     cells are in the order in which a Mesh of this file returns them. step_times: the times of all steps, including the
     existing steps.
     """
@@ -186,8 +197,10 @@ def append(path: str | os.PathLike[str], *, point_data: Mapping[str, Mapping[int
     with open_shm(path) as mesh:
         if not isinstance(mesh, Mesh):
             raise ValueError(f"{path} is an archive of several meshes")
-        for data, values in ((mesh.point_data, point_data or {}), (mesh.cell_data, cell_data or {})):
-            for name, steps in values.items():
+        for data, values in ((mesh.point_data, point_data), (mesh.cell_data, cell_data), (mesh.global_data, global_data),
+                             (mesh.node_set_data, node_set_data), (mesh.side_set_data, side_set_data),
+                             (mesh.element_set_data, element_set_data)):
+            for name, steps in (values or {}).items():
                 index = data._arrays[name]
                 wanted.append((index, DTYPES[mesh._arrays[index].type], steps))
     options = struct("write_options")

@@ -179,6 +179,9 @@ class Reader(VTKPythonAlgorithmBase):
     contains a grid for each block, node set (vertices), side set (edges and faces) and element set (cells), and an
     assembly with a group for each of these kinds, as in vtkIOSSReader.
 
+    Arrays of the whole mesh are field data of the output. Arrays of node sets are point data of the grids of these sets,
+    and arrays of side and element sets are cell data.
+
     After UpdateInformation(), GetPointDataArraySelection() and GetCellDataArraySelection() list the arrays, and switch
     them on and off. In collections, GetElementBlockSelection(), GetNodeSetSelection(), GetSideSetSelection() and
     GetElementSetSelection() do the same for blocks and sets. Sets are off by default, unless sets=True, because their
@@ -250,7 +253,8 @@ class Reader(VTKPythonAlgorithmBase):
                 raise ValueError(f"{self._name} is an archive of several meshes")
             self._mesh, self._sets, self._flat = mesh, mesh.sets, None
             for array in mesh._arrays:
-                self._selections[array.location].AddArray(array.name)
+                if array.location in (lib.SHMF_POINT_DATA, lib.SHMF_CELL_DATA):
+                    self._selections[array.location].AddArray(array.name)
             for block in mesh.blocks:
                 self._parts["block"].AddArray(_name_of(block))
             for own in self._sets:
@@ -295,6 +299,9 @@ class Reader(VTKPythonAlgorithmBase):
         else:
             out = vtkUnstructuredGrid.GetData(outputs, 0)
             out.ShallowCopy(self._grid(piece, step))
+        for name, steps in mesh.global_data.items():
+            if step in steps:
+                out.GetFieldData().AddArray(_filled(steps[step], name))
         if times:
             out.GetInformation().Set(out.DATA_TIME_STEP(), times[step])
         return 1
@@ -316,7 +323,8 @@ class Reader(VTKPythonAlgorithmBase):
         """Returns the indices of the arrays that are switched on and have values at the time step. Static arrays have
         values at all steps."""
         return [index for index, array in enumerate(mesh._arrays)
-                if self._selections[array.location].ArrayIsEnabled(array.name)
+                if array.location in (lib.SHMF_POINT_DATA, lib.SHMF_CELL_DATA)
+                and self._selections[array.location].ArrayIsEnabled(array.name)
                 and (not array.per_step or step in mesh._steps_of(index))]
 
     def _grid(self, mesh: Mesh, step: int) -> vtkUnstructuredGrid:
@@ -374,7 +382,8 @@ class Reader(VTKPythonAlgorithmBase):
             vertices = Cells(np.arange(count + 1), np.arange(count), np.full(count, vtk_type("vertex", 1), np.uint8),
                              np.zeros(count, np.uint32))
             made.append(_grid_of(all_of.points[own.numbers], vertices,
-                                 {name: values[own.numbers] for name, values in all_of.point_data.items()}))
+                                 {name: values[own.numbers] for name, values in all_of.point_data.items()}
+                                 | self._values_on(own, mesh, step)))
         return made
 
     def _side_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
@@ -397,8 +406,27 @@ class Reader(VTKPythonAlgorithmBase):
                             {name: values[used] for name, values in all_of.point_data.items()})
             for name, values in (("shm_cell_number", own.numbers[inside]), ("shm_side", numbers_of_sides)):
                 grid.GetCellData().AddArray(_filled(values[known].astype(np.int64), name))
+            for name, values in self._values_on(own, mesh, step).items():
+                grid.GetCellData().AddArray(_filled(values[inside][known], name))
             made.append(grid)
         return made
+
+    def _values_on(self, own: Set, mesh: Mesh, step: int) -> dict[str, np.ndarray]:
+        """Returns the arrays with values for the members of a set, in the order of the members."""
+        of_kind = [other for other in self._sets if other.kind == own.kind]
+        number = next(n for n, other in enumerate(of_kind) if other is own)
+        data = {"node": mesh.node_set_data, "side": mesh.side_set_data, "element": mesh.element_set_data}[own.kind]
+        values = {}
+        for name, steps in data.items():
+            covered = data.on_sets(name)
+            covered = list(range(len(of_kind))) if covered is None else covered
+            if number not in covered or step not in steps or covered[-1] >= len(of_kind):
+                continue
+            first = sum(len(of_kind[n].numbers) for n in covered if n < number)
+            here = steps[step][first:first + len(own.numbers)]
+            if len(here) == len(own.numbers):
+                values[name] = here
+        return values
 
     def _element_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
         made = []
@@ -407,7 +435,14 @@ class Reader(VTKPythonAlgorithmBase):
             if own.blocks is not None:
                 of_blocks = mesh.select(blocks=own.blocks.tolist()).cell_numbers
                 numbers = np.union1d(numbers, of_blocks.astype(np.uint64))
-            made.append(self._grid(mesh.select(cells=cells, numbers=numbers), step))
+            piece = mesh.select(cells=cells, numbers=numbers)
+            grid = self._grid(piece, step)
+            if own.blocks is None and len(np.unique(own.numbers)) == len(own.numbers):
+                order = np.argsort(own.numbers)
+                rows = order[np.searchsorted(own.numbers[order], piece.cell_numbers.astype(np.uint64))]
+                for name, values in self._values_on(own, mesh, step).items():
+                    grid.GetCellData().AddArray(_filled(values[rows], name))
+            made.append(grid)
         return made
 
 

@@ -13,7 +13,7 @@ const TYPE_NAMES = ["", "int8", "uint8", "int16", "uint16", "int32", "uint32", "
   "float32", "float64"];
 const SHAPES = ["other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron", "pyramid",
   "wedge", "hexahedron", "polyhedron", "faces"];
-const LOCATIONS = ["point", "cell"];
+const LOCATIONS = ["point", "cell", "global", "node_set", "side_set", "element_set"];
 const ORDERS = ["keep", "stream", "free"];
 const SETS = ["node", "side", "element"];
 const REFERS = ["nothing", "vertices", "cells"];

@@ -87,17 +87,24 @@ export interface Block {
   readonly cells: number;
 }
 
+/** Where an array has values: vertices, cells, the whole mesh, or members of sets. Arrays at the last
+ *  four locations have time steps. */
+export type ArrayLocation =
+  "point" | "cell" | "global" | "node_set" | "side_set" | "element_set";
+
 export interface ArrayInfo {
   readonly index: number;
   readonly name: string;
   /** Role of the array in the source format, such as "exodus:node_num_map"; "" for field data. */
   readonly role: string;
-  readonly location: "point" | "cell";
+  readonly location: ArrayLocation;
   readonly type: ScalarType;
   readonly components: number;
-  /** Number of elements with values: all vertices, or the cells of `blocks`. */
+  /** Number of elements with values: all vertices, the cells of `blocks`, or the members of the
+   *  sets, set after set. */
   readonly elements: number;
-  /** For cell data: indices of the blocks whose cells have values; null: all blocks. */
+  /** For cell data: indices of the blocks whose cells have values; for data of sets: numbers of the
+   *  sets, which are numbered from 0 for each kind; null: all blocks or sets. */
   readonly blocks: number[] | null;
   /** Error bound: largest possible difference between a value and the original value; 0:
    *  lossless. */
@@ -111,7 +118,7 @@ export interface ArrayInfo {
 export interface WantedArray {
   index?: number;
   name?: string;
-  location?: "point" | "cell";
+  location?: ArrayLocation;
   /** Time step; required if the array has time steps. */
   step?: number;
   /** Type of the returned values. Default: the type of the array. float64 arrays can also be read
@@ -165,7 +172,7 @@ export interface Cells {
 export interface ReadArray {
   readonly index: number;
   readonly name: string;
-  readonly location: "point" | "cell";
+  readonly location: ArrayLocation;
   readonly components: number;
   /** Time step of the values; null for static arrays. */
   readonly step: number | null;

@@ -8,7 +8,7 @@
 export function colourings(arrays) {
   const found = new Map();
   for (const array of arrays) {
-    if (array.role !== "") continue;
+    if (array.role !== "" || !["point", "cell"].includes(array.location)) continue;
     const key = array.location === "cell" && array.blocks !== null
       ? JSON.stringify([array.name, array.components, array.steps]) : `one ${array.index}`;
     const known = found.get(key);
