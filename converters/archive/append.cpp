@@ -139,9 +139,10 @@ class Appending {
     if (cell_order() != nullptr) covered.emplace(*steps_, *cell_order(), spool_);
     for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
       if (!schema.arrays[a].per_step) continue;
-      NumberList* order = schema.arrays[a].location == Location::point ? vertex_order()
-                          : covered                                    ? &covered->elements(a)
-                                                                       : nullptr;
+      const Location location = schema.arrays[a].location;
+      NumberList* order = location == Location::point             ? vertex_order()
+                          : location == Location::cell && covered ? &covered->elements(a)
+                                                                  : nullptr;
       for (std::size_t i = 0; i < outcome_.steps.size(); ++i) {
         const std::uint64_t to = old().step_times.size() + i;
         feed_step(*steps_, a, outcome_.steps[i], order, kCacheBytes,

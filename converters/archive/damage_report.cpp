@@ -194,7 +194,7 @@ std::string counted(std::uint64_t count, const std::string& one) {
 std::string array_label(const std::optional<Schema>& schema, std::uint32_t array) {
   if (!schema || array >= schema->arrays.size()) return "array " + std::to_string(array);
   const ArrayInfo& info = schema->arrays[array];
-  return (info.location == Location::point ? "point/" : "cell/") + info.name;
+  return std::string(location_name(info.location)) + "/" + info.name;
 }
 
 std::string array_labels(const std::optional<Schema>& schema,

@@ -179,12 +179,15 @@ void Salvage::tell_steps(const PieceMesh& piece) {
                                     {"count", count}});
   }
   for (const auto& [array, values] : lost) {
-    const bool of_points = whole_.schema.arrays[array].location == Location::point;
+    const Location location = whole_.schema.arrays[array].location;
     const std::string least =
         values.least == values.most ? "" : std::to_string(values.least) + " to ";
     report_.missing.push_back("values of " + label(array) + " at " + steps_text(values.steps) +
                               " of " + least + std::to_string(values.most) +
-                              (of_points ? " vertices" : " cells") + " in the result");
+                              (location == Location::point  ? " vertices"
+                               : location == Location::cell ? " cells"
+                                                            : " elements") +
+                              " in the result");
   }
 }
 
@@ -226,6 +229,9 @@ SalvageReport Salvage::run(ByteSink& sink, const Progress& progress) {
   PieceMesh piece(file_, how, whole_.extras, sets, name_, spool_);
   for (const std::string& set : piece.without_factors())
     report_missing("distribution factors of " + set, {{"what", "factors"}, {"set", set}});
+  for (const std::string& array : piece.without_sets())
+    report_missing("array '" + array + "', because members of its sets are missing",
+                   {{"what", "array"}, {"array", array}});
   if (piece.info().vertices == 0 && (!damage_.vertices || *damage_.vertices > 0))
     throw Failure(ErrorCode::corrupt, "nothing of the mesh is left", name_);
   tell_cells(piece);

@@ -160,11 +160,13 @@ void Comparison::compare_array_lists() {
     return;
   }
   const auto text = [](const ArrayInfo& array) {
-    return "'" + array.name + "' (" + (array.location == Location::point ? "point" : "cell") +
-           " data, " + std::to_string(array.components) + " x " +
-           std::string(scalar_name(array.type)) + (array.per_step ? " per step" : "") +
-           (array.role.empty() ? "" : ", " + array.role) + ", on " +
-           (array.blocks.empty() ? "all" : std::to_string(array.blocks.size())) + " blocks)";
+    return "'" + array.name + "' (" + std::string(location_name(array.location)) + " data, " +
+           std::to_string(array.components) + " x " + std::string(scalar_name(array.type)) +
+           (array.per_step ? " per step" : "") + (array.role.empty() ? "" : ", " + array.role) +
+           ", on " + (array.blocks.empty() ? "all" : std::to_string(array.blocks.size())) +
+           " blocks" +
+           (is_on_mesh(array.location) ? "" : ", " + std::to_string(array.elements) + " elements") +
+           ")";
   };
   for (std::size_t i = 0; i < a.size(); ++i) {
     ArrayInfo plain = b[i];
@@ -239,9 +241,9 @@ void Comparison::compare_array(std::size_t array, const std::string& name) {
     };
     std::string what = name;
     if (data.per_step) what += ", step " + std::to_string(step);
-    const char* element = data.location == Location::point ? "vertex"
-                          : data.blocks.empty()            ? "cell"
-                                                           : "element";
+    const char* element = data.location == Location::point                         ? "vertex"
+                          : data.location == Location::cell && data.blocks.empty() ? "cell"
+                                                                                   : "element";
     compare_column(
         {name, std::move(what), element, data.type, data.components, info.array_elements(array),
          data.quantization, data.fills, from(source_), from(restored_)},

@@ -126,6 +126,10 @@ class Pairing {
     if (one_format_ && a.per_step != b.per_step)
       differ(a.per_step ? "stepped" : "static", b.per_step ? "stepped" : "static", false);
     if (one_format_ && a.blocks != b.blocks) differ(cover(a), cover(b), false);
+    if (a.elements != b.elements) {
+      const auto text = [](std::uint64_t n) { return std::to_string(n) + " elements"; };
+      return differ(text(a.elements), text(b.elements), false);
+    }
     if (a.components != b.components && !pad(pair)) {
       const auto text = [](std::uint32_t n) {
         return std::to_string(n) + (n == 1 ? " component" : " components");
@@ -136,8 +140,9 @@ class Pairing {
   }
 
   static std::string cover(const ArrayInfo& array) {
-    if (array.blocks.empty()) return "on all blocks";
-    std::string text = "on blocks";
+    const std::string what = is_on_mesh(array.location) ? "blocks" : "sets";
+    if (array.blocks.empty()) return "on all " + what;
+    std::string text = "on " + what;
     for (const std::uint32_t block : array.blocks) text += " " + std::to_string(block);
     return text;
   }
@@ -225,7 +230,7 @@ class Pairing {
         if (found.empty()) return true;
         const ArrayInfo& first = apart.schema.arrays[found.front()];
         return other.type == first.type && other.per_step == first.per_step &&
-               other.blocks == first.blocks;
+               other.blocks == first.blocks && other.elements == first.elements;
       });
       if (part == same->second.end()) return std::nullopt;
       found.push_back(*part);
@@ -280,7 +285,7 @@ FieldReader::FieldReader(MeshSource& mesh, const FieldPair& field, const FieldSi
   whole_array_ = info.schema.arrays[first].components == side.parts.size() &&
                  std::all_of(side.parts.begin(), side.parts.end(),
                              [&](const FieldSide::Part& part) { return part.array == first; });
-  covers_all_ = info.array_elements(first) == elements_;
+  covers_all_ = !is_on_mesh(field.location) || info.array_elements(first) == elements_;
   elements_ = info.array_elements(first);
   if (!covers_all_) index_covered(spool);
 }

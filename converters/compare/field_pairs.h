@@ -34,7 +34,8 @@ struct FieldSide {
 };
 
 struct FieldPair {
-  std::string path;  // "point/T" or "cell/T"; repeated names are followed by "#2", "#3", ...
+  std::string
+      path;  // "point/T", "cell/T", "global/T" ...; repeated names are followed by "#2", "#3", ...
   Location location = Location::point;
   std::uint32_t components = 1;
   FieldSide a, b;

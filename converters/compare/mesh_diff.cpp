@@ -98,19 +98,21 @@ class Diff {
   // Returns true if the correspondence between the vertices (or cells) of A and B is known: either
   // they have been matched, or A and B have the same number of them, and equal numbers correspond.
   bool is_paired(Location location) const {
-    return match_ ||
+    return match_ || !is_on_mesh(location) ||
            (location == Location::point ? a_.vertices == b_.vertices : a_.cells() == b_.cells());
   }
   // Convert a vertex or cell of A to its counterpart in B, and back. Return nothing if no
   // counterpart exists.
   std::optional<std::uint64_t> to_b(Location location, std::uint64_t number) const {
-    return match_ ? through(location == Location::point ? match_->vertex : match_->cell, number)
-                  : number;
+    return match_ && is_on_mesh(location)
+               ? through(location == Location::point ? match_->vertex : match_->cell, number)
+               : number;
   }
   std::optional<std::uint64_t> to_a(Location location, std::uint64_t number) const {
-    return match_ ? through(location == Location::point ? match_->vertex_of_b : match_->cell_of_b,
-                            number)
-                  : number;
+    return match_ && is_on_mesh(location)
+               ? through(location == Location::point ? match_->vertex_of_b : match_->cell_of_b,
+                         number)
+               : number;
   }
   static std::optional<std::uint64_t> through(const std::vector<std::uint32_t>& map,
                                               std::uint64_t number) {

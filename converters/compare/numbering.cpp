@@ -150,8 +150,9 @@ void NumberingSearch::follow(std::shared_ptr<NumberList> vertices,
 }
 
 NumberList* NumberingSearch::elements(std::size_t array) {
-  if (restored_->info().schema.arrays[array].location == Location::point) return vertices();
-  return cells() != nullptr ? &covered_->elements(array) : nullptr;
+  const Location location = restored_->info().schema.arrays[array].location;
+  if (location == Location::point) return vertices();
+  return location == Location::cell && cells() != nullptr ? &covered_->elements(array) : nullptr;
 }
 
 Renumbering NumberingSearch::to_restored() {

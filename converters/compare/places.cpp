@@ -35,7 +35,9 @@ Point centre_of(MeshSource& mesh, std::span<const std::uint64_t> corners) {
 DiffPlace place_of(const StepPair& step, const FieldPair& field, std::uint64_t a, std::uint64_t b,
                    const MeshInfo& info_a, const MeshInfo& info_b) {
   DiffPlace place;
-  place.element = field.location == Location::point ? "vertex" : "cell";
+  place.element = field.location == Location::point  ? "vertex"
+                  : field.location == Location::cell ? "cell"
+                                                     : "element";
   place.a = a;
   place.b = b;
   if (field.b.per_step) {

@@ -77,7 +77,8 @@ void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList
 bool needs_coding_order(const MeshInfo& info, const Schema& schema) {
   const bool cells_move = schema.delay > 0;
   const auto has_ordered_steps = [&](const ArrayInfo& array) {
-    return array.per_step && (cells_move || array.location == Location::point);
+    return array.per_step &&
+           (array.location == Location::point || (cells_move && array.location == Location::cell));
   };
   const auto refers = [](const Extra& extra) { return extra.refers != Reference::nothing; };
   return std::any_of(schema.arrays.begin(), schema.arrays.end(), has_ordered_steps) ||
@@ -93,7 +94,7 @@ void write_all_steps(MeshSource& mesh, Writer& writer, const Schema& schema, Cod
     NumberList* order = nullptr;
     if (schema.arrays[a].location == Location::point) {
       order = &log->vertices();
-    } else if (schema.delay > 0) {
+    } else if (schema.arrays[a].location == Location::cell && schema.delay > 0) {
       if (!covered) covered.emplace(mesh, log->cells(), spool);
       order = &covered->elements(a);
     }
@@ -193,6 +194,7 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
     const bool as_rows = codec == ConnectivityCodec::automatic || codec == ConnectivityCodec::mixed;
     options.connectivity = as_rows ? ConnectivityCodec::rows : codec;
     options.restart_budget = 0;
+    options.slow_step_values = 0;
     return code_mesh(part, schema, nowhere, options, {}, spool, usual_cache(schema, spool));
   };
 }

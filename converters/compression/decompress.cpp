@@ -190,7 +190,7 @@ void StagedMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
   NumberTable* positions = nullptr;
   if (info.location == Location::point)
     positions = vertex_positions_ ? &*vertex_positions_ : nullptr;
-  else if (cells_moved_)
+  else if (cells_moved_ && info.location == Location::cell)
     positions = info.blocks.empty() ? &*cell_positions_ : staged.positions.get();
   gather(staged.values, base, stride, positions, first, count, out);
 }

@@ -10,6 +10,7 @@
 
 #include "base/failure.h"
 #include "formats/formats.h"
+#include "mesh/array_names.h"
 #include "sets/set_cells.h"
 
 namespace shm::converters {
@@ -92,9 +93,9 @@ PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vect
   info_.extras = std::move(extras);
   choose_blocks();
   settle();
+  cut_sets(sets, options.flat);
   choose_arrays(options);
   require_within(spool.limits(), info_, name);
-  cut_sets(sets, options.flat);
 }
 
 bool PieceMesh::takes_array(std::uint32_t source) const {
@@ -188,6 +189,7 @@ PagedArray PieceMesh::settled(PagedArray& arrived, std::size_t stride, NumberLis
 const std::vector<std::uint64_t>& PieceMesh::elements(std::uint32_t source) {
   const ArrayInfo& array = file_->schema().arrays[source];
   if (array.location == Location::point) return vertex_numbers();
+  if (!is_on_mesh(array.location)) return beside_mesh_.at(source);
   if (array.blocks.empty()) return cell_numbers();
   const auto [found, fresh] = covered_.try_emplace(array.blocks);
   if (!fresh) return found->second;
@@ -231,6 +233,8 @@ void PieceMesh::choose_arrays(const PieceOptions& options) {
       if (blocks.empty()) continue;
       if (blocks.size() == kept_blocks_.size()) blocks.clear();
       array.blocks = std::move(blocks);
+    } else if (!is_on_mesh(array.location) && !cut_array_on_sets(a, array)) {
+      continue;
     }
     Array& added = arrays_.emplace_back();
     added.source = a;
@@ -267,6 +271,36 @@ void PieceMesh::add_number_array(Location location, const NumberMaps* maps) {
   arrays_.emplace_back().what = of_points ? Array::What::vertex_numbers : Array::What::cell_numbers;
 }
 
+// Reduces a global array or an array on sets to the elements that belong to the piece. Returns
+// false if none are left.
+bool PieceMesh::cut_array_on_sets(std::uint32_t source, ArrayInfo& array) {
+  std::vector<std::uint64_t>& elements = beside_mesh_[source];
+  if (array.location == Location::global) {
+    elements.resize(array.elements);
+    std::iota(elements.begin(), elements.end(), std::uint64_t{0});
+    return true;
+  }
+  const std::vector<std::uint32_t> covered = std::move(array.blocks);
+  array.blocks.clear();
+  std::uint64_t members = 0;
+  std::uint32_t number = 0;
+  for (const CutSet& set : cut_sets_) {
+    if (location_of(set.kind) != array.location) continue;
+    const std::uint32_t here = number++;
+    if (!covered.empty() && !std::binary_search(covered.begin(), covered.end(), here)) continue;
+    for (const std::uint64_t index : set.kept) elements.push_back(members + index);
+    members += set.members;
+    if (set.number) array.blocks.push_back(*set.number);
+  }
+  if (members != array.elements) {
+    without_sets_.push_back(array_label(array));
+    return false;
+  }
+  array.elements = elements.size();
+  if (covered.empty()) array.blocks.clear();
+  return decomposed_ || array.elements > 0;
+}
+
 // Returns the number of distribution factors per member if it is the same for all members.
 // Otherwise returns nothing.
 std::optional<std::size_t> PieceMesh::factors_of_each(const MeshSet& set, bool flat) const {
@@ -291,7 +325,9 @@ std::optional<std::size_t> PieceMesh::factors_of_each(const MeshSet& set, bool f
 
 void PieceMesh::cut_sets(const std::vector<MeshSet>& sets, bool flat) {
   std::vector<MeshSet> left;
+  std::map<MeshSet::Kind, std::uint32_t> numbers_of_kind;
   for (const MeshSet& set : sets) {
+    cut_sets_.push_back({set.kind, set.members.size(), {}, {}});
     MeshSet cut;
     cut.kind = set.kind;
     cut.id = set.id;
@@ -308,6 +344,7 @@ void PieceMesh::cut_sets(const std::vector<MeshSet>& sets, bool flat) {
       const auto rank = rank_of(numbers, set.members[i]);
       if (!rank) continue;
       cut.members.push_back(*rank);
+      cut_sets_.back().kept.push_back(i);
       if (!set.sides.empty()) cut.sides.push_back(set.sides[i]);
       if (!each) continue;
       const auto first = set.factors.begin() + static_cast<std::ptrdiff_t>(i * *each);
@@ -315,7 +352,9 @@ void PieceMesh::cut_sets(const std::vector<MeshSet>& sets, bool flat) {
     }
     for (const std::uint32_t block : set.blocks)
       if (new_blocks_.at(block) != kGone) cut.blocks.push_back(new_blocks_[block]);
-    if (!cut.members.empty() || !cut.blocks.empty() || decomposed_) left.push_back(std::move(cut));
+    if (cut.members.empty() && cut.blocks.empty() && !decomposed_) continue;
+    cut_sets_.back().number = numbers_of_kind[set.kind]++;
+    left.push_back(std::move(cut));
   }
   list_members(*this, left);
   rewind_cells();

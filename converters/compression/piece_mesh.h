@@ -90,6 +90,9 @@ class PieceMesh final : public MeshSource {
   // Returns the labels of the sets whose distribution factors the piece omits. Factors are omitted
   // if they cannot be assigned to members, e.g. because the sides have different numbers of nodes.
   const std::vector<std::string>& without_factors() const { return without_factors_; }
+  // Returns the labels of the arrays on sets that the piece omits, because the sets of the file do
+  // not have the number of members that the array states.
+  const std::vector<std::string>& without_sets() const { return without_sets_; }
 
   // Return the numbers that the vertices (or cells) of the piece have in the file, in ascending
   // order.
@@ -121,6 +124,7 @@ class PieceMesh final : public MeshSource {
   void add_number_array(Location location, const NumberMaps* maps);
   std::optional<std::size_t> factors_of_each(const MeshSet& set, bool flat) const;
   void cut_sets(const std::vector<MeshSet>& sets, bool flat);
+  bool cut_array_on_sets(std::uint32_t source, ArrayInfo& array);
   const std::vector<std::uint64_t>& elements(std::uint32_t source);
   PagedArray& step_values(Array& array, std::uint64_t step);
   std::uint64_t vertex_of(std::uint64_t number) const;
@@ -152,10 +156,21 @@ class PieceMesh final : public MeshSource {
   // The key is a list of blocks; the value contains the numbers that the cells of these blocks have
   // in the file.
   std::map<std::vector<std::uint32_t>, std::vector<std::uint64_t>> covered_;
+  // Sets of the file, in order. `kept` lists the indices of the members that are in the piece.
+  // `number` is the number of the set in the piece, among the sets of its kind.
+  struct CutSet {
+    MeshSet::Kind kind;
+    std::uint64_t members;
+    std::vector<std::uint64_t> kept;
+    std::optional<std::uint32_t> number;
+  };
+  std::vector<CutSet> cut_sets_;
+  // For each array that is neither on points nor on cells: the indices of its elements in the file.
+  std::map<std::uint32_t, std::vector<std::uint64_t>> beside_mesh_;
   std::vector<Array> arrays_;
   std::uint64_t next_cell_ = 0;
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint64_t> lost_values_;
-  std::vector<std::string> without_factors_;
+  std::vector<std::string> without_factors_, without_sets_;
 };
 
 // Returns the index of `number` in `sorted`, or nothing if `sorted` does not contain `number`. Used

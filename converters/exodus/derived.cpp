@@ -52,10 +52,12 @@ class Deriver {
       ok = names([&](std::size_t i) -> const std::string& { return blocks[i].name; });
     else if (name == "name_nod_var")
       ok = field_names(Location::point);
-    else if (name == "name_elem_var")
-      ok = field_names(Location::cell);
-    else if (name == "elem_var_tab")
-      ok = truth_table();
+    else if (name == "name_glo_var")
+      ok = field_names(Location::global);
+    else if (const FieldKind* kind = kind_with(&FieldKind::names))
+      ok = field_names(kind->location);
+    else if (const FieldKind* kind_of_table = kind_with(&FieldKind::table))
+      ok = truth_table(*kind_of_table);
     else if (name == "time_whole" && is_list_of(info_.step_times.size()))
       ok = std::all_of(info_.step_times.begin(), info_.step_times.end(),
                        [&](double time) { return append_real(values_, variable_.type, time); });
@@ -95,7 +97,13 @@ class Deriver {
     }
     return true;
   }
-  // Derives the names of nodal or element variables from the fields of the mesh. This is possible
+  // Returns the kind of fields in which this variable has the given role; null if none has it.
+  const FieldKind* kind_with(std::string_view FieldKind::*role) const {
+    for (const FieldKind& kind : kFieldKinds)
+      if (kind.*role == variable_.name) return &kind;
+    return nullptr;
+  }
+  // Derives the names of variables at one location from the fields of the mesh. This is possible
   // only if the fields have the same order as the variables in the file.
   bool field_names(Location location) {
     std::vector<std::string> fields;
@@ -108,13 +116,13 @@ class Deriver {
     return is_table_of(fields.size()) &&
            names([&](std::size_t i) -> const std::string& { return fields[i]; });
   }
-  bool truth_table() {
-    if (shape_.size() != 2 || shape_[0] != layout_.blocks.size()) return false;
+  bool truth_table(const FieldKind& kind) {
+    if (shape_.size() != 2 || shape_[0] != skeleton_.length_of(kind.places)) return false;
     const std::uint64_t fields = shape_[1];
     if (fields > skeleton_.variables.size()) return false;
     std::vector<std::uint8_t> table(shape_[0] * fields);
     for (const ArrayLayout& array : layout_.arrays) {
-      if (array.field == 0 || array.info.location != Location::cell) continue;
+      if (array.field == 0 || array.info.location != kind.location) continue;
       if (static_cast<std::uint64_t>(array.field) > fields) return false;
       for (const ArrayPart& part : array.parts)
         table[part.block * fields + static_cast<std::size_t>(array.field) - 1] = 1;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -134,18 +135,22 @@ void Description::describe_blocks() {
 
 void Description::describe_arrays() {
   const std::size_t most = skeleton_.variables.size() + layout_.arrays.size();
-  const auto nodal = names("name_nod_var", most);
-  const auto element = names("name_elem_var", most);
+  std::map<Location, std::vector<std::string>> tables;
   for (const ArrayLayout& array : layout_.arrays) {
     info_.schema.arrays.push_back(array.info);
     if (array.field == 0) continue;
     std::string& name = info_.schema.arrays.back().name;
-    const auto& table = array.info.location == Location::point ? nodal : element;
+    const Location location = array.info.location;
+    const auto [found, fresh] = tables.try_emplace(location);
+    std::vector<std::string>& table = found->second;
+    if (fresh) table = names(names_of_fields(location), most);
     const auto place = static_cast<std::size_t>(array.field) - 1;
     if (place < table.size()) name = table[place];
-    if (name.empty())
-      name = (array.info.location == Location::point ? "nodal_" : "element_") +
-             std::to_string(array.field);
+    const auto prefix = [&]() -> std::string {
+      if (location == Location::point) return "nodal_";
+      return location == Location::cell ? "element_" : std::string(location_name(location)) + "_";
+    };
+    if (name.empty()) name = prefix() + std::to_string(array.field);
   }
 }
 

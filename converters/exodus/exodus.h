@@ -11,7 +11,8 @@
 // A variable of numbers or characters becomes an array of its stored type if one of its dimensions
 // counts all nodes, all elements, or all elements of a block. If other dimensions precede this
 // dimension, each index into them becomes a separate array. The arrays have these roles:
-//   role ""                  nodal and element variables, per step
+//   role ""                  nodal and element variables, and variables of the whole mesh (global),
+//                            of node sets, side sets and element sets, per step
 //   "exodus:attribute"       attrib<b>, on one block; the components are the attributes
 //   "exodus:node_attribute"  nattrb
 //   "exodus:connectivity"    the columns of a connectivity that are not nodes (BEX_HEX ...), on one
@@ -37,19 +38,20 @@
 //                                that is derived from the cells (polyhedra.h); if this extra is
 //                                missing, the numbers are 1, 2, 3, ...
 //   exodus/variable/<name>       any other netCDF variable, row-major, in its own type: QA and info
-//                                records, coordinate names, properties, attribute names, global and
-//                                set variables, edge and face blocks, assemblies, blobs, Nemesis
-//                                data. Text is stored as uint8; netCDF strings as uint8, each
+//                                records, coordinate names, properties, attribute names, variables
+//                                of edge and face sets, edge and face blocks, assemblies, blobs,
+//                                Nemesis data; global and set variables of a mesh without nodes and
+//                                elements. Text is stored as uint8; netCDF strings as uint8, each
 //                                terminated by a zero. References to vertices or cells count from 0
 //   .../1, .../2, ...            further rows of a variable of more than 16 MiB; the extra without
 //                                a number contains the first rows
 //
 // A variable is not stored as an extra if its values can be derived from the rest of the mesh. This
 // is possible for ids and names of blocks and sets, flags that state whether blocks and sets have
-// members (eb_status ...), distribution factors that are all 1, names of nodal and element
-// variables, the truth table, times, node counts of polygons, and faces of polyhedra. .shm files
-// from versions before 0.10 store sets under keys that begin with exodus/, and store some of the
-// derivable variables (old_extras.cpp). If the members of a set are not numbers of existing
+// members (eb_status ...), distribution factors that are all 1, names of variables, truth tables,
+// times, node counts of polygons, and faces of polyhedra. .shm files from versions before 0.10
+// store sets under keys that begin with exodus/, and store some of the derivable variables
+// (old_extras.cpp). If the members of a set are not numbers of existing
 // vertices or cells, they are stored as exodus/variable/<name>. README.md lists the features that
 // are kept.
 //

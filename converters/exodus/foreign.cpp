@@ -124,6 +124,9 @@ std::vector<MeshSet> sets_to_write(const MeshInfo& info) {
   return sets;
 }
 
+// Largest number of global variables, and of variables of one kind of set.
+constexpr std::size_t kMostBesideMesh = 1 << 14;
+
 class ForeignWriter {
  public:
   // Returns true if a number map of the mesh has 64-bit integers, so that the file needs them too.
@@ -157,6 +160,7 @@ class ForeignWriter {
     define_original_maps();
     define_variables(EX_NODAL, nodal_);
     define_variables(EX_ELEM_BLOCK, element_);
+    for (const auto& [location, columns] : beside_mesh_) define_beside_mesh(location, columns);
     if (real_bytes_ == 4)
       write_values<float>();
     else
@@ -212,18 +216,27 @@ class ForeignWriter {
       const ArrayInfo& array = info_.schema.arrays[a];
       if (is_map(array) || is_original_map(array)) maps_.push_back(a);
       if (!array.role.empty()) continue;
-      auto& columns = array.location == Location::point ? nodal_ : element_;
-      for (std::uint32_t c = 0; c < array.components; ++c) {
+      auto& columns = array.location == Location::point  ? nodal_
+                      : array.location == Location::cell ? element_
+                                                         : beside_mesh_[array.location];
+      // Each element of a global array has variables of its own.
+      const std::uint64_t all =
+          array.components * (array.location == Location::global ? array.elements : 1);
+      for (std::uint32_t c = 0; c < all; ++c) {
         std::string name = array.name;
-        if (array.components == 2 || array.components == 3)
+        if (all == 2 || all == 3)
           name += std::string("_") + "xyz"[c];
-        else if (array.components > 1)
+        else if (all > 1)
           name += "_" + std::to_string(c + 1);
         columns.push_back({a, c, name.substr(0, kLongestName)});
       }
     }
     times_ = info_.step_times;
     if (times_.empty() && (!nodal_.empty() || !element_.empty())) times_ = {0.0};
+    for (const auto& [location, columns] : beside_mesh_)
+      if (columns.size() > kMostBesideMesh)
+        place_.fail(ErrorCode::over_limit, "variables",
+                    "there are " + std::to_string(columns.size()) + " global or set variables");
   }
 
   void choose_sizes() {
@@ -255,8 +268,12 @@ class ForeignWriter {
     if (exoid_ < 0) place_.fail(ErrorCode::output, "creating it", "the Exodus library refuses");
 
     std::size_t longest = kShortNames;
-    for (const auto* columns : {&nodal_, &element_})
-      for (const Column& column : *columns) longest = std::max(longest, column.name.size());
+    const auto lengthen = [&](const std::vector<Column>& columns) {
+      for (const Column& column : columns) longest = std::max(longest, column.name.size());
+    };
+    lengthen(nodal_);
+    lengthen(element_);
+    for (const auto& [location, columns] : beside_mesh_) lengthen(columns);
     for (const MeshSet& set : sets_)
       longest = std::max(longest, std::min(set.name.size(), kLongestName));
     for (const BlockInfo& block : info_.schema.blocks)
@@ -387,6 +404,99 @@ class ForeignWriter {
           section);
   }
 
+  // Returns the sets whose members have values of the array. Throws Failure if they do not have as
+  // many members as the array has elements.
+  std::vector<std::size_t> sets_with(const ArrayInfo& array) const {
+    std::vector<std::size_t> found;
+    std::uint32_t number = 0;
+    std::uint64_t members = 0;
+    for (std::size_t s = 0; s < sets_.size(); ++s) {
+      if (location_of(sets_[s].kind) != array.location) continue;
+      const std::uint32_t here = number++;
+      if (!array.blocks.empty() &&
+          !std::binary_search(array.blocks.begin(), array.blocks.end(), here))
+        continue;
+      found.push_back(s);
+      members += sets_[s].members.size();
+    }
+    if (members != array.elements)
+      place_.fail(ErrorCode::unsupported, "array '" + array.name + "'",
+                  "has " + std::to_string(array.elements) + " values, but its sets have " +
+                      std::to_string(members) + " members");
+    return found;
+  }
+
+  static ex_entity_type kind_at(Location location) {
+    return location == Location::global     ? EX_GLOBAL
+           : location == Location::node_set ? EX_NODE_SET
+           : location == Location::side_set ? EX_SIDE_SET
+                                            : EX_ELEM_SET;
+  }
+
+  // Defines the global variables, or the variables of one kind of set.
+  void define_beside_mesh(Location location, const std::vector<Column>& columns) {
+    const ex_entity_type kind = kind_at(location);
+    const std::string section = std::string(location_name(location)) + " variables";
+    std::vector<std::string> names;
+    for (const Column& column : columns) names.push_back(column.name);
+    check(ex_put_variable_param(exoid_, kind, static_cast<int>(columns.size())), section);
+    check(
+        ex_put_variable_names(exoid_, kind, static_cast<int>(names.size()), pointers(names).data()),
+        section);
+    if (kind == EX_GLOBAL) return;
+    std::vector<std::size_t> of_kind;
+    for (std::size_t s = 0; s < sets_.size(); ++s)
+      if (location_of(sets_[s].kind) == location) of_kind.push_back(s);
+    std::vector<int> table(of_kind.size() * columns.size(), 0);
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      for (const std::size_t s : sets_with(info_.schema.arrays[columns[i].array])) {
+        const auto row = std::lower_bound(of_kind.begin(), of_kind.end(), s) - of_kind.begin();
+        table[static_cast<std::size_t>(row) * columns.size() + i] =
+            sets_[s].members.empty() ? 0 : 1;
+      }
+    if (!table.empty())
+      check(ex_put_truth_table(exoid_, kind, static_cast<int>(of_kind.size()),
+                               static_cast<int>(columns.size()), table.data()),
+            section);
+  }
+
+  template <class Real>
+  void write_global(const std::vector<Column>& columns, std::size_t step) {
+    std::vector<Real> reals;
+    std::vector<std::byte> values;
+    for (const Column& column : columns) {
+      const ArrayInfo& array = info_.schema.arrays[column.array];
+      values.resize(array.elements * info_.array_stride(column.array));
+      mesh_.read_array(column.array, step, 0, array.elements, values.data());
+      reals.push_back(
+          real_at<Real>(values.data() + column.component * scalar_bytes(array.type), array.type));
+    }
+    check(ex_put_var(exoid_, static_cast<int>(step + 1), EX_GLOBAL, 1, 1,
+                     static_cast<std::int64_t>(reals.size()), reals.data()),
+          "global variables");
+  }
+
+  template <class Real>
+  void write_on_sets(const std::vector<Column>& columns, std::size_t step) {
+    std::vector<Real> reals;
+    std::vector<std::byte> values;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const Column& column = columns[i];
+      std::uint64_t first = 0;
+      for (const std::size_t s : sets_with(info_.schema.arrays[column.array])) {
+        const std::uint64_t count = sets_[s].members.size();
+        if (count == 0) continue;
+        values.resize(count * info_.array_stride(column.array));
+        mesh_.read_array(column.array, step, first, count, values.data());
+        first += count;
+        check(ex_put_var(exoid_, static_cast<int>(step + 1), kind_of(sets_[s]),
+                         static_cast<int>(i + 1), set_ids_[s], static_cast<std::int64_t>(count),
+                         component(column, count, values.data(), reals).data()),
+              label_of(sets_[s]));
+      }
+    }
+  }
+
   template <class Real>
   void write_values() {
     write_points<Real>();
@@ -398,6 +508,13 @@ class ForeignWriter {
       check(ex_put_time(exoid_, static_cast<int>(step + 1), &time), "times");
       for (std::size_t i = 0; i < nodal_.size(); ++i) write_nodal<Real>(i, step);
       for (std::size_t i = 0; i < element_.size(); ++i) write_element<Real>(i, step);
+      for (const auto& [location, columns] : beside_mesh_) {
+        if (step >= info_.step_times.size()) continue;
+        if (location == Location::global)
+          write_global<Real>(columns, step);
+        else
+          write_on_sets<Real>(columns, step);
+      }
     }
   }
 
@@ -591,7 +708,8 @@ class ForeignWriter {
   int real_bytes_ = 8;
   bool wide_ = false, netcdf4_ = false;
   std::vector<Column> nodal_, element_;
-  std::vector<std::size_t> maps_;  // indices of arrays that are number maps
+  std::map<Location, std::vector<Column>> beside_mesh_;  // global and set variables
+  std::vector<std::size_t> maps_;                        // indices of arrays that are number maps
   std::vector<double> times_;
   std::vector<std::int64_t> ids_;  // id of each group
 };

@@ -154,6 +154,7 @@ constinit const Format kExodusFormat = {
                      .block_numbers = true,
                      .positive_numbers = true,
                      .unique_numbers = true,
+                     .beside_mesh = Capabilities::BesideMesh::global_and_sets,
                      .most_numbers = exodus::most_numbers,
                      .title_bytes = 80,
                      .maps = &kExodusMaps,

@@ -28,15 +28,16 @@ std::uint32_t number_after(std::string_view name, std::string_view prefix) {
   return whole && !name.empty() && name.front() != '0' ? number : 0;
 }
 
-// If `name` has the form "vals_elem_var<k>eb<b>", returns the field number k and the block number
-// b. Otherwise returns nothing.
-std::optional<std::pair<std::uint32_t, std::uint32_t>> element_variable(std::string_view name) {
-  const std::size_t split = name.rfind("eb");
+// If `name` is the name of a variable of this kind, returns the numbers of its field and of its
+// block or set. Otherwise returns nothing.
+std::optional<std::pair<std::uint32_t, std::uint32_t>> field_numbers(const FieldKind& kind,
+                                                                     std::string_view name) {
+  const std::size_t split = name.rfind(kind.place);
   if (split == std::string_view::npos) return std::nullopt;
-  const std::uint32_t field = number_after(name.substr(0, split), "vals_elem_var");
-  const std::uint32_t block = number_after(name.substr(split), "eb");
-  if (field == 0 || block == 0) return std::nullopt;
-  return std::pair(field, block);
+  const std::uint32_t field = number_after(name.substr(0, split), kind.values);
+  const std::uint32_t place = number_after(name.substr(split), kind.place);
+  if (field == 0 || place == 0) return std::nullopt;
+  return std::pair(field, place);
 }
 
 bool is_numeric(int type) { return type != NC_CHAR && type != NC_STRING; }
@@ -64,7 +65,7 @@ class Surveyor {
  public:
   Surveyor(const Skeleton& skeleton, const Place& place) : skeleton_(skeleton), place_(place) {}
 
-  Layout survey() {
+  Layout survey(bool beside_mesh) {
     out_.vertices = skeleton_.length_of("num_nodes");
     out_.steps = skeleton_.length_of("time_step");
     elements_ = skeleton_.length_of("num_elem");
@@ -72,7 +73,9 @@ class Surveyor {
     find_coordinates();
     find_blocks();
     find_nodal_fields();
-    find_element_fields();
+    for (const FieldKind& kind : kFieldKinds)
+      if (is_on_mesh(kind.location) || beside_mesh) find_fields(kind);
+    if (beside_mesh) find_global_fields();
     find_other_arrays();
     for (ArrayLayout& array : out_.arrays) find_fills(array);
     return std::move(out_);
@@ -216,33 +219,56 @@ class Surveyor {
       add_array(Location::point, v, {}, true).field = static_cast<int>(field);
   }
 
-  void find_element_fields() {
-    std::map<std::uint32_t, std::map<std::uint32_t, int>> fields;  // field -> block -> variable
+  // Finds the element variables, or the variables of one kind of set.
+  void find_fields(const FieldKind& kind) {
+    const std::uint64_t places = skeleton_.length_of(kind.places);
+    std::map<std::uint32_t, std::map<std::uint32_t, int>> fields;  // field -> place -> variable
     for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
       const Variable& candidate = skeleton_.variables[v];
-      const auto numbers = element_variable(candidate.name);
+      const auto numbers = field_numbers(kind, candidate.name);
       if (!numbers || numbers->first >= 1U << 30 || !is_numeric(candidate.type) ||
-          numbers->second > out_.blocks.size() ||
+          numbers->second > places ||
           !has_dimensions(candidate,
-                          {"time_step", "num_el_in_blk" + std::to_string(numbers->second)}))
+                          {"time_step", std::string(kind.count) + std::to_string(numbers->second)}))
         continue;
       fields[numbers->first].emplace(numbers->second - 1, static_cast<int>(v));
     }
-    for (const auto& [field, by_block] : fields) {
-      const int type = variable(by_block.begin()->second).type;
+    for (const auto& [field, by_place] : fields) {
+      const int type = variable(by_place.begin()->second).type;
       ArrayLayout array;
-      array.info.location = Location::cell;
+      array.info.location = kind.location;
       array.info.type = scalar_of(type);
       array.info.per_step = true;
       array.field = static_cast<int>(field);
-      for (const auto& [block, v] : by_block) {
+      for (const auto& [place, v] : by_place) {
         if (variable(v).type != type) continue;  // a variable of another type stays an extra
-        array.parts.push_back({block, v});
-        array.info.blocks.push_back(block);
+        array.parts.push_back({place, v});
+        array.info.blocks.push_back(place);
         use(v, Use::array);
+        if (is_on_mesh(kind.location)) continue;
+        array.parts.back().elements =
+            skeleton_.length_of(std::string(kind.count) + std::to_string(place + 1));
+        array.info.elements += array.parts.back().elements;
       }
-      if (array.info.blocks.size() == out_.blocks.size()) array.info.blocks.clear();
+      if (array.info.blocks.size() == places) array.info.blocks.clear();
       out_.arrays.push_back(std::move(array));
+    }
+  }
+
+  // Finds the global variables. They are the columns of one netCDF variable.
+  void find_global_fields() {
+    constexpr std::uint64_t kMostGlobal = 1 << 14;
+    const int v = skeleton_.find_variable("vals_glo_var");
+    const std::uint64_t fields = skeleton_.length_of("num_glo_var");
+    if (v < 0 || fields > kMostGlobal || !is_numeric(variable(v).type) ||
+        !has_dimensions(variable(v), {"time_step", "num_glo_var"}))
+      return;
+    for (std::uint64_t i = 0; i < fields; ++i) {
+      ArrayLayout& array = add_array(Location::global, v, {}, true);
+      array.leading = 1;
+      array.plane = i;
+      array.field = static_cast<int>(i + 1);
+      array.info.elements = array.parts.back().elements = 1;
     }
   }
 
@@ -408,8 +434,21 @@ bool is_integer(int nc_type) {
   return nc_type != NC_CHAR && nc_type != NC_STRING && !is_float(scalar_of(nc_type));
 }
 
-Layout lay_out(const Skeleton& skeleton, const Place& place) {
-  return Surveyor(skeleton, place).survey();
+Layout lay_out(const Skeleton& skeleton, const Place& place, bool beside_mesh) {
+  return Surveyor(skeleton, place).survey(beside_mesh);
+}
+
+std::string_view names_of_fields(Location location) {
+  if (location == Location::point) return "name_nod_var";
+  for (const FieldKind& kind : kFieldKinds)
+    if (kind.location == location) return kind.names;
+  return "name_glo_var";
+}
+
+std::uint64_t elements_of(const Layout& layout, const ArrayLayout& array, const ArrayPart& part) {
+  if (!is_on_mesh(array.info.location)) return part.elements;
+  if (part.block != ArrayPart::kEverything) return layout.blocks[part.block].cells;
+  return array.info.location == Location::point ? layout.vertices : layout.cells;
 }
 
 void narrow_connectivity(const Skeleton& skeleton, Layout& layout, std::uint32_t block,
@@ -517,7 +556,7 @@ Slab slab_of(const Skeleton& skeleton, const ArrayLayout& array, const ArrayPart
   slab.count.resize(slab.start.size(), 1);
   for (std::size_t d = slab.start.size(); d-- > first_leading; plane /= shape[d])
     slab.start[d] = plane % shape[d];
-  add(first, count);
+  if (array.info.location != Location::global) add(first, count);
   if (array.column > 0) add(array.column, shape[1] - array.column);
   for (std::size_t d = slab.start.size(); d < shape.size(); ++d) add(0, shape[d]);
   return slab;

@@ -39,21 +39,23 @@ struct BlockLayout {
   int faces = -1;  // index of the variable with the faces of all polyhedra
 };
 
-// A part of an array: its values on all vertices, on all cells, or on the cells of one block.
+// A part of an array: its values on all vertices, on all cells, on the cells of one block, on the
+// members of one set, or for the whole mesh.
 struct ArrayPart {
   static constexpr std::uint32_t kEverything = ~std::uint32_t{0};
-  std::uint32_t block = kEverything;
+  std::uint32_t block = kEverything;  // index of the block or of the set
   // Index of the variable that contains the values. If it is -1, no variable contains the values;
   // they are the indices of the cells in the block, from 0.
   int variable = -1;
+  std::uint64_t elements = 0;  // number of elements, if the array is neither on points nor on cells
 };
 struct ArrayLayout {
   // Description of the array. Its name is empty if the file stores the name of the array in a table
   // of names.
   ArrayInfo info;
   std::vector<ArrayPart> parts;  // parts of the array, in block order
-  int field = 0;                 // number of the nodal or element variable, from 1; 0 for other
-                                 // arrays
+  int field = 0;                 // number of the nodal, element, global or set variable, from 1; 0
+                                 // for other arrays
 
   // A variable may have dimensions between the time dimension and the dimension of nodes or
   // elements. `leading` is the number of these dimensions. Each combination of indices into them
@@ -77,8 +79,33 @@ struct Layout {
   std::vector<Use> uses;  // use of each variable of the file
 };
 
+// Variables with values of all cells of a block or of all members of a set. The variable
+// "<values>K<place>I" contains field K of block or set I, both numbered from 1. Its dimensions are
+// time_step and "<count>I". The dimension `places` counts the blocks or sets. The variable `names`
+// contains the names of the fields, `table` for each block or set the fields that it has.
+struct FieldKind {
+  Location location;
+  std::string_view values, place, count, places, names, table;
+};
+inline constexpr std::array<FieldKind, 4> kFieldKinds{
+    {{Location::cell, "vals_elem_var", "eb", "num_el_in_blk", "num_el_blk", "name_elem_var",
+      "elem_var_tab"},
+     {Location::node_set, "vals_nset_var", "ns", "num_nod_ns", "num_node_sets", "name_nset_var",
+      "nset_var_tab"},
+     {Location::side_set, "vals_sset_var", "ss", "num_side_ss", "num_side_sets", "name_sset_var",
+      "sset_var_tab"},
+     {Location::element_set, "vals_elset_var", "els", "num_ele_els", "num_elem_sets",
+      "name_elset_var", "elset_var_tab"}}};
+// Returns the name of the variable that contains the names of the fields at this location.
+std::string_view names_of_fields(Location location);
+
 // Derives the layout from a skeleton. Throws Failure (corrupt) if variables contradict each other.
-Layout lay_out(const Skeleton& skeleton, const Place& place);
+// If `beside_mesh` is false, global and set variables are not arrays but extras. This is the case
+// in .shm files of meshes without vertices and cells, and in files of versions before 0.10.
+Layout lay_out(const Skeleton& skeleton, const Place& place, bool beside_mesh);
+
+// Returns the number of elements of a part of an array.
+std::uint64_t elements_of(const Layout& layout, const ArrayLayout& array, const ArrayPart& part);
 
 // Changes the layout so that only the first `nodes` columns of a block's connectivity are nodes.
 // The other columns become an array with the role "exodus:connectivity". In blocks of Bezier

@@ -83,7 +83,9 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   template <class Real>
   void read_points_as(std::uint64_t first, std::uint64_t count, Real* out);
   void read_part(const ArrayLayout& array, const ArrayPart& part, std::uint64_t step,
-                 std::uint64_t first, std::uint64_t count, std::byte* out) const;
+                 std::uint64_t first, std::uint64_t count, std::byte* out);
+  bool read_global(const ArrayLayout& array, const ArrayPart& part, std::uint64_t step,
+                   std::byte* out);
 
   void read_connectivity(const BlockLayout& block, std::uint64_t first, std::uint64_t cells);
   std::uint64_t take_nodes(CellBatch& out, std::uint64_t most);
@@ -95,6 +97,7 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   NetcdfFile file_;
   mutable ChunkCaches caches_;
   Skeleton skeleton_;
+  std::vector<std::byte> globals_;  // global variables at all steps, once they have been read
   Layout layout_;
   MeshInfo info_;
   // Maximum size in bytes of a variable's values, derived from the size of the file.

@@ -37,7 +37,8 @@ namespace shm::converters::exodus {
   each(ex_put_partial_coord) each(ex_put_partial_elem_conn) each(ex_put_partial_id_map)            \
   each(ex_put_partial_num_map) each(ex_put_partial_var) each(ex_put_set)                           \
   each(ex_put_set_dist_fact) each(ex_put_set_param) each(ex_put_time) each(ex_put_truth_table)     \
-  each(ex_put_variable_names) each(ex_put_variable_param) each(ex_set_max_name_length)
+  each(ex_put_var) each(ex_put_variable_names) each(ex_put_variable_param)                         \
+  each(ex_set_max_name_length)
 // clang-format on
 
 #define SHM_POINTER(name) decltype(&::name) name;

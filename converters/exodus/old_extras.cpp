@@ -63,7 +63,7 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
   try {
     const Skeleton skeleton =
         from_text({reinterpret_cast<const char*>(text.data.data()), text.data.size()}, nowhere);
-    const Layout layout = lay_out(skeleton, nowhere);
+    const Layout layout = lay_out(skeleton, nowhere, false);
     const ExtraIndex extras(info.extras);
     std::set<std::string> asked;
     for (std::size_t v = 0; v < skeleton.variables.size(); ++v) {

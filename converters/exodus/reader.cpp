@@ -64,7 +64,8 @@ void ExodusMesh::read_structure() {
     place_.fail(ErrorCode::unsupported, "",
                 std::string(is_netcdf4(skeleton_.kind) ? "is an HDF5 file" : "is a netCDF file") +
                     ", but not an Exodus file: it lacks dimension 'num_dim'");
-  layout_ = lay_out(skeleton_, place_);
+  layout_ = lay_out(skeleton_, place_, true);
+  if (layout_.vertices + layout_.cells == 0) layout_ = lay_out(skeleton_, place_, false);
 }
 
 // Throws Failure if a dimension or variable states more values than a file of this size can
@@ -459,9 +460,7 @@ void ExodusMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
   const ArrayLayout& layout = layout_.arrays[array];
   const std::size_t stride = info_.array_stride(array);
   for (const ArrayPart& part : layout.parts) {
-    const std::uint64_t size = part.block != ArrayPart::kEverything ? info_.block_cells[part.block]
-                               : layout.info.location == Location::point ? info_.vertices
-                                                                         : layout_.cells;
+    const std::uint64_t size = elements_of(layout_, layout, part);
     if (first >= size) {
       first -= size;
       continue;
@@ -474,12 +473,28 @@ void ExodusMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
   }
 }
 
+// Reads the value of a global variable at a step from memory. All global variables at all steps are
+// read together, because each of them takes a few bytes of each step's record. Returns false if
+// they are too large for that.
+bool ExodusMesh::read_global(const ArrayLayout& array, const ArrayPart& part, std::uint64_t step,
+                             std::byte* out) {
+  constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20;
+  const std::size_t width = scalar_bytes(array.info.type);
+  const std::uint64_t values = skeleton_.size(variable(part.variable));
+  if (values > kMostBytes / width) return false;
+  if (globals_.empty()) globals_ = rows(part.variable, 0, layout_.steps);
+  const std::size_t fields = values / layout_.steps;
+  std::copy_n(globals_.data() + (step * fields + array.plane) * width, width, out);
+  return true;
+}
+
 void ExodusMesh::read_part(const ArrayLayout& array, const ArrayPart& part, std::uint64_t step,
-                           std::uint64_t first, std::uint64_t count, std::byte* out) const {
+                           std::uint64_t first, std::uint64_t count, std::byte* out) {
   if (part.variable < 0) {
     write_numbers(array.info.type, first, count, out);
     return;
   }
+  if (array.info.location == Location::global && read_global(array, part, step, out)) return;
   touch(part.variable);
   const Slab slab = slab_of(skeleton_, array, part, step, first, count);
   place_.check(nc_get_vara(file_.id, part.variable, slab.start.data(), slab.count.data(), out),

@@ -206,11 +206,16 @@ class SkeletonWriter {
         continue;
       }
       std::vector<std::byte> values;
-      for (std::uint64_t first = 0; first < info_.vertices; first += kPieceElements) {
-        const std::uint64_t count = std::min(kPieceElements, info_.vertices - first);
-        values.resize(count * stride);
-        mesh_.read_array(index, step, first, count, values.data());
-        put(array.parts.front(), step, first, count, values.data());
+      std::uint64_t begin = 0;
+      for (const ArrayPart& part : array.parts) {
+        const std::uint64_t elements = elements_of(layout_, array, part);
+        for (std::uint64_t first = 0; first < elements; first += kPieceElements) {
+          const std::uint64_t count = std::min(kPieceElements, elements - first);
+          values.resize(count * stride);
+          mesh_.read_array(index, step, begin + first, count, values.data());
+          put(part, step, first, count, values.data());
+        }
+        begin += elements;
       }
     }
   }
@@ -550,7 +555,11 @@ void write_exodus(MeshSource& mesh, const std::string& path) {
   if (info.schema.source_format == "exodus" && text != nullptr) {
     const Skeleton skeleton =
         from_text({reinterpret_cast<const char*>(text->data.data()), text->data.size()}, place);
-    Layout layout = lay_out(skeleton, place);
+    const auto& arrays = info.schema.arrays;
+    const bool beside_mesh = std::any_of(arrays.begin(), arrays.end(), [](const ArrayInfo& array) {
+      return !is_on_mesh(array.location);
+    });
+    Layout layout = lay_out(skeleton, place, beside_mesh);
     narrow_as(info, skeleton, layout);
     if (has_faces(info, layout)) derive_faces(skeleton, layout, place);
     if (fits(info, layout)) {

@@ -64,6 +64,14 @@ struct Capabilities {
   bool block_numbers = false;
   bool blocks_by_type = false;  // true: the number of a block is the number of its cell type
   bool positive_numbers = false, unique_numbers = false;
+  // Arrays beside those on points and cells that the format can represent: none, those of the whole
+  // mesh, or those of the whole mesh and of sets.
+  enum class BesideMesh { none, global, global_and_sets };
+  BesideMesh beside_mesh = BesideMesh::none;
+  bool has_arrays_at(Location location) const {
+    return is_on_mesh(location) || beside_mesh == BesideMesh::global_and_sets ||
+           (beside_mesh == BesideMesh::global && location == Location::global);
+  }
   // Largest block number and largest set number that the format allows. If most_numbers is null,
   // these numbers are not limited.
   struct MostNumbers {

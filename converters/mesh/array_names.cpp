@@ -58,6 +58,10 @@ class Pattern {
 
 }  // namespace
 
+std::string array_label(const ArrayInfo& array) {
+  return std::string(location_name(array.location)) + "/" + array.name;
+}
+
 std::vector<std::string> paths_of(const Schema& schema) {
   constexpr std::string_view kPrefix = "array:";
   std::vector<std::string> paths = array_stream_names(schema);

@@ -9,8 +9,11 @@
 
 namespace shm::converters {
 
-// Returns the path of each array: "point/NAME" or "cell/NAME", with the suffix "#2", "#3", ... if
-// several arrays of this kind have the same name.
+// Returns "LOCATION/NAME", e.g. "point/NAME" (see location_name()).
+std::string array_label(const ArrayInfo& array);
+
+// Returns the path of each array: "LOCATION/NAME", with the suffix "#2", "#3", ... if several
+// arrays at this location have the same name.
 std::vector<std::string> paths_of(const Schema& schema);
 
 // Arrays that a name selects.

@@ -336,7 +336,9 @@ bool is_lossy(const Accuracy& accuracy) { return accuracy.kind != Accuracy::Kind
 std::vector<Accuracy> accuracy_of_arrays(const Schema& schema, const Accuracy& of_fields) {
   std::vector<Accuracy> list(schema.arrays.size());
   for (std::size_t a = 0; a < list.size(); ++a)
-    if (is_float(schema.arrays[a].type) && schema.arrays[a].role.empty()) list[a] = of_fields;
+    if (const ArrayInfo& array = schema.arrays[a];
+        is_float(array.type) && array.role.empty() && array.location != Location::global)
+      list[a] = of_fields;
   return list;
 }
 

@@ -58,8 +58,8 @@ double parse_fill(std::string_view text, const std::string& option);
 
 struct Lossy {
   Accuracy coordinates;
-  // Accuracy of all floating-point arrays without a role. An array with a role has a special
-  // meaning in its source format.
+  // Accuracy of all floating-point arrays without a role, except global arrays. An array with a
+  // role has a special meaning in its source format. Global arrays take few bytes.
   Accuracy fields;
 
   // Accuracies of selected arrays. They override `coordinates` and `fields`. An accuracy that names

@@ -39,11 +39,12 @@ struct MeshInfo {
     for (std::uint64_t n : block_cells) sum += n;
     return sum;
   }
-  // Returns the number of elements of an array: the number of vertices, or of cells in the blocks
-  // that the array covers.
+  // Returns the number of elements of an array: the number of vertices, of cells in the blocks that
+  // the array covers, or ArrayInfo::elements.
   std::uint64_t array_elements(std::size_t array) const {
     const ArrayInfo& info = schema.arrays[array];
     if (info.location == Location::point) return vertices;
+    if (!is_on_mesh(info.location)) return info.elements;
     if (info.blocks.empty()) return cells();
     std::uint64_t sum = 0;
     for (const std::uint32_t b : info.blocks) sum += b < block_cells.size() ? block_cells[b] : 0;
@@ -96,8 +97,8 @@ class MeshSource {
       if (!next_cells(batch, std::min<std::uint64_t>(first - cell, kCellsAtOnce))) return;
   }
   // Reads `count` elements of an array, starting at element `first`, in file order. Element i of a
-  // cell array belongs to the i-th cell in the blocks that the array covers. `step` is 0 for a
-  // static array.
+  // cell array belongs to the i-th cell in the blocks that the array covers; element i of an array
+  // on sets to the i-th member of the sets that the array covers. `step` is 0 for a static array.
   virtual void read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                           std::uint64_t count, std::byte* out) = 0;
 };

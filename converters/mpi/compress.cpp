@@ -315,9 +315,12 @@ void PartCompression::append(PartChunks& chunks) {
 
 // Returns the number of elements that this rank writes for an array. For a cell array, the elements
 // are the rank's cells that the array covers. For a point array, they are the vertices that the
-// rank owns.
+// rank owns. The rank with the first cells writes all elements of other arrays.
 std::uint64_t PartCompression::own_elements(std::uint32_t array) const {
-  if (schema_.arrays[array].location == Location::point) return uses_.own + uses_.unused.size();
+  const ArrayInfo& array_info = schema_.arrays[array];
+  if (array_info.location == Location::point) return uses_.own + uses_.unused.size();
+  if (!is_on_mesh(array_info.location))
+    return writer_ && range_.first == 0 ? array_info.elements : 0;
   std::uint64_t sum = 0;
   for (std::uint32_t b = 0; b < uses_.block_cells.size(); ++b)
     if (schema_.array_covers(array, b)) sum += uses_.block_cells[b];
@@ -386,9 +389,10 @@ void PartCompression::feed_step(std::uint32_t array, std::uint64_t step,
   const bool of_points = schema_.arrays[array].location == Location::point;
   const std::uint64_t own = own_elements(array);
   const std::size_t stride = info().array_stride(array);
-  NumberList* order = of_points       ? &log_.vertices()
-                      : moves_cells() ? &moved_elements(array)
-                                      : nullptr;
+  const bool of_cells = schema_.arrays[array].location == Location::cell;
+  NumberList* order = of_points                   ? &log_.vertices()
+                      : of_cells && moves_cells() ? &moved_elements(array)
+                                                  : nullptr;
   PageCache cache(info().array_elements(array), stride, spool_->memory_budget() / 4,
                   [&](std::uint64_t first, std::uint64_t count, std::byte* out) {
                     mesh_->read_array(array, step, first, count, out);

@@ -204,6 +204,8 @@ LossList Part::translate() {
     losses = translation_->losses();
     for (const std::string& set : piece_->without_factors())
       losses.push_back("distribution factors of " + set);
+    for (const std::string& array : piece_->without_sets())
+      losses.push_back("array '" + array + "', because its sets have other members");
     if (lost_vertices_ > 0)
       losses.push_back(std::to_string(lost_vertices_) + " vertices that no cell uses");
   });

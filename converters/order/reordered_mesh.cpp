@@ -73,7 +73,7 @@ const CellList& ReorderedMesh::elements(std::size_t array) {
 
 void ReorderedMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                                std::uint64_t count, std::byte* out) {
-  if (info_.schema.arrays[array].location == Location::point)
+  if (info_.schema.arrays[array].location != Location::cell)
     return mesh_->read_array(array, step, first, count, out);
   const std::size_t stride = info_.array_stride(array);
   const CellList& list = elements(array);

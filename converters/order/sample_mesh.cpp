@@ -139,6 +139,8 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
     const ArrayInfo& array = whole.schema.arrays[a];
     if (array.location == Location::point) {
       take_array(mesh, a, picked_vertices);
+    } else if (!is_on_mesh(array.location)) {
+      take_array(mesh, a, std::vector<bool>(array.elements, true));
     } else if (array.blocks.empty()) {
       take_array(mesh, a, picked_cells);
     } else {
@@ -188,6 +190,12 @@ SampleMesh::SampleMesh(MeshSource& mesh, const std::vector<CellRun>& runs) : inf
         continue;
       }
       std::vector<std::byte> values;
+      if (const ArrayInfo& array = info_.schema.arrays[a]; !is_on_mesh(array.location)) {
+        values.resize(array.elements * stride);
+        read(0, array.elements, values.data());
+        arrays_[a].push_back(std::move(values));
+        continue;
+      }
       for (const Elements::Run& run : elements.runs) {
         std::uint64_t first = 0, count = 0;
         for (std::uint32_t b = 0; b < run.before.size(); ++b) {

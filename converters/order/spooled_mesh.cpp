@@ -275,6 +275,8 @@ void SpooledMesh::take_values(std::size_t array, std::uint64_t step, PagedArray&
 
 void SpooledMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                              std::uint64_t count, std::byte* out) {
+  if (!is_on_mesh(info_.schema.arrays[array].location))
+    return mesh_->read_array(array, step, first, count, out);
   Values& values = values_[array];
   if (!values.held || values.step != step) {
     if (!values.held) values.held.emplace(*spool_, info_.array_stride(array));

@@ -34,6 +34,11 @@ void check_members(std::uint64_t members, std::uint64_t cells) {
 
 }  // namespace
 
+Location location_of(MeshSet::Kind kind) {
+  if (kind == MeshSet::Kind::nodes) return Location::node_set;
+  return kind == MeshSet::Kind::sides ? Location::side_set : Location::element_set;
+}
+
 std::string label_of(const MeshSet& set) {
   std::string text = std::string(words_of(set.kind, true)) + ' ' + std::to_string(set.id);
   return set.name.empty() ? text : text + " '" + set.name + "'";

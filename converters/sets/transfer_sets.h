@@ -11,6 +11,9 @@
 
 namespace shm::converters {
 
+// Returns the location of arrays on sets of this kind.
+Location location_of(MeshSet::Kind kind);
+
 std::string label_of(const MeshSet& set);  // returns e.g. "side set 3 'inlet'"
 
 // Returns the set's name, or e.g. "side_set_3" if it has no name.

@@ -119,13 +119,17 @@ Json schema_json(const MeshInfo& info) {
   for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
     const ArrayInfo& array = schema.arrays[a];
     Json entry = {{"name", array.name},
-                  {"location", array.location == Location::point ? "point" : "cell"},
+                  {"location", location_name(array.location)},
                   {"type", scalar_name(array.type)},
                   {"components", array.components},
                   {"per_step", array.per_step},
                   {"elements", info.array_elements(a)},
                   {"role", array.role},
                   {"blocks", array.blocks}};
+    if (!is_on_mesh(array.location)) {
+      entry["blocks"] = Json::array();
+      entry["sets"] = array.blocks;
+    }
     add_quantization(entry, "", array.quantization, array.type);
     entry["fills"] = array.fills;
     json["arrays"].push_back(std::move(entry));
@@ -259,11 +263,17 @@ std::string block_text(const BlockInfo& block, std::uint64_t cells) {
 }
 
 std::string array_text(const ArrayInfo& array, const FoundRange* range) {
-  std::string text = quoted(array.name) + ": " +
-                     (array.location == Location::point ? "point" : "cell") + " data, " +
+  std::string location(location_name(array.location));
+  std::replace(location.begin(), location.end(), '_', ' ');
+  std::string text = quoted(array.name) + ": " + location + " data, " +
                      std::to_string(array.components) + " x " +
                      std::string(scalar_name(array.type)) + (array.per_step ? ", each step" : "");
-  if (!array.blocks.empty()) text += ", on " + plural(array.blocks.size(), "block", "blocks");
+  const bool on_mesh = is_on_mesh(array.location);
+  if (!array.blocks.empty())
+    text += ", on " + (on_mesh ? plural(array.blocks.size(), "block", "blocks")
+                               : plural(array.blocks.size(), "set", "sets"));
+  if (!on_mesh && array.location != Location::global)
+    text += ", " + plural(array.elements, "member", "members");
   if (!array.role.empty()) text += ", " + array.role;
   text += quantization_text(array.quantization, array.type);
   for (const double fill : array.fills) text += ", fill value " + number_text(fill);

@@ -23,8 +23,8 @@ std::uint64_t peak_rss_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux reports the size in KiB
 }
 
-// Returns the compressed sizes of the arrays as a JSON object. The keys are "point/NAME" or
-// "cell/NAME", which are also the names of the streams.
+// Returns the compressed sizes of the arrays as a JSON object. The keys are
+// "LOCATION/NAME", e.g. "point/NAME", which are also the names of the streams.
 Json arrays_json(const MeshInfo& info, const std::map<std::string, std::uint64_t>& streams) {
   constexpr std::string_view kPrefix = "array:";
   Json arrays = Json::object();

@@ -49,14 +49,15 @@ bool alike(const ArrayInfo& a, const ArrayInfo& b) {
   return a == renamed;
 }
 
-bool is_left_out(const ArrayInfo& array) {
-  return array.role == kBlockIdRole || role_of(array).is_private;
+bool is_left_out(const ArrayInfo& array, const Capabilities& target) {
+  return array.role == kBlockIdRole || role_of(array).is_private ||
+         !target.has_arrays_at(array.location);
 }
 
 }  // namespace
 
-JoinedArrays::JoinedArrays(MeshSource& source, bool join, bool distinct, const NumberMaps* maps)
-    : ForwardingMesh(source), maps_(maps) {
+JoinedArrays::JoinedArrays(MeshSource& source, bool join, const Capabilities& target)
+    : ForwardingMesh(source), maps_(target.maps) {
   const MeshInfo& from = source.info();
   info_.schema = from.schema;
   info_.schema.arrays.clear();
@@ -65,11 +66,11 @@ JoinedArrays::JoinedArrays(MeshSource& source, bool join, bool distinct, const N
   info_.step_times = from.step_times;
   for (std::size_t a = 0; a < from.schema.arrays.size();) {
     const std::size_t columns = join ? run_of_columns(a) : 1;
-    if (!is_left_out(from.schema.arrays[a])) add(a, columns);
+    if (!is_left_out(from.schema.arrays[a], target)) add(a, columns);
     a += columns;
   }
   make_names_unique();
-  if (distinct) make_block_numbers_unique();
+  if (!target.block_numbers) make_block_numbers_unique();
 }
 
 void JoinedArrays::make_block_numbers_unique() {

@@ -15,10 +15,10 @@ namespace shm::converters {
 
 class JoinedArrays final : public ForwardingMesh {
  public:
-  // If `join` is true, arrays with one component are joined into vectors. If `distinct` is true,
-  // blocks with the same number but different names or dimensions get different numbers. `maps`
-  // describes the number maps that keep their roles; it may be null.
-  JoinedArrays(MeshSource& source, bool join, bool distinct, const NumberMaps* maps = nullptr);
+  // If `join` is true, arrays with one component are joined into vectors. If the target format has
+  // no block numbers, blocks with the same number but different names or dimensions get different
+  // numbers. The number maps of the target keep their roles.
+  JoinedArrays(MeshSource& source, bool join, const Capabilities& target);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 

@@ -21,7 +21,7 @@ OwnSteps::OwnSteps(MeshSource& source, StepRange steps, std::vector<Extra> extra
   // This mesh corresponds to one file of a series, so it has no arrays that change with time. If
   // the source format does not store a time and the step times are 0, 1, 2, ..., they are only step
   // numbers and are removed.
-  for (ArrayInfo& array : info_.schema.arrays) array.per_step = false;
+  for (ArrayInfo& array : info_.schema.arrays) array.per_step = !is_on_mesh(array.location);
   Keys used;
   const std::vector<double>& times = source.info().step_times;
   bool numbered = !format.time(source.info(), used);

@@ -9,6 +9,7 @@
 
 #include "base/failure.h"
 #include "formats/formats.h"
+#include "mesh/array_names.h"
 #include "mesh/blocks_by_id.h"
 #include "mesh/chosen_steps.h"
 #include "mesh/forwarding_mesh.h"
@@ -118,9 +119,8 @@ Translation::Translation(MeshSource& source, const std::string& format, const Ca
   if (target_.block_numbers) split_blocks(blocks_elsewhere);
   choose_steps(steps);
   const std::vector<BlockInfo> blocks = mesh_->info().schema.blocks;
-  add(std::make_unique<JoinedArrays>(*mesh_,
-                                     !format_of(from_).capabilities.vectors && target.vectors,
-                                     !target.block_numbers, target.maps));
+  add(std::make_unique<JoinedArrays>(
+      *mesh_, !format_of(from_).capabilities.vectors && target.vectors, target));
   report_numbers(blocks);
   report_arrays();
   report_blocks();
@@ -174,6 +174,8 @@ void Translation::report_arrays() {
   for (const ArrayInfo& array : from_.schema.arrays)
     if (const Role& role = role_of(array); role.loss != nullptr)
       losses_.push_back(role.loss(array.name));
+    else if (!target_.has_arrays_at(array.location))
+      losses_.push_back("array" + quoted(array_label(array)));
   const MeshInfo& info = mesh_->info();
   bool any_stepped = false;
   if (!target_.partial_arrays) check_filling(info);

@@ -422,7 +422,7 @@ TEST_F(Growth, ManyArraysOfOneName) {
     return [n] {
       MemoryMesh mesh;
       mesh.mesh = with_arrays(n, true);
-      const JoinedArrays joined(mesh, false, false);
+      const JoinedArrays joined(mesh, false, {.block_numbers = true});
       EXPECT_EQ(joined.info().schema.arrays.back().name, "v (" + number(n) + ")");
     };
   });

@@ -216,7 +216,7 @@ class Files(SeriesTest):
         """Before it writes any file, the tool detects existing files, outputs that are inputs, and data that
         the output files cannot store."""
         self.exodus("run.e", range(6))
-        self.shm("convert", "run.e", "a_%d.vtu", "--strict", code=6, stderr="global variables")
+        self.shm("convert", "run.e", "a_%d.vtu", "--strict", code=6, stderr="blocks that array 'heat' covers")
         self.shm("convert", "run.e", "a_%d_%d.vtu", code=2, stderr="one %d")
         self.shm("convert", "run.e", "a_%s_%d.vtu", code=2, stderr="one %d")
         self.shm("convert", "run.e", "a_%999d.vtu", code=2, stderr="one %d")

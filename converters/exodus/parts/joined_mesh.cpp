@@ -68,11 +68,9 @@ void JoinedMesh::map_arrays() {
     for (std::size_t a = 0; a < layout.arrays.size(); ++a) {
       std::uint64_t first = 0;
       for (const exodus::ArrayPart& one : layout.arrays[a].parts) {
+        if (!is_on_mesh(layout.arrays[a].info.location)) break;
         const bool all = one.block == exodus::ArrayPart::kEverything;
-        const std::uint64_t count = !all ? layout.blocks[one.block].cells
-                                    : layout.arrays[a].info.location == Location::point
-                                        ? layout.vertices
-                                        : layout.cells;
+        const std::uint64_t count = exodus::elements_of(layout, layout.arrays[a], one);
         if (one.variable >= 0)
           known.emplace(column_of(part.mesh->skeleton(), layout.arrays[a], one),
                         Piece{a, first, all ? 0 : begins[one.block], count});
@@ -83,6 +81,7 @@ void JoinedMesh::map_arrays() {
     for (const exodus::ArrayLayout& array : whole.arrays) {
       pieces.emplace_back();
       for (const exodus::ArrayPart& one : array.parts) {
+        if (!is_on_mesh(array.info.location)) break;
         const bool all = one.block == exodus::ArrayPart::kEverything;
         const std::uint64_t needed = !all ? layout.blocks[one.block].cells
                                      : array.info.location == Location::point ? layout.vertices
@@ -437,6 +436,7 @@ void JoinedMesh::hold_vertices(const std::vector<std::uint64_t>& vertices) {
 }
 
 void JoinedMesh::hold_step(std::size_t array, std::uint64_t step) {
+  if (!is_on_mesh(location_of(array))) return;
   step_taken_.reset();
   Kept& values = kept(array, step);
   if (location_of(array) != Location::point) return;
@@ -465,8 +465,29 @@ void JoinedMesh::read_points(std::uint64_t first, std::uint64_t count, std::byte
     read_vertices(taken_.at(kCoordinates), stride_of(kCoordinates), first, count, out);
 }
 
+// Reads values of an array that is neither on points nor on cells. All ranks have all of them.
+void JoinedMesh::read_beside_mesh(std::size_t array, std::uint64_t step, std::uint64_t first,
+                                  std::uint64_t count, std::byte* out) const {
+  const exodus::ArrayLayout& layout = structure_.layout.arrays[array];
+  const std::size_t stride = info().array_stride(array);
+  for (const exodus::ArrayPart& part : layout.parts) {
+    if (first >= part.elements) {
+      first -= part.elements;
+      continue;
+    }
+    const std::vector<std::byte>& values = structure_.beside_mesh.at(part.variable);
+    const std::uint64_t run = std::min(count, part.elements - first);
+    const std::size_t row = values.size() / structure_.layout.steps;
+    std::copy_n(values.data() + step * row + (layout.plane + first) * stride, run * stride, out);
+    out += run * stride;
+    count -= run;
+    first = 0;
+  }
+}
+
 void JoinedMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                             std::uint64_t count, std::byte* out) {
+  if (!is_on_mesh(location_of(array))) return read_beside_mesh(array, step, first, count, out);
   if (!alone_) {
     ranks_->uninterrupted([&] { serve(array, step, first, count, out); });
     return;

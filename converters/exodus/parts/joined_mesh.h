@@ -84,6 +84,8 @@ class JoinedMesh : public MeshSource {
   std::uint64_t covered_before(std::size_t array, std::uint64_t cell) const;
   std::size_t rank_with(std::uint64_t cell) const;
 
+  void read_beside_mesh(std::size_t array, std::uint64_t step, std::uint64_t first,
+                        std::uint64_t count, std::byte* out) const;
   Kept load(std::size_t array, std::uint64_t step);
   Kept load_vertices(std::size_t array, std::uint64_t step);
   Kept load_cells(std::size_t array, std::uint64_t step);

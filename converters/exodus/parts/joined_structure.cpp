@@ -234,9 +234,14 @@ void Joiner::tell_all() {
       const auto values = in.get_bytes();
       values_.emplace(std::move(name), std::vector<std::byte>(values.begin(), values.end()));
     }
-    out_.layout = lay_out(out_.skeleton, place());
+    out_.layout = lay_out(out_.skeleton, place(), true);
     const JoinedValues values(out_.skeleton, values_);
     out_.info = describe(out_.skeleton, out_.layout, values, place());
+    for (const ArrayLayout& array : out_.layout.arrays)
+      for (const ArrayPart& part : array.parts)
+        if (!is_on_mesh(array.info.location) && !out_.beside_mesh.contains(part.variable))
+          out_.beside_mesh.emplace(part.variable,
+                                   whole_variable(out_.skeleton, values, part.variable));
   });
 }
 

@@ -3,6 +3,10 @@
 // file with the whole mesh would have.
 #pragma once
 
+#include <cstddef>
+#include <map>
+#include <vector>
+
 #include "exodus/layout.h"
 #include "exodus/parts/part_files.h"
 #include "exodus/skeleton.h"
@@ -14,6 +18,9 @@ struct JoinedStructure {
   exodus::Skeleton skeleton;
   exodus::Layout layout;
   MeshInfo info;
+  // Values at all steps of the variables of arrays that are neither on points nor on cells. The key
+  // is the index of the variable.
+  std::map<int, std::vector<std::byte>> beside_mesh;
 };
 
 // Collective. Returns the structure of the whole mesh, which is the same on all ranks.

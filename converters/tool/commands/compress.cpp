@@ -97,8 +97,9 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   command
       ->add_option(
           "--abs", abs,
-          "Round coordinates and all floating-point fields (default: exact). Finite values change\n"
-          "by at most E, NaN and infinities do not change. --bits takes precedence for coordinates")
+          "Round coordinates and all floating-point fields except global ones (default: exact). "
+          "Finite\nvalues change by at most E, NaN and infinities do not change. --bits takes "
+          "precedence for\ncoordinates")
       ->type_name("E");
   command
       ->add_option(
@@ -115,10 +116,10 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
           "NAME:psnr=DB "
           "(decibels).\nNAME:fill=V states a fill value, see --fill. NAME is coordinates or the "
           "name "
-          "of an array;\nif several arrays have that name, write point/NAME or cell/NAME. * and ? "
-          "match any\ncharacters or one; a backslash before a character removes its special "
-          "meaning. "
-          "Exact names\ntake precedence over patterns. May be repeated")
+          "of an array;\nif several arrays have that name, write LOCATION/NAME, e.g. point/NAME "
+          "(locations: point, cell,\nglobal, node_set, side_set, element_set). * and ? match any "
+          "characters or one; a\nbackslash before a character removes its special meaning. Exact "
+          "names take precedence over\npatterns. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
   command

@@ -75,7 +75,8 @@ CLI::App* DiffCommand::add_to(CLI::App& tool) {
       ->add_option("--array", arrays,
                    "Tolerance of one array, or of coordinates, overriding the options above: "
                    "NAME:abs=E,\nNAME:rel=E or NAME:lossless (exact). If several arrays have that "
-                   "name, write point/NAME or\ncell/NAME. May be repeated")
+                   "name, write LOCATION/NAME,\ne.g. point/NAME (locations: point, cell, global, "
+                   "node_set, side_set, element_set). May be\nrepeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
   command->add_option("--only", only, "Compare no arrays other than this one. May be repeated")

@@ -20,6 +20,7 @@
 #include "compression/set_sides.h"
 #include "files/mesh_files.h"
 #include "formats/formats.h"
+#include "mesh/array_names.h"
 #include "series/step_files.h"
 #include "sets/set_cells.h"
 #include "tool/input.h"
@@ -106,9 +107,9 @@ std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
   return {found.begin(), found.end()};
 }
 
-// Returns the indices of the arrays that the user named. point/NAME selects a point array,
-// cell/NAME a cell array, and NAME both. If no array is named v, the name v selects v_x, v_y and
-// v_z.
+// Returns the indices of the arrays that the user named. LOCATION/NAME selects an array at this
+// location, e.g. point/NAME, and NAME the arrays at all locations. If no array is named v, the name
+// v selects v_x, v_y and v_z.
 std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
                                      const std::vector<ArrayInfo>& arrays) {
   std::set<std::uint32_t> found;
@@ -276,6 +277,8 @@ void Extraction::stage() {
   piece_ = piece.get();
   for (const std::string& set : piece->without_factors())
     losses_.push_back("distribution factors of " + set);
+  for (const std::string& array : piece->without_sets())
+    losses_.push_back("array '" + array + "', because its sets have other members");
   if (piece->info().vertices == 0 && piece->info().cells() == 0) {
     std::string box;
     for (std::size_t c = 0; c < 6; ++c) {
@@ -431,8 +434,8 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
   command
       ->add_option(
           "--array", arrays,
-          "Only this array (and number maps): NAME, point/NAME or cell/NAME; v means v_x, v_y and "
-          "v_z.\nMay be repeated")
+          "Only this array (and number maps): NAME, or LOCATION/NAME such as point/NAME; v means "
+          "v_x, v_y\nand v_z. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   add_steps(*command, steps);

@@ -4,6 +4,7 @@
 
 #include "base/failure.h"
 #include "base/text_input.h"
+#include "mesh/array_names.h"
 #include "tool/step_choice.h"
 
 namespace shm::converters {
@@ -12,7 +13,9 @@ namespace {
 std::vector<std::uint32_t> arrays_called(const std::string& name, const Schema& schema) {
   std::vector<std::uint32_t> found;
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
-    if (schema.arrays[a].name == name || array_label(schema.arrays[a]) == name) found.push_back(a);
+    if (is_on_mesh(schema.arrays[a].location) &&
+        (schema.arrays[a].name == name || array_label(schema.arrays[a]) == name))
+      found.push_back(a);
   return found;
 }
 
@@ -50,18 +53,15 @@ bool choose_called(const std::string& name, const Schema& schema, ArrayChoice& c
 [[noreturn]] void refuse_name(const std::string& name, const Schema& schema) {
   constexpr std::size_t kMost = 40;
   std::string labels;
-  for (std::size_t a = 0; a < schema.arrays.size() && a < kMost; ++a)
-    labels += (a > 0 ? ", " : "") + array_label(schema.arrays[a]);
-  if (schema.arrays.size() > kMost)
-    labels += ", ... (" + std::to_string(schema.arrays.size()) + ")";
+  std::size_t count = 0;
+  for (const ArrayInfo& array : schema.arrays)
+    if (is_on_mesh(array.location) && ++count <= kMost)
+      labels += (count > 1 ? ", " : "") + array_label(array);
+  if (count > kMost) labels += ", ... (" + std::to_string(count) + ")";
   wrong_use("there is no array " + name + "; there are " + (labels.empty() ? "none" : labels));
 }
 
 }  // namespace
-
-std::string array_label(const ArrayInfo& array) {
-  return (array.location == Location::point ? "point/" : "cell/") + array.name;
-}
 
 ArrayChoice array_named(const std::string& words, const std::string& option, const Schema& schema,
                         std::uint64_t steps) {

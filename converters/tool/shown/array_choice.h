@@ -12,9 +12,6 @@
 
 namespace shm::converters {
 
-// Formats "point/NAME" or "cell/NAME".
-std::string array_label(const ArrayInfo& array);
-
 struct ArrayChoice {
   std::string name;  // name that the user gave, without location and step
   Location location = Location::point;

@@ -10,7 +10,9 @@ Entry entry_of_array(const MeshInfo& info, std::size_t array) {
           .name = encode_name(of.name),
           .type = std::string(word_of_scalar(of.type)),
           .components = of.components,
-          .tuples = of.location == Location::cell ? info.cells() : info.vertices};
+          .tuples = of.location == Location::cell    ? info.cells()
+                    : of.location == Location::point ? info.vertices
+                                                     : of.elements};
 }
 
 std::string quoted_array(std::string_view name) { return "array '" + std::string(name) + "'"; }

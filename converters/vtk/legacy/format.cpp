@@ -122,19 +122,21 @@ constexpr Role kRoles[] = {
 }  // namespace
 }  // namespace vtk
 
-constinit const Format kVtkFormat = {.name = "vtk",
-                                     .title = "VTK legacy",
-                                     .extensions = {".vtk"},
-                                     .looks_like = looks_like_vtk,
-                                     .open = open_vtk,
-                                     .write = write_vtk,
-                                     .capabilities = {.sets = Capabilities::Sets::arrays,
-                                                      .blocks_by_type = true,
-                                                      .title_bytes = 255,
-                                                      .block = vtk::has_cell_type,
-                                                      .sibling = "vtu",
-                                                      .losses_of_sibling = vtk::losses_in_vtk},
-                                     .roles = vtk::kRoles,
-                                     .source = &vtk::kSource};
+constinit const Format kVtkFormat = {
+    .name = "vtk",
+    .title = "VTK legacy",
+    .extensions = {".vtk"},
+    .looks_like = looks_like_vtk,
+    .open = open_vtk,
+    .write = write_vtk,
+    .capabilities = {.sets = Capabilities::Sets::arrays,
+                     .blocks_by_type = true,
+                     .beside_mesh = Capabilities::BesideMesh::global,
+                     .title_bytes = 255,
+                     .block = vtk::has_cell_type,
+                     .sibling = "vtu",
+                     .losses_of_sibling = vtk::losses_in_vtk},
+    .roles = vtk::kRoles,
+    .source = &vtk::kSource};
 
 }  // namespace shm::converters

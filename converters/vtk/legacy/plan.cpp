@@ -233,6 +233,9 @@ void FilePlan::plan_for_foreign() {
   if (extra(kNewNumbering) != nullptr) skeleton_.version = "5.1";
   if (const Extra* title = extra("mesh/title")) set_title(*title);
   if (!info_.step_times.empty()) skeleton_.entries = time_entries(0);
+  for (std::size_t i = 0; i < info_.schema.arrays.size(); ++i)
+    if (info_.schema.arrays[i].location == Location::global && is_written(i))
+      skeleton_.entries.push_back(entry_of_array(info_, i));
   add_block_names();
   add_missing_parts();
   add_block_ids();

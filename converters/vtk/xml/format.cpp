@@ -106,17 +106,19 @@ constexpr XmlSource kSource;
 }  // namespace
 }  // namespace vtu
 
-constinit const Format kVtuFormat = {.name = "vtu",
-                                     .title = "VTU",
-                                     .extensions = {".vtu"},
-                                     .looks_like = looks_like_vtu,
-                                     .open = open_vtu,
-                                     .write = write_vtu,
-                                     .capabilities = {.sets = Capabilities::Sets::arrays,
-                                                      .blocks_by_type = true,
-                                                      .block = vtk::has_cell_type,
-                                                      .sibling = "vtk",
-                                                      .losses_of_sibling = vtu::losses_in_vtu},
-                                     .source = &vtu::kSource};
+constinit const Format kVtuFormat = {
+    .name = "vtu",
+    .title = "VTU",
+    .extensions = {".vtu"},
+    .looks_like = looks_like_vtu,
+    .open = open_vtu,
+    .write = write_vtu,
+    .capabilities = {.sets = Capabilities::Sets::arrays,
+                     .blocks_by_type = true,
+                     .beside_mesh = Capabilities::BesideMesh::global,
+                     .block = vtk::has_cell_type,
+                     .sibling = "vtk",
+                     .losses_of_sibling = vtu::losses_in_vtu},
+    .source = &vtu::kSource};
 
 }  // namespace shm::converters

@@ -276,6 +276,13 @@ void VtuPlan::plan_from_legacy(Node& root, Node& grid_node, Node& piece) {
 
 void VtuPlan::plan_from_others(Node& grid_node, Node& piece) {
   add_time(grid_node);
+  for (std::size_t i = 0; i < info_.schema.arrays.size(); ++i) {
+    if (info_.schema.arrays[i].location != Location::global || !is_written(i)) continue;
+    Node& field = child_of(grid_node, "FieldData");
+    add_array(field, i);
+    field.children.back().set_attribute("NumberOfTuples",
+                                        std::to_string(info_.schema.arrays[i].elements));
+  }
   piece.children = {element("PointData"), element("CellData")};
   add_block_ids(piece.children.back());
   add_strings(grid_node, vtk::kBlockNames,

@@ -211,7 +211,8 @@ void Writer::payload(Node& array, Style style, const PieceRange& piece, bool in_
 
 void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, const PieceRange& piece,
                           bool in_piece) {
-  if (!in_piece || word.index >= info_.schema.arrays.size())
+  if (word.index >= info_.schema.arrays.size() ||
+      (!in_piece && info_.schema.arrays[word.index].location != Location::global))
     vtk::fail_extra("vtu/skeleton",
                     "has " + head.array + " outside a piece, or for an array that does not exist");
   const ArrayInfo& info = info_.schema.arrays[word.index];
@@ -220,8 +221,9 @@ void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, cons
       (word.step && *word.step >= info_.step_times.size()))
     vtk::fail_extra("vtu/skeleton", "does not define " + head.array);
   const bool of_points = info.location == Location::point;
-  const std::uint64_t begin = of_points ? piece.first_point : piece.first_cell;
-  const std::uint64_t total = of_points ? piece.points : piece.cells;
+  const bool of_cells = info.location == Location::cell;
+  const std::uint64_t begin = of_points ? piece.first_point : of_cells ? piece.first_cell : 0;
+  const std::uint64_t total = of_points ? piece.points : of_cells ? piece.cells : info.elements;
   const std::uint64_t step = word.step.value_or(0);
   const std::size_t stride = info_.array_stride(word.index);
   if (strings) return string_values(word.index, head, begin, total);
