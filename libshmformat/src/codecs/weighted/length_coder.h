@@ -99,7 +99,8 @@ class BitReader {
       copy_little_endian(reinterpret_cast<std::byte*>(&value), bytes_.data() + at, 1, 8);
     } else {
       for (std::uint64_t b = at; b < bytes_.size(); ++b)
-        value |= std::to_integer<std::uint64_t>(bytes_[b]) << 8 * (b - at);
+        value |= std::to_integer<std::uint64_t>(bytes_[static_cast<std::size_t>(b)])
+                 << 8 * (b - at);
     }
     return value >> position_ % 8;
   }

@@ -201,7 +201,8 @@ std::uint32_t WeightedEncoder::choose_axis(const Values& values, const TiledItem
   std::int64_t last = 0;
   for (const std::int64_t index : values.indices) {
     const std::int64_t size = index < 0 ? negated_index(index, is_float) : index;
-    std::int64_t& entry = seen[static_cast<std::uint64_t>(size) * 0x9e3779b97f4a7c15u >> shift];
+    const std::uint64_t hash = static_cast<std::uint64_t>(size) * 0x9e3779b97f4a7c15u >> shift;
+    std::int64_t& entry = seen[static_cast<std::size_t>(hash)];
     if (entry == size && size != last) ++repeated;
     entry = last = size;
   }
