@@ -7,6 +7,7 @@ from bisect import bisect_left
 
 from .basics import FLOAT32, FLOAT64, MASK32, MASK64, SCALAR_BYTES, SCALAR_CODES, reject_unless, signed64
 from .coders import number, signed, tree
+from .schema import RELATIVE
 
 FLOATS, NARROW, BINARY, DECIMAL, DIGITS, INTEGERS, QUANTIZED = range(7)
 MORE = 7  # the kind stands behind what else there is
@@ -67,7 +68,8 @@ class Domain:
     def __init__(self, type_, quantization, component):
         self.type, self.width = type_, 8 * SCALAR_BYTES[type_]
         self.floating, self.quantized = type_ in (FLOAT32, FLOAT64), quantization.bits != 0
-        if self.quantized:
+        self.spacing = quantization.spacing if quantization.bits == RELATIVE else 0  # of positions
+        if self.quantized and not self.spacing:
             self.minimum, self.step = quantization.minimum[component], quantization.step()
         self.exponent, self.negative_zero, self.escapes, self.table = 0, 0, 1, None
         self.recalls = self.partners = 0  # section 24
@@ -140,8 +142,13 @@ class Domain:
         if self.kind == DECIMAL:
             return d / TEN[self.exponent] if self.exponent >= 0 else d * TEN[-self.exponent]
         if self.kind == QUANTIZED:
-            return self.minimum + d * self.step
+            return as_double(self.type, self._spaced(int(d))) if self.spacing else self.minimum + d * self.step
         return d
+
+    def _spaced(self, d):
+        """The bits of the value of index d, for a relative bound."""
+        sign = self.minus_zero()
+        return abs(d) * self.spacing & (sign - 1) | (sign if d < 0 else 0)
 
     def value(self, d):
         """The bits of the value of index d."""
@@ -149,6 +156,8 @@ class Domain:
             return d & ((1 << self.width) - 1)
         if self.kind == FLOATS:
             return from_ordered(d, self.width)
+        if self.kind == QUANTIZED and self.spacing:
+            return self._spaced(d)
         return bits_of(self.type, self.plain_state(d) if self.kind in (NARROW, DIGITS) else self.number_of(d))
 
     def minus_zero(self):
@@ -163,6 +172,12 @@ class Domain:
             return float(nearest(x / self.unit))
         if kind == DECIMAL:
             return float(nearest(x * TEN[self.exponent] if self.exponent >= 0 else x / TEN[-self.exponent]))
+        if kind == QUANTIZED and self.spacing:
+            if x != x:
+                return 0.0
+            sign, bits = self.minus_zero(), bits_of(self.type, x)
+            size = float(((bits & (sign - 1)) + self.spacing // 2) // self.spacing)
+            return -size if bits & sign else size
         if kind == QUANTIZED:
             return float(nearest(divided(x - self.minimum, self.step)))
         return x

@@ -11,7 +11,7 @@ MOST_ARRAYS, MOST_STATIC_COMPONENTS, MOST_BLOCKS = 65536, 4096, 2**20  # limits 
 MOST_STEP_BYTES = 2**30  # of an array that is neither on points nor on cells
 POINT, CELL, GLOBAL, NODE_SET, SIDE_SET, ELEMENT_SET = range(6)
 LOCATION_NAMES = (b"point", b"cell", b"global", b"node_set", b"side_set", b"element_set")
-BOUND = 64  # `bits` of a quantization within an absolute bound
+BOUND, RELATIVE = 64, 65  # `bits` of a quantization within an absolute bound, or one relative to each value
 
 
 @dataclass
@@ -21,6 +21,7 @@ class Quantization:
     spacing: float = 0.0
     minimum: list = field(default_factory=list)  # of the ranges, or the anchors
     maximum: list = field(default_factory=list)
+    max_rel: float = 0.0  # of a relative bound, whose spacing is a whole number
 
     def step(self):
         if self.bits == BOUND:
@@ -122,6 +123,12 @@ def _quantization(cursor, type_, components):
         return quantization
     if type_ not in (FLOAT32, FLOAT64):
         cursor.fail("integers are not quantized")
+    if quantization.bits == RELATIVE:
+        quantization.max_rel, quantization.spacing = cursor.f64(), cursor.varint()
+        least, most = (2, 2**23) if type_ == FLOAT32 else (1024, 2**52)
+        if not (0 < quantization.max_rel <= 0.5 and least <= quantization.spacing <= most):
+            cursor.fail("a quantization that cannot be")
+        return quantization
     if quantization.bits == BOUND:
         quantization.max_abs, quantization.spacing = cursor.f64(), cursor.f64()
         quantization.minimum = cursor.list_of(cursor.f64)
@@ -193,6 +200,8 @@ def read_schema(payload, base, file_start):
     if coordinate_type not in (FLOAT32, FLOAT64):
         cursor.fail("coordinates that are not floating-point")
     quantization, source_format = _quantization(cursor, coordinate_type, 3), cursor.text()
+    if quantization.bits == RELATIVE:
+        cursor.fail("coordinates with a relative bound")
     blocks = cursor.list_of(lambda: _block(cursor))
     arrays = cursor.list_of(lambda: _array(cursor, len(blocks)))
     step_references = 2

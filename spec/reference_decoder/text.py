@@ -10,7 +10,7 @@ from .basics import FLOAT32, FLOAT64, SCALAR_BYTES, SCALAR_CODES, SCALAR_NAMES, 
 from .domains import as_float32
 from .file import Extra, File, StepTimes, Totals, is_archive, read_archive
 from .group import Tile
-from .schema import BOUND
+from .schema import BOUND, RELATIVE
 
 ORDER_NAMES = ("keep", "stream", "free")
 
@@ -87,6 +87,8 @@ class Text:
     def quantization(self, q):
         if q.bits == 0:
             return ""
+        if q.bits == RELATIVE:
+            return f", within{self.doubles([q.max_rel])} of each value by{self.doubles([float(q.spacing)])}"
         if q.bits == BOUND:
             return (f", within{self.doubles([q.max_abs])} by steps of{self.doubles([q.spacing])}"
                     f" from{self.doubles(q.minimum)}")

@@ -49,7 +49,9 @@ class Space:
     def __init__(self, domain):
         self.domain, self.linear = domain, domain.is_linear()
         self.minimum, self.down = 0.0, 1.0
-        if domain.kind == QUANTIZED:
+        if domain.kind == QUANTIZED and domain.spacing:
+            pass  # the state of an index is the index
+        elif domain.kind == QUANTIZED:
             self.minimum, self.down = domain.minimum, domain.step
         elif self.linear and domain.kind != INTEGERS:
             self.down = domain.number_of(1)
@@ -202,6 +204,8 @@ class Weighted:
                     reference = as_double(self.array.type, references[e])
                     if not -1.7976931348623157e308 <= reference <= 1.7976931348623157e308:
                         reference = 0.0
+                    if domain.kind == QUANTIZED and domain.spacing:
+                        reference = domain.from_value(reference)
                 prediction = reference + self._predict(weights[self.numbers[e]], item, slots, self.last[c])
                 predicted, scale = space.index(prediction), space.scale(prediction)
                 match, size = matches.find(item, slots), ZERO_SIZE

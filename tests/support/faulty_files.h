@@ -68,6 +68,7 @@ class FaultyFiles {
     scaled_copies();
     weighted_parts();
     arrays_beside_mesh();
+    relative_bounds_of_schema();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -1287,6 +1288,28 @@ class FaultyFiles {
     of_part("of one element too few.", [](Header& it) { it.count -= 1; });
     of_part("weighted.", [](Header& it) { it.codec = container::Codec::weighted; });
     of_part("in columns.", [](Header& it) { it.codec = container::Codec::columns; });
+  }
+
+  void relative_bounds_of_schema() {
+    const auto of = [&](const std::string& sentence, const std::function<void(Schema&)>& lie) {
+      Schema schema = hexahedra_schema();
+      schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32));
+      schema.arrays[0].quantization = Quantization::relative(.001, ScalarType::float32);
+      lie(schema);
+      FileParts parts;
+      parts.chunks.push_back(chunk_of(ChunkKind::schema, schema_payload(schema)));
+      add(kCorrupt, "Relative bound: " + sentence, put_together(std::move(parts)));
+    };
+    of("0.", [](Schema& it) { it.arrays[0].quantization.max_rel = 0; });
+    of("not a number.", [](Schema& it) { it.arrays[0].quantization.max_rel = std::nan(""); });
+    of("above 0.5.", [](Schema& it) { it.arrays[0].quantization.max_rel = .75; });
+    of("a distance of 1.", [](Schema& it) { it.arrays[0].quantization.spacing = 1; });
+    of("a distance above 2^23.", [](Schema& it) { it.arrays[0].quantization.spacing = 8388609; });
+    of("of integers.", [](Schema& it) { it.arrays[0].type = ScalarType::int32; });
+    of("of coordinates.", [](Schema& it) {
+      it.coordinate_quantization = Quantization::relative(.001, ScalarType::float32);
+    });
+    of("quantization of 66 bits.", [](Schema& it) { it.arrays[0].quantization.bits = 66; });
   }
 
   std::vector<FeatureFile> files_;

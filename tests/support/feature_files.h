@@ -806,6 +806,54 @@ inline std::vector<std::byte> bounded_steps_file(Level level) {
   return written_with_steps(mesh, {points, cells}, options, 4, value);
 }
 
+/// Returns a random number from 0 to 1 for an element and a step.
+inline double random_share(std::uint64_t element, std::uint64_t step) {
+  std::uint64_t mixed = (element + 1000 * step + 1) * 0x9e3779b97f4a7c15u;
+  mixed = (mixed ^ mixed >> 30) * 0xbf58476d1ce4e5b9u;
+  return static_cast<double>((mixed ^ mixed >> 31) >> 52) * 0x1p-12;
+}
+
+/// Returns a file with stepped arrays that have error bounds relative to each value: values of both
+/// signs and all magnitudes, zeros, denormals, infinities and NaN.
+inline std::vector<std::byte> relative_bounds_file(Level level, std::uint64_t waiting_bytes = 0) {
+  ArrayInfo points = array_of("p", Location::point, ScalarType::float32, 2);
+  ArrayInfo cells = array_of("c", Location::cell, ScalarType::float64);
+  ArrayInfo fine = array_of("fine", Location::point, ScalarType::float64);
+  points.quantization = Quantization::relative(.0009765625, points.type);
+  cells.quantization = Quantization::relative(.25, cells.type);
+  fine.quantization = Quantization::relative(1e-10, fine.type);
+  WriteOptions options;
+  options.group_cells = waiting_bytes > 0 ? 65536 : 50;
+  options.segment_cells = 80;
+  options.level = level;
+  options.waiting_bytes = waiting_bytes;
+  options.slow_step_values = 0;
+  const auto value = [](std::uint32_t array, std::uint64_t scalar,
+                        std::uint64_t step) -> std::optional<double> {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const double v = (1 + random_share(scalar, 0)) * (1 + .125 * double(step)) +
+                     .00048828125 * random_share(scalar, step + 1);
+    if (scalar % 71 == 3) return array == 0 ? 0x1p-140 * v : 0x1p-1060 * v;
+    if (scalar % 67 == 9) return scalar % 2 == 0 ? 0.0 : -0.0;
+    if (scalar % 61 == 7) return step % 2 == 0 ? -kInfinity : kInfinity;
+    if (scalar % 53 == 5) return 0x1p100 * v;
+    return scalar % 5 == 4 ? -v : v;
+  };
+  return written_with_steps(bent_grid(6, 5, 4), {points, cells, fine}, options, 4, value);
+}
+
+/// Returns a grid with static arrays that have error bounds relative to each value.
+inline TestMesh relative_bounds() {
+  TestMesh mesh = bent_grid(6, 4, 3);
+  for (const ScalarType type : {ScalarType::float32, ScalarType::float64})
+    for (const Location location : {Location::point, Location::cell}) {
+      ArrayInfo info = array_of("r" + std::to_string(mesh.schema.arrays.size()), location, type, 2);
+      info.quantization = Quantization::relative(.001, type);
+      add_array(mesh, info, location == Location::point ? mesh.vertices : mesh.cells.size());
+    }
+  return mesh;
+}
+
 /// Returns a grid with arrays in which fill values, NaN and infinities are in runs, scattered, in
 /// all components of an element or in some, and in all elements. Some of the arrays are quantized.
 inline TestMesh filled(int rows, int layers) {
@@ -866,13 +914,6 @@ inline std::vector<std::byte> filled_steps(Level level, std::uint64_t waiting_by
     return step == 2 || scalar % 13 == 6 ? -kInfinity : v;
   };
   return written_with_steps(bent_grid(5, 4, 4), {fixed, moving, exact}, options, 5, value);
-}
-
-/// Returns a random number from 0 to 1 for an element and a step.
-inline double random_share(std::uint64_t element, std::uint64_t step) {
-  std::uint64_t mixed = (element + 1000 * step + 1) * 0x9e3779b97f4a7c15u;
-  mixed = (mixed ^ mixed >> 30) * 0xbf58476d1ce4e5b9u;
-  return static_cast<double>((mixed ^ mixed >> 31) >> 52) * 0x1p-12;
 }
 
 /// Returns a file with stepped arrays that are coded with the codec `weighted`. There are several
@@ -1099,6 +1140,15 @@ inline std::vector<FeatureFile> feature_files() {
   add("steps_beside_mesh", steps_beside_mesh(Level::standard));
   add("steps_beside_mesh_fast", steps_beside_mesh(Level::fast));
   add("steps_beside_mesh_bundles", steps_beside_mesh(Level::best, 1 << 20));
+  add("relative_steps", relative_bounds_file(Level::standard));
+  add("relative_steps_best", relative_bounds_file(Level::best));
+  add("relative_steps_fast", relative_bounds_file(Level::fast));
+  add("relative_bundles", relative_bounds_file(Level::standard, 1 << 20));
+  add("relative", written(relative_bounds(), 30));
+  add("relative_best", written(relative_bounds(), 65536, ConnectivityCodec::mixed, Level::best));
+  add("relative_shifts", written(relative_bounds(), 30, ConnectivityCodec::shifts, Level::fast));
+  add("relative_patterns",
+      written(relative_bounds(), 30, ConnectivityCodec::patterns, Level::fast));
   add("large_extras", large_extras_file());
   add("mirrored", mirrored_file(Level::standard));
   add("mirrored_best", mirrored_file(Level::best));

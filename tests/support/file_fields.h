@@ -257,6 +257,11 @@ class FieldWalk {
   void quantization() {
     const std::uint64_t bits = get("bits", FieldType::u8);
     if (bits == 0) return;
+    if (bits == Quantization::kRelative) {
+      get("relative bound", FieldType::u64);
+      get("positions", FieldType::varint);
+      return;
+    }
     const bool absolute = bits == Quantization::kAbsolute;
     if (absolute)
       for (const char* name : {"bound", "spacing"}) get(name, FieldType::u64);

@@ -123,6 +123,11 @@ class ItemText {
   }
   void quantization(const Quantization& q) {
     if (!q.lossy()) return;
+    if (q.bits == Quantization::kRelative) {
+      field(", within", q.max_rel);
+      field(" of each value by", q.spacing);
+      return;
+    }
     if (q.bits == Quantization::kAbsolute) {
       field(", within", q.max_abs);
       field(" by steps of", q.spacing);

@@ -121,27 +121,35 @@ constexpr bool is_on_mesh(Location location) { return location <= Location::cell
 /// Returns "point", "cell", "global", "node_set", "side_set" or "element_set".
 SHM_API std::string_view location_name(Location location);
 
-/// Uniform quantization of floating-point values. A value v of component c is stored as the integer
-/// k nearest to (v - minimum[c]) / step(). It is restored as minimum[c] + k * step(), rounded to
-/// the stored type. A value is stored exactly if it is not finite, or if its restored value would
-/// differ from it by more than `max_error()`; -0.0 may be restored as 0.0. The step is defined in
-/// one of two ways. If the values are quantized to N bits, step = (largest side of the box from
-/// `minimum` to `maximum`) / (2^N - 1). If an absolute error bound is required, the step is given
-/// explicitly, see `absolute()`.
+/// Quantization of floating-point values. There are three kinds.
+/// - N bits: a value v of component c is stored as the integer k nearest to (v - minimum[c]) /
+///   step(). It is restored as minimum[c] + k * step(), rounded to the stored type. The step is
+///   (largest side of the box from `minimum` to `maximum`) / (2^N - 1).
+/// - An absolute error bound: as above, but the step is given explicitly, see `absolute()`.
+/// - A relative error bound: the bound on the error of a value is proportional to its magnitude,
+/// see
+///   `relative()`.
+/// A value is stored exactly if it is not finite, or if its restored value would differ from it by
+/// more than the bound. -0.0 may be restored as 0.0. With an absolute or a relative bound, zeros
+/// remain zeros.
 struct Quantization {
   static constexpr std::uint32_t kAbsolute = 64;  ///< value of `bits` for an absolute bound
+  static constexpr std::uint32_t kRelative = 65;  ///< value of `bits` for a relative bound
 
-  /// Number of bits N (1..52) if values are quantized to N bits; kAbsolute if an absolute error
+  /// Number of bits N (1..52) if values are quantized to N bits; kAbsolute or kRelative if an error
   /// bound defines the step; 0 for lossless storage.
   std::uint32_t bits = 0;
   /// For N bits: the lower corner of the box of values. For an absolute error bound: the value that
-  /// k = 0 represents. One finite number per component.
+  /// k = 0 represents. One finite number per component. Empty for a relative error bound.
   std::vector<double> minimum;
   /// For N bits: the upper corner of the box of values, with one finite number per component, each
-  /// not less than that of `minimum`. Empty for an absolute error bound.
+  /// not less than that of `minimum`. Empty for an error bound.
   std::vector<double> maximum;
   double max_abs = 0;  ///< maximum error for an absolute bound; otherwise 0
-  double spacing = 0;  ///< quantization step for an absolute bound; otherwise 0
+  /// Quantization step for an absolute bound. For a relative bound: the distance between restored
+  /// values, counted in numbers of the stored type; a whole number. Otherwise 0.
+  double spacing = 0;
+  double max_rel = 0;  ///< maximum error relative to the value for a relative bound; otherwise 0
   bool operator==(const Quantization&) const = default;
 
   /// Returns a quantization that guarantees |restored - v| <= max_abs for every finite value.
@@ -151,11 +159,19 @@ struct Quantization {
   /// * max_abs. A caller who knows the values may change `spacing`, because the bound holds for any
   /// step.
   SHM_API static Quantization absolute(double max_abs, std::uint32_t components);
+  /// Returns a quantization that guarantees |restored - v| <= max_rel * |v| for every finite value,
+  /// and therefore keeps zeros and signs. Restored values are evenly spaced among the numbers of
+  /// the stored type: every n-th number is one. Precondition: 0 < max_rel <= 0.5, and `type` is
+  /// float32 or float64. Returns lossless storage if the bound is smaller than 2^-24 (float32) or
+  /// 2^-43 (float64), because rounding would hardly save space.
+  SHM_API static Quantization relative(double max_rel, ScalarType type);
   bool lossy() const { return bits != 0; }
+  /// Returns the quantization step, or `spacing` for a relative bound.
   SHM_API double step() const;
   /// Returns the guaranteed bound on |restored - v| for a value stored as `type`. For an absolute
   /// bound this is max_abs for every type. For N bits, it is half a step plus the rounding error of
-  /// the stored type at the largest magnitude in the box.
+  /// the stored type at the largest magnitude in the box. For a relative bound it is infinite,
+  /// because it depends on the value: max_rel * |v|.
   SHM_API double max_error(ScalarType type) const;
 };
 

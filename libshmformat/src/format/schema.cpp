@@ -98,6 +98,14 @@ std::vector<std::string> array_stream_names(const Schema& schema) {
   return names;
 }
 
+namespace {
+
+/// Smallest and largest `spacing` of a relative bound. Indices of values are then at most 2^53.
+double least_spacing(ScalarType type) { return type == ScalarType::float32 ? 2 : 1024; }
+double most_spacing(ScalarType type) { return type == ScalarType::float32 ? 0x1p23 : 0x1p52; }
+
+}  // namespace
+
 Quantization Quantization::absolute(double max_abs, std::uint32_t components) {
   // Relative safety margin by which the quantization step is reduced. The smaller step costs 0.02
   // bits per value.
@@ -110,8 +118,23 @@ Quantization Quantization::absolute(double max_abs, std::uint32_t components) {
   return quantization;
 }
 
+Quantization Quantization::relative(double max_rel, ScalarType type) {
+  // Numbers of the type are most dense, relative to their size, just below a power of two, and
+  // least dense just above it: there, their distance is 2^-23 or 2^-52 of the number. The bound is
+  // half the distance between restored values.
+  constexpr double kShade = 0x1p-20;
+  const double numbers = type == ScalarType::float32 ? 0x1p24 : 0x1p53;
+  Quantization quantization;
+  const double spacing = std::floor(max_rel * numbers * (1 - kShade));
+  if (!(spacing >= least_spacing(type))) return quantization;
+  quantization.bits = kRelative;
+  quantization.max_rel = max_rel;
+  quantization.spacing = std::min(spacing, most_spacing(type));
+  return quantization;
+}
+
 double Quantization::step() const {
-  if (bits == kAbsolute) return spacing;
+  if (bits == kAbsolute || bits == kRelative) return spacing;
   double side = 0;
   for (std::size_t c = 0; c < minimum.size() && c < maximum.size(); ++c)
     side = std::max(side, maximum[c] - minimum[c]);
@@ -121,6 +144,7 @@ double Quantization::step() const {
 
 double Quantization::max_error(ScalarType type) const {
   if (bits == kAbsolute) return max_abs;
+  if (bits == kRelative) return std::numeric_limits<double>::infinity();
   double magnitude = 0;
   for (double v : minimum) magnitude = std::max(magnitude, std::fabs(v));
   for (double v : maximum) magnitude = std::max(magnitude, std::fabs(v));
@@ -159,6 +183,11 @@ void put(ByteWriter& out, const Quantization& q) {
   out.put_u8(static_cast<std::uint8_t>(q.bits));
   if (!q.lossy()) return;
   const bool absolute = q.bits == Quantization::kAbsolute;
+  if (q.bits == Quantization::kRelative) {
+    out.put_f64(q.max_rel);
+    out.put_varint(static_cast<std::uint64_t>(q.spacing));
+    return;
+  }
   if (absolute) {
     out.put_f64(q.max_abs);
     out.put_f64(q.spacing);
@@ -173,6 +202,11 @@ void get(ByteReader& in, Quantization& q) {
   q.bits = in.get_u8();
   if (!q.lossy()) return;
   const bool absolute = q.bits == Quantization::kAbsolute;
+  if (q.bits == Quantization::kRelative) {
+    q.max_rel = in.get_f64();
+    q.spacing = static_cast<double>(in.get_varint());
+    return;
+  }
   if (absolute) {
     q.max_abs = in.get_f64();
     q.spacing = in.get_f64();
@@ -201,10 +235,24 @@ Result<void> check_bound(const Quantization& q, std::size_t components, const st
   return {};
 }
 
+Result<void> check_relative(const Quantization& q, ScalarType type, const std::string& what) {
+  if (!(q.max_rel > 0 && q.max_rel <= 0.5))
+    return wrong(what + ": the relative error bound is not a positive number of at most 0.5");
+  if (!(q.spacing >= least_spacing(type) && q.spacing <= most_spacing(type) &&
+        std::floor(q.spacing) == q.spacing))
+    return wrong(what + ": the spacing of the relative error bound is out of range");
+  if (!q.minimum.empty() || !q.maximum.empty() || q.max_abs != 0)
+    return wrong(what + ": a relative error bound has neither anchors, nor a range, nor max_abs");
+  return {};
+}
+
 Result<void> check_quantization(const Quantization& q, ScalarType type, std::size_t components,
                                 const std::string& what) {
   if (q.lossy() && !is_float(type))
     return wrong(what + ": only floating-point values can be quantized");
+  if (q.bits == Quantization::kRelative) return check_relative(q, type, what);
+  if (q.max_rel != 0)
+    return wrong(what + ": max_rel must be 0 unless bits is Quantization::kRelative");
   if (q.bits == Quantization::kAbsolute) return check_bound(q, components, what);
   if (q.max_abs != 0 || q.spacing != 0)
     return wrong(what + ": max_abs and spacing must be 0 unless bits is Quantization::kAbsolute");
@@ -443,6 +491,8 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
     return wrong("order keep requires corner_order");
   if (schema.step_references > StepReference::trend) return wrong("unknown step references");
   if (!is_float(schema.coordinate_type)) return wrong("coordinates must be float32 or float64");
+  if (schema.coordinate_quantization.bits == Quantization::kRelative)
+    return wrong("coordinates cannot have a relative error bound");
   if (auto status = check_quantization(schema.coordinate_quantization, schema.coordinate_type, 3,
                                        "coordinates");
       !status)

@@ -60,16 +60,40 @@ ValueTranslator::ValueTranslator(const ArrayInfo& info, std::size_t component,
                                  const ValueDomain& domain)
     : type_(info.type), domain_(domain) {
   if (domain.kind == DomainKind::quantized) {
+    fills_ = info.fills;
+    if (info.quantization.bits == Quantization::kRelative) {
+      spacing_ = static_cast<std::uint64_t>(info.quantization.spacing);
+      max_error_ = info.quantization.max_rel;
+      return;
+    }
     minimum_ = info.quantization.minimum[component];
     step_ = info.quantization.step();
     max_error_ = info.quantization.max_error(info.type);
-    fills_ = info.fills;
   } else if (domain.kind == DomainKind::binary) {
     step_ = binary_step(domain.exponent);
   }
 }
 
+/// Returns the bits of the value with this index for a relative error bound. Damaged data may
+/// contain any index, so the product may exceed the range of the type.
+std::uint64_t ValueTranslator::relative_bits(std::int64_t index) const {
+  const std::uint64_t sign = negative_zero(type_);
+  const auto size = static_cast<std::uint64_t>(index < 0 ? minus(0, index) : index);
+  return (size * spacing_ & (sign - 1)) | (index < 0 ? sign : 0);
+}
+std::int64_t ValueTranslator::relative_index(std::uint64_t bits_in) const {
+  const std::uint64_t sign = negative_zero(type_);
+  const auto size = static_cast<std::int64_t>(((bits_in & (sign - 1)) + spacing_ / 2) / spacing_);
+  return (bits_in & sign) != 0 ? -size : size;
+}
+
+bool ValueTranslator::is_within_bound(double value, double restored) const {
+  const double error = std::fabs(restored - value);
+  return error <= (spacing_ > 0 ? max_error_ * std::fabs(value) : max_error_);
+}
+
 double ValueTranslator::linear_value(std::int64_t index) const {
+  if (spacing_ > 0) return scalar_as_double(type_, relative_bits(index));
   const auto d = static_cast<double>(index);
   switch (domain_.kind) {
     case DomainKind::binary: return d * step_;
@@ -82,6 +106,7 @@ double ValueTranslator::linear_value(std::int64_t index) const {
 }
 
 std::uint64_t ValueTranslator::bits(std::int64_t index) const {
+  if (spacing_ > 0) return relative_bits(index);
   const auto stored = [&](double value) -> std::uint64_t {
     return type_ == ScalarType::float32 ? std::bit_cast<std::uint32_t>(static_cast<float>(value))
                                         : std::bit_cast<std::uint64_t>(value);
@@ -121,12 +146,16 @@ std::optional<std::int64_t> ValueTranslator::index(std::uint64_t bits_in) const 
     }
     case DomainKind::quantized: {
       if (std::find(fills_.begin(), fills_.end(), value) != fills_.end()) return std::nullopt;
+      if (spacing_ > 0) {
+        found = relative_index(bits_in);
+        const double restored = scalar_as_double(type_, relative_bits(found));
+        return is_within_bound(value, restored) ? std::optional(found) : std::nullopt;
+      }
       const double scaled = (value - minimum_) / step_;
       if (!(std::fabs(scaled) < 4.0e15)) return std::nullopt;
       found = nearest_integer(scaled);
       const double restored = scalar_as_double(type_, bits(found));
-      if (!(std::fabs(restored - value) <= max_error_)) return std::nullopt;
-      return found;
+      return is_within_bound(value, restored) ? std::optional(found) : std::nullopt;
     }
     case DomainKind::binary: {
       const double scaled = value / step_;
@@ -154,6 +183,12 @@ double ValueTranslator::as_value(double state) const {
 }
 
 double ValueTranslator::from_value(double value) const {
+  if (spacing_ > 0) {
+    if (!(value == value)) return 0.0;
+    return static_cast<double>(relative_index(
+        type_ == ScalarType::float32 ? std::bit_cast<std::uint32_t>(static_cast<float>(value))
+                                     : std::bit_cast<std::uint64_t>(value)));
+  }
   switch (domain_.kind) {
     case DomainKind::binary: return static_cast<double>(nearest_integer(value / step_));
     case DomainKind::decimal:

@@ -215,13 +215,15 @@ struct RankSpace {
 };
 
 enum class DomainKind : std::uint8_t {
-  floats = 0,     ///< every bit pattern of the stored type
-  narrow = 1,     ///< doubles that are exact as float32
-  binary = 2,     ///< the numbers index * 2^-exponent
-  decimal = 3,    ///< the numbers index / 10^exponent; for negative exponents, index * 10^-exponent
-  digits = 4,     ///< numbers with `exponent` significant decimal digits
-  integers = 5,   ///< integers, for arrays of integer type
-  quantized = 6,  ///< the values minimum + index * step; the schema contains minimum and step
+  floats = 0,    ///< every bit pattern of the stored type
+  narrow = 1,    ///< doubles that are exact as float32
+  binary = 2,    ///< the numbers index * 2^-exponent
+  decimal = 3,   ///< the numbers index / 10^exponent; for negative exponents, index * 10^-exponent
+  digits = 4,    ///< numbers with `exponent` significant decimal digits
+  integers = 5,  ///< integers, for arrays of integer type
+  /// The values minimum + index * step; the schema contains minimum and step. With a relative error
+  /// bound: the values whose bits, without the sign, are |index| * spacing.
+  quantized = 6,
 };
 inline constexpr std::uint32_t kDomainKinds = 7;
 
@@ -272,10 +274,17 @@ class ValueTranslator {
 
  private:
   double linear_value(std::int64_t index) const;
+  std::uint64_t relative_bits(std::int64_t index) const;
+  std::int64_t relative_index(std::uint64_t bits) const;
+  /// Returns true if a restored value is within the error bound of the array.
+  bool is_within_bound(double value, double restored) const;
 
   ScalarType type_;
   ValueDomain domain_;
   double minimum_ = 0, step_ = 1, max_error_ = 0;
+  // For a relative error bound: the distance between values with consecutive indices, counted in
+  // numbers of the type; otherwise 0.
+  std::uint64_t spacing_ = 0;
   std::vector<double> fills_;  // for the kind quantized: values that the domain does not contain
 };
 

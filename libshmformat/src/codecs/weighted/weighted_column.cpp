@@ -9,6 +9,7 @@ namespace shm {
 EvenSpace EvenSpace::of(const ArrayInfo& info, std::size_t component, const ValueDomain& domain) {
   EvenSpace space;
   if (domain.kind == DomainKind::quantized) {
+    if (info.quantization.bits == Quantization::kRelative) return space;
     space.minimum = info.quantization.minimum[component];
     space.down = info.quantization.step();
   } else if (domain.kind != DomainKind::integers) {
@@ -179,6 +180,7 @@ void WeightedColumn::make_room(std::uint32_t slots) {
 }
 
 std::vector<double> WeightedColumn::reference_of(std::span<const std::byte> reference,
+                                                 const ValueDomain& domain,
                                                  std::size_t component) const {
   std::vector<double> values;
   if (reference.empty()) return values;
@@ -188,6 +190,10 @@ std::vector<double> WeightedColumn::reference_of(std::span<const std::byte> refe
   for (const std::uint64_t word : words) {
     const double value = scalar_as_double(info_->type, word);
     values.push_back(is_finite(value) ? value : 0.0);
+  }
+  if (domain.kind == DomainKind::quantized && info_->quantization.bits == Quantization::kRelative) {
+    const ValueTranslator translator(*info_, component, domain);
+    for (double& value : values) value = translator.from_value(value);
   }
   return values;
 }
@@ -224,7 +230,7 @@ bool WeightedDecoder::decode_component(ByteReader& in, std::size_t c, const Tile
     return false;
   BitReader bits(in.get_bytes(in.get_varint()));
   if (!in.ok()) return false;
-  const std::vector<double> from = reference_of(reference, c);
+  const std::vector<double> from = reference_of(reference, domain, c);
   matches_.begin(axis, words.size());
   auto exception = exceptions_.begin();
   bool is_valid = true;

@@ -37,7 +37,8 @@ inline constexpr std::uint32_t kWeightedNeighbours = 13, kWeightedTerms = 16;
 inline constexpr std::int32_t kWeightUnit = 4096, kMostCodedWeight = 65535;
 
 /// The space of evenly spaced values: the multiples of a step, plus a minimum. Unlike in
-/// LinearSpace, the state of an index is its value, except that it may be rounded differently.
+/// LinearSpace, the state of an index is its value, except that it may be rounded differently. With
+/// a relative error bound, the state is the index.
 struct EvenSpace {
   double minimum = 0, down = 1, up = 1;
 
@@ -218,8 +219,9 @@ class WeightedColumn {
   /// Calls visit(space) with the space of a domain.
   template <class Visit>
   void with_space(std::size_t component, const ValueDomain& domain, Visit&& visit) const;
-  /// Returns the reference values of a component. Values that are not finite become 0.
-  std::vector<double> reference_of(std::span<const std::byte> reference,
+  /// Returns the reference values of a component as states of the domain. Values that are not
+  /// finite become 0.
+  std::vector<double> reference_of(std::span<const std::byte> reference, const ValueDomain& domain,
                                    std::size_t component) const;
   std::size_t stride() const { return width_ * components_.size(); }
 

@@ -84,7 +84,7 @@ std::vector<std::byte> WeightedEncoder::encode(const TiledItems& elements,
   ByteWriter out;
   out.put_varint(classes_.covered());
   for (std::size_t c = 0; c < components_.size(); ++c)
-    encode_component(values_of(values, c), c, elements, reference_of(reference, c), out);
+    encode_component(values_of(values, c), c, elements, reference, out);
   return std::move(out.bytes);
 }
 
@@ -116,7 +116,9 @@ auto WeightedEncoder::values_of(std::span<const std::byte> values, std::size_t c
 
 void WeightedEncoder::encode_component(const Values& values, std::size_t c,
                                        const TiledItems& elements,
-                                       std::span<const double> reference, ByteWriter& out) {
+                                       std::span<const std::byte> reference_values,
+                                       ByteWriter& out) {
+  const std::vector<double> reference = reference_of(reference_values, values.domain, c);
   ByteWriter exceptions, weights;
   exceptions.put_signed(values.domain.exponent);
   exceptions.put_varint(values.exceptions.size());

@@ -48,7 +48,7 @@ class WeightedEncoder : public WeightedColumn {
 
   [[gnu::cold]] Values values_of(std::span<const std::byte> values, std::size_t component) const;
   void encode_component(const Values& values, std::size_t component, const TiledItems& elements,
-                        std::span<const double> reference, ByteWriter& out);
+                        std::span<const std::byte> reference_values, ByteWriter& out);
   template <class Space>
   std::vector<std::byte> encode_residuals(const Space& space, const Values& values,
                                           std::size_t component, const TiledItems& elements,
