@@ -269,6 +269,7 @@ MeasuredError* Comparison::measured_error(const Column& column) {
   for (MeasuredError& entry : report_.measured)
     if (entry.what == column.name) return &entry;
   report_.measured.push_back({column.name, 0, column.quantization.max_error(column.type)});
+  report_.measured.back().promised_relative = column.quantization.max_rel;
   return &report_.measured.back();
 }
 
@@ -305,6 +306,8 @@ void Comparison::measure(double value, double error, MeasuredError& measured) {
   measured.maximum = std::max(measured.maximum, value);
   measured.largest = std::max(measured.largest, error);
   measured.squares += error * error;
+  if (measured.promised_relative > 0 && error > 0)
+    measured.largest_relative = std::max(measured.largest_relative, error / std::fabs(value));
 }
 
 void Comparison::compare_values(const Column& column, std::uint64_t first, std::uint64_t count,
@@ -321,10 +324,14 @@ void Comparison::compare_values(const Column& column, std::uint64_t first, std::
     const bool is_measured = measured != nullptr && std::isfinite(error) && !is_fill;
     if (is_measured) measure(value, error, *measured);
     if (std::memcmp(a, b, bytes) == 0) continue;
-    if (is_measured && error <= measured->promised) continue;
+    double allowed = 0;
+    if (is_measured)
+      allowed = measured->promised_relative > 0 ? measured->promised_relative * std::fabs(value)
+                                                : measured->promised;
+    if (is_measured && error <= allowed) continue;
     std::string broken;
     if (is_measured)
-      broken = "; error " + number_text(error) + ", allowed " + number_text(measured->promised);
+      broken = "; error " + number_text(error) + ", allowed " + number_text(allowed);
     else if (is_fill)
       broken = "; a fill value must not change";
     std::string where =

@@ -25,7 +25,10 @@ struct MeasuredError {
   std::string what;     // "coordinates" or "array 'T'"; "array 'point/T'" if several arrays are
                         // called T
   double largest = 0;   // largest |restored - source|
-  double promised = 0;  // error bound stated in the file
+  double promised = 0;  // error bound stated in the file; infinite if it is relative to each value
+  // Largest |restored - source| / |source|, and its bound; 0 unless the bound is relative to each
+  // value.
+  double largest_relative = 0, promised_relative = 0;
   // Number, range, and sum of squared errors of the finite values that are not fill values
   std::uint64_t values = 0;
   double minimum = 0, maximum = 0, squares = 0;

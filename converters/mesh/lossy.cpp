@@ -313,6 +313,8 @@ void warn_of_outliers(const Values& values) {
 Quantization quantization_of(const Accuracy& accuracy, const Values& values, bool is_box,
                              const Progress& progress) {
   if (accuracy.kind == Accuracy::Kind::lossless) return {};
+  if (accuracy.kind == Accuracy::Kind::pointwise)
+    return Quantization::relative(accuracy.bound, values.type);
   const Statistics statistics = measured(values, progress);
   if (accuracy.kind == Accuracy::Kind::bits) return statistics.box(accuracy.bits);
   const double range = is_box ? statistics.largest_side() : statistics.range();
@@ -360,9 +362,18 @@ Accuracy parse_accuracy(std::string_view text, const std::string& option) {
   if (kind == "rel") return Accuracy::relative(positive_below(1, "1"));
   if (kind == "rms") return {Accuracy::Kind::rms, 0, positive_below(kLargest / 2, "5e299")};
   if (kind == "psnr") return {Accuracy::Kind::psnr, 0, positive_below(300, "300")};
+  if (kind == "pwrel") return {Accuracy::Kind::pointwise, 0, positive_below(.5, "0.5")};
+  if (kind == "digits") {
+    constexpr std::uint32_t kMostDigits = 15;
+    const auto digits = number_in<std::uint32_t>(rest);
+    if (!digits || *digits < 1 || *digits > kMostDigits)
+      wrong_use(option + ": '" + std::string(rest) + "' is not a number of digits from 1 to 15");
+    // A number of N digits is at most 10^N units of its last digit.
+    return {Accuracy::Kind::pointwise, 0, .5 * power_of_ten(-static_cast<double>(*digits))};
+  }
   if (kind != "bits")
     wrong_use(option + ": '" + std::string(text) +
-              "' is none of lossless, abs=E, rel=E, rms=E, psnr=DB and bits=N");
+              "' is none of lossless, abs=E, rel=E, rms=E, psnr=DB, pwrel=E, digits=N and bits=N");
   const auto bits = number_in<std::uint32_t>(rest);
   if (!bits || *bits < 1 || *bits > 52)
     wrong_use(option + ": '" + std::string(rest) + "' is not a number of bits from 1 to 52");
@@ -373,7 +384,8 @@ NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& o
   const std::size_t colon = last_colon(text);
   if (colon == std::string::npos || colon == 0)
     wrong_use(option + ": '" + text +
-              "' is not NAME:abs=E, :rel=E, :rms=E, :psnr=DB, :bits=N or :lossless");
+              "' is not NAME:abs=E, :rel=E, :rms=E, :psnr=DB, :pwrel=E, :digits=N, :bits=N or "
+              ":lossless");
   return {text.substr(0, colon), parse_accuracy(std::string_view(text).substr(colon + 1), option)};
 }
 
@@ -409,6 +421,8 @@ void select(const Lossy& lossy, const Schema& schema, Accuracy& of_coordinates,
   std::vector<std::pair<std::size_t, Accuracy>> exact;
   for (const auto& [name, accuracy] : lossy.named) {
     CalledArrays called;
+    if (name == kCoordinates && accuracy.kind == Accuracy::Kind::pointwise)
+      wrong_use("--array: coordinates cannot have a bound relative to each value");
     if (name == kCoordinates)
       called.arrays = {kOfCoordinates};
     else

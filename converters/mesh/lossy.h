@@ -17,16 +17,17 @@ namespace shm::converters {
 struct Accuracy {
   enum class Kind {
     lossless,
-    bits,      // fixed number of bits per component, with uniform steps over the bounding box
-    absolute,  // maximum error
-    relative,  // maximum error as a fraction of the range of the values
-    rms,       // root mean square of the errors of all values
-    psnr,      // peak signal-to-noise ratio in decibels: 20 log10(range / root mean square)
+    bits,       // fixed number of bits per component, with uniform steps over the bounding box
+    absolute,   // maximum error
+    relative,   // maximum error as a fraction of the range of the values
+    rms,        // root mean square of the errors of all values
+    psnr,       // peak signal-to-noise ratio in decibels: 20 log10(range / root mean square)
+    pointwise,  // maximum error of each value as a fraction of this value
   };
   Kind kind = Kind::lossless;
   std::uint32_t bits = 0;  // number of bits, 1..52
   // Error bound, positive: below 1e300 if absolute or rms, below 1 if relative, at most 300 if
-  // psnr.
+  // psnr, at most 0.5 if pointwise.
   double bound = 0;
 
   static Accuracy of_bits(std::uint32_t bits) { return {Kind::bits, bits, 0}; }
@@ -34,8 +35,9 @@ struct Accuracy {
   static Accuracy relative(double bound) { return {Kind::relative, 0, bound}; }
 };
 
-// Parses "lossless", "bits=N", "abs=E", "rel=E", "rms=E" or "psnr=DB". If `text` is invalid, throws
-// Failure (misuse) with `option` in the message.
+// Parses "lossless", "bits=N", "abs=E", "rel=E", "rms=E", "psnr=DB", "pwrel=E" or "digits=N" (N
+// significant decimal digits: a pointwise bound of half a unit of digit N). If `text` is invalid,
+// throws Failure (misuse) with `option` in the message.
 Accuracy parse_accuracy(std::string_view text, const std::string& option);
 
 // The accuracy of some arrays, given as "NAME:ACCURACY". NAME is "coordinates" or selects arrays,

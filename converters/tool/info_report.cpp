@@ -78,6 +78,8 @@ Json codecs_json(const std::vector<ConnectivityCodec>& of_segments) {
 std::string quantization_text(const Quantization& quantization, ScalarType type) {
   if (!quantization.lossy()) return {};
   std::string text = ", rounded";
+  if (quantization.bits == Quantization::kRelative)
+    return text + ", error at most " + number_text(quantization.max_rel) + " of each value";
   if (quantization.bits != Quantization::kAbsolute)
     text += " to " + std::to_string(quantization.bits) + " bits";
   return text + ", error at most " + number_text(quantization.max_error(type));
@@ -85,13 +87,16 @@ std::string quantization_text(const Quantization& quantization, ScalarType type)
 
 // Adds two members to `json`. "bits" is the number of bits per coordinate or value, or 0 if the
 // data was not rounded to a number of bits. "max_error" is the largest error, or null if the data
-// is lossless. `prefix` precedes both names.
+// is lossless or its bound is relative to each value. `prefix` precedes both names. The bound that
+// is relative to each value is "max_relative_error".
 void add_quantization(Json& json, const std::string& prefix, const Quantization& quantization,
                       ScalarType type) {
-  const bool of_box = quantization.lossy() && quantization.bits != Quantization::kAbsolute;
+  const bool is_relative = quantization.bits == Quantization::kRelative;
+  const bool of_box = quantization.bits > 0 && quantization.bits < Quantization::kAbsolute;
   json[prefix + "bits"] = of_box ? quantization.bits : 0;
   json[prefix + "max_error"] =
-      quantization.lossy() ? Json(quantization.max_error(type)) : Json(nullptr);
+      quantization.lossy() && !is_relative ? Json(quantization.max_error(type)) : Json(nullptr);
+  if (is_relative) json[prefix + "max_relative_error"] = quantization.max_rel;
 }
 
 Json schema_json(const MeshInfo& info) {

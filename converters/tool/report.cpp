@@ -234,13 +234,17 @@ std::string compare_json(const CompareReport& report, const std::string& source,
   json["differences"] = report.differences;
   json["first_differences"] = report.first;
   json["quantized"] = Json::array();
-  for (const MeasuredError& error : report.measured)
-    json["quantized"].push_back(
-        {{"what", error.what},
-         {"largest_error", error.largest},
-         {"promised_error", error.promised},
-         {"rms_error", error.rms()},
-         {"psnr", std::isfinite(error.psnr()) ? Json(error.psnr()) : Json()}});
+  for (const MeasuredError& error : report.measured) {
+    Json& entry = json["quantized"].emplace_back();
+    entry = {{"what", error.what},
+             {"largest_error", error.largest},
+             {"promised_error", std::isfinite(error.promised) ? Json(error.promised) : Json()},
+             {"rms_error", error.rms()},
+             {"psnr", std::isfinite(error.psnr()) ? Json(error.psnr()) : Json()}};
+    if (error.promised_relative == 0) continue;
+    entry["largest_relative_error"] = error.largest_relative;
+    entry["promised_relative_error"] = error.promised_relative;
+  }
   if (stray_bytes > 0) json["stray_bytes"] = stray_bytes;
   add_counts(json, info);
   return dump(json);
@@ -271,8 +275,12 @@ std::string compare_text(const CompareReport& report, const std::string& source,
       text += "  and " + std::to_string(report.differences - report.first.size()) + " more\n";
   }
   for (const MeasuredError& error : report.measured)
-    text += "  " + error.what + ": largest error " + number_text(error.largest) + ", allowed " +
-            number_text(error.promised) + ", rms " + short_text(error.rms()) +
+    text += "  " + error.what + ": largest error " +
+            (error.promised_relative > 0
+                 ? number_text(error.largest_relative) + " of a value, allowed " +
+                       number_text(error.promised_relative)
+                 : number_text(error.largest) + ", allowed " + number_text(error.promised)) +
+            ", rms " + short_text(error.rms()) +
             (std::isfinite(error.psnr()) ? ", PSNR " + short_text(error.psnr()) + " dB" : "") +
             "\n";
   if (stray_bytes > 0)

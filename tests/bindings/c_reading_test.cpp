@@ -53,7 +53,8 @@ void expect_same(shmf_file* file, const Mesh& mesh) {
     ASSERT_EQ(shmf_get_array(file, a, &told, &why), SHMF_OK) << why.message;
     EXPECT_EQ(told.name, array.name);
     EXPECT_EQ(std::vector(told.blocks, told.blocks + told.block_count), array.blocks);
-    EXPECT_EQ(told.error > 0, array.quantization.lossy());
+    EXPECT_EQ(told.error > 0 || told.relative_error > 0, array.quantization.lossy());
+    EXPECT_EQ(told.relative_error, array.quantization.max_rel);
     const auto type = static_cast<std::int32_t>(array.type);
     const std::uint64_t* steps = nullptr;
     std::uint64_t count = 0;

@@ -509,6 +509,14 @@ class Writing(FolderTest):
         self.assertLessEqual(np.abs(mesh.points - points).max(), 1e-4)
         self.assertEqual(mesh.point_data.error("v"), 1e-3)
         self.assertEqual(mesh.coordinate_error, 1e-4)
+        shmformat.write(self.path("b.shm"), points, cells, point_data={"v": values}, relative_errors={"v": .01})
+        mesh = shmformat.open(self.path("b.shm"))
+        self.assertLessEqual((np.abs(mesh.point_data["v"] - values) - .01 * np.abs(values)).max(), 0)
+        self.assertFalse(np.array_equal(mesh.point_data["v"], values))
+        self.assertEqual((mesh.point_data.error("v"), mesh.point_data.relative_error("v")), (0, .01))
+        for wrong in ({"relative_errors": {"v": .75}}, {"relative_errors": {"v": .1}, "errors": {"v": .1}}):
+            with self.assertRaises(shmformat.Error):
+                shmformat.write(self.path("c.shm"), points, cells, point_data={"v": values}, **wrong)
 
     def test_steps_are_appended(self):
         points, cells = bar(20)

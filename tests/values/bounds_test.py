@@ -111,6 +111,43 @@ class BoundsTest(FolderTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stderr.decode()
 
+    def test_bounds_relative_to_each_value(self):
+        """Values of 20 magnitudes keep their digits, zeros, and signs."""
+        def value(i):
+            return 0.0 if i % 11 == 0 else (-1) ** i * 10 ** (i % 20 - 10) * (1 + .5 * math.sin(i * .07))
+
+        self.add("wide", "double", value)
+        self.add("narrow", "float", lambda i: round(value(i), 12))
+        bounds = {"pwrel=1e-3": 1e-3, "digits=4": .5e-4, "pwrel=.2": .2}
+        sizes = {}
+        for how, bound in bounds.items():
+            for level in ("fast", "default", "best"):
+                errors = {}
+                values = self.restored("--array", f"*:{how}", "--level", level, errors=errors)
+                sizes[how, level] = os.path.getsize(self.path("mesh.shm"))
+                for field, (_, own) in self.fields.items():
+                    for before, after in zip(own, values[field]):
+                        self.assertLessEqual(abs(after - before), abs(before) * (bound + 1e-7), (how, field))
+                        self.assertEqual(math.copysign(1, before), math.copysign(1, after))
+                    array = self.arrays()[field]
+                    self.assertAlmostEqual(array["max_relative_error"], bound)
+                    self.assertIsNone(array["max_error"])
+                    error = errors[f"array '{field}'"]
+                    self.assertEqual(error["promised_relative_error"], array["max_relative_error"])
+                    self.assertLessEqual(error["largest_relative_error"], bound)
+                    self.assertGreater(error["largest_relative_error"], bound / 8)
+        self.assertLess(sizes["pwrel=.2", "default"], .6 * sizes["digits=4", "default"])
+        mesh = self.write_mesh()
+        for options, reason in ((["coordinates:pwrel=.1"], "coordinates cannot have"),
+                                (["wide:pwrel=.5"], "below 0.5"), (["wide:digits=16"], "1 to 15"),
+                                (["wide:digits=0"], "1 to 15"), (["wide:pwrel=0"], "above 0")):
+            said = self.shm("compress", mesh, "-o", "x.shm", "--array", *options, code=2)
+            self.assertIn(reason, said.decode())
+        # Rounding to more than 13 digits would hardly save space.
+        self.restored("--array", "wide:pwrel=1e-15")
+        self.assertNotIn("max_relative_error", self.arrays()["wide"])
+        self.shm("info", "mesh.shm")
+
     def test_fill_values_of_exodus_files(self):
         text = exodus_text(range(3), 4).replace(
             "data: time_whole", '  vals_nod_var1:_FillValue = -9999. ; vals_nod_var2:missing_value = 1.e30f ;\ndata: time_whole')

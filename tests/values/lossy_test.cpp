@@ -46,13 +46,17 @@ TEST(Accuracy, IsReadFromWords) {
   EXPECT_EQ(parse_accuracy("abs=1e-6", "x").bound, 1e-6);
   EXPECT_EQ(parse_accuracy("rel=.25", "x").kind, Accuracy::Kind::relative);
   EXPECT_EQ(parse_accuracy("bits=52", "x").bits, 52u);
+  EXPECT_EQ(parse_accuracy("pwrel=.125", "x").kind, Accuracy::Kind::pointwise);
+  EXPECT_EQ(parse_accuracy("pwrel=.125", "x").bound, .125);
+  EXPECT_DOUBLE_EQ(parse_accuracy("digits=3", "x").bound, .5e-3);
   const NamedAccuracy odd = parse_named_accuracy("a:b=c:abs=2", "x");
   EXPECT_EQ(odd.name, "a:b=c");
   EXPECT_EQ(odd.accuracy.bound, 2.0);
   for (const char* text :
-       {"",        "abs",     "abs=",     "abs=0", "abs=-1", "abs=1e300",  "abs=nan",
-        "abs=inf", "abs=1x",  "abs= 1",   "rel=1", "rel=0",  "rel=1e-400", "bits=0",
-        "bits=53", "bits=-1", "bits=1.5", "bits=", "exact",  "lossless=1", "Abs=1"})
+       {"",        "abs",      "abs=",       "abs=0",    "abs=-1",    "abs=1e300",  "abs=nan",
+        "abs=inf", "abs=1x",   "abs= 1",     "rel=1",    "rel=0",     "rel=1e-400", "bits=0",
+        "bits=53", "pwrel=.5", "pwrel=0",    "digits=0", "digits=16", "bits=-1",    "bits=1.5",
+        "bits=",   "exact",    "lossless=1", "Abs=1"})
     EXPECT_NE(complaint([&] { parse_accuracy(text, "--opt"); }).find("--opt: "), std::string::npos)
         << text;
   for (const char* text : {"", "heat", ":abs=1", "heat=abs:1", "heat:"})

@@ -313,6 +313,10 @@ typedef struct shmf_array {
   /* Error bound: largest possible difference between a value and the original value; 0: lossless.
    */
   double error;
+  /* Error bound relative to the value: largest possible difference between a value and the original
+     value, divided by the magnitude of the original value; at most 0.5. 0: no such bound. Writers
+     must not set both bounds. */
+  double relative_error;
 } shmf_array;
 SHMF_API shmf_status shmf_get_array(const shmf_file* file, uint32_t array, shmf_array* info,
                                     shmf_error* error);

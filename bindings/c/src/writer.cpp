@@ -242,6 +242,15 @@ Result<shm::Quantization> bound_of(double error, shm::ScalarType type, std::uint
   return shm::Quantization::absolute(error, components);
 }
 
+Result<shm::Quantization> relative_bound_of(double relative_error, double error,
+                                            shm::ScalarType type) {
+  if (error != 0) return misuse("an array has either an error bound or a relative error bound");
+  if (!(relative_error > 0) || !(relative_error <= 0.5))
+    return misuse("a relative error bound must be above 0 and at most 0.5");
+  if (!shm::is_float(type)) return misuse("only floating-point values can have an error bound");
+  return shm::Quantization::relative(relative_error, type);
+}
+
 Result<std::unique_ptr<shmf_writer>> writer_with(const shmf_write_options& options) {
   auto made = std::make_unique<shmf_writer>();
   if (options.order < SHMF_ORDER_KEEP || options.order > SHMF_ORDER_FREE)
@@ -510,7 +519,9 @@ shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array, shmf
     if (!is_on_mesh(info.location)) info.elements = own->elements;
     const auto blocks = shmf::list_of(own->blocks, own->block_count);
     info.blocks.assign(blocks.begin(), blocks.end());
-    auto bound = shmf::bound_of(own->error, info.type, info.components);
+    auto bound = own->relative_error != 0
+                     ? shmf::relative_bound_of(own->relative_error, own->error, info.type)
+                     : shmf::bound_of(own->error, info.type, info.components);
     if (!bound) return bound.error();
     info.quantization = std::move(*bound);
     writer->schema.arrays.push_back(std::move(info));

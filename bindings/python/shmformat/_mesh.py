@@ -113,13 +113,14 @@ class _Array:
     components: int
     per_step: bool
     error: float
+    relative_error: float
     elements: int
     blocks: list[int] | None  # blocks whose cells have values, or numbers of sets; None: all
 
     @staticmethod
     def of(info: Any) -> _Array:
         return _Array(text(info.name), text(info.role), info.location, info.type, info.components,
-                      bool(info.per_step), info.error, info.elements,
+                      bool(info.per_step), info.error, info.relative_error, info.elements,
                       list(info.blocks[0:info.block_count]) if info.block_count else None)
 
 
@@ -179,8 +180,13 @@ class Data(Mapping):
 
     def error(self, name: str) -> float:
         """Returns the error bound: the largest possible difference between a value and the original value; 0 if
-        lossless."""
+        lossless or if the bound is relative to each value."""
         return self._mesh._arrays[self._arrays[name]].error
+
+    def relative_error(self, name: str) -> float:
+        """Returns the error bound relative to each value: the largest possible difference between a value and the
+        original value, divided by the magnitude of the original value; 0 if there is no such bound."""
+        return self._mesh._arrays[self._arrays[name]].relative_error
 
     def on_sets(self, name: str) -> list[int] | None:
         """For data of sets: returns the numbers of the sets whose members have values, in order; None if all sets of

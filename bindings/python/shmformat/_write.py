@@ -117,7 +117,7 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
           side_set_data: Mapping[str, Steps] | None = None, element_set_data: Mapping[str, Steps] | None = None,
           step_times: Sequence[float] | None = None, sets: Sequence[Set] = (), extras: Sequence[Extra] = (),
           order: str = "keep", level: str = "default", threads: int = 1, coordinate_error: float = 0,
-          errors: Mapping[str, float] | None = None, source_format: str = "", replace: bool = False) -> int:
+          errors: Mapping[str, float] | None = None, relative_errors: Mapping[str, float] | None = None, source_format: str = "", replace: bool = False) -> int:
     """Writes a mesh, and returns the size of the file in bytes.
 
     to: a path, or a file object open for writing. A file appears under its path only when it is complete. If the path
@@ -129,7 +129,8 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
     each name, a mapping from time steps to arrays with one element per member of all sets of this kind in `sets`. order:
     "keep", "stream" or "free". level: "fast", "default" or "best". threads: number of encoding threads; 0: one per
     core. coordinate_error: the largest allowed error of a coordinate; 0: lossless. errors: for each array name, the
-    largest allowed error of its values.
+    largest allowed error of its values. relative_errors: for each array name, the largest allowed error of a value
+    divided by the value, at most 0.5.
     """
     options = struct("write_options")
     options.order, options.level = _ORDERS[order], _LEVELS[level]
@@ -162,6 +163,7 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
                 made.per_step = isinstance(values, Mapping)
                 made.elements = len(one)
                 made.error = (errors or {}).get(key, 0)
+                made.relative_error = (relative_errors or {}).get(key, 0)
                 writer(lib.shmf_writer_array, made)
                 if isinstance(values, Mapping):
                     stepped.append((index, values))

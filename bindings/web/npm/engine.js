@@ -362,6 +362,7 @@ export class Engine {
         blocks: info.blocks === 0 ? null
           : Array.from(this.wasm.copied(Uint32Array, info.blocks, info.block_count)),
         error: info.error,
+        relativeError: info.relative_error,
         steps: info.per_step === 0 ? null
           : Array.from(this.listed(scratch, "shmf_get_steps", BigUint64Array, i), toNumber),
       };

@@ -109,6 +109,9 @@ export interface ArrayInfo {
   /** Error bound: largest possible difference between a value and the original value; 0:
    *  lossless. */
   readonly error: number;
+  /** Error bound relative to the value: largest possible difference between a value and the original
+   *  value, divided by the magnitude of the original value; 0: no such bound. */
+  readonly relativeError: number;
   /** Time steps at which the array has values, ascending; null: the array is static. */
   readonly steps: number[] | null;
 }

@@ -112,8 +112,8 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       ->add_option(
           "--array", arrays,
           "Accuracy of some arrays, overriding the options above: NAME:abs=E, NAME:rel=E, "
-          "NAME:bits=N,\nNAME:lossless, NAME:rms=E (root mean square of the errors) or "
-          "NAME:psnr=DB "
+          "NAME:bits=N,\nNAME:lossless, NAME:pwrel=E (relative to each value), NAME:digits=N "
+          "(significant digits),\nNAME:rms=E (root mean square of the errors) or NAME:psnr=DB "
           "(decibels).\nNAME:fill=V states a fill value, see --fill. NAME is coordinates or the "
           "name "
           "of an array;\nif several arrays have that name, write LOCATION/NAME, e.g. point/NAME "
