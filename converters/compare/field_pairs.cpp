@@ -75,19 +75,26 @@ class Pairing {
   }
 
   // Returns the arrays of one mesh that are to be paired with arrays of the other. If the formats
-  // differ, omits arrays without values, because the other format may not store such arrays.
+  // differ, omits arrays without values, because the other format may not store such arrays, and
+  // arrays of the whole mesh and of sets, unless both formats have them.
   Arrays candidates(const MeshInfo& info) const {
     Arrays list;
     for (std::size_t i = 0; i < info.schema.arrays.size(); ++i) {
       const ArrayInfo& array = info.schema.arrays[i];
       const bool empty = info.array_elements(i) == 0 || (array.per_step && info.step_times.empty());
-      const bool is_field = array.role.empty() || (with_roles_ && has_strings(array));
+      const bool is_field = (array.role.empty() || (with_roles_ && has_strings(array))) &&
+                            (is_on_mesh(array.location) || both_have_sets());
       if (one_format_ ? array.role.empty() || with_roles_ : is_field && !empty)
         list.insert(list.end(), i);
     }
     return list;
   }
 
+  bool both_have_sets() const {
+    constexpr auto kAll = Capabilities::BesideMesh::global_and_sets;
+    return format_of(a_).capabilities.beside_mesh == kAll &&
+           format_of(b_).capabilities.beside_mesh == kAll;
+  }
   // Returns true if both formats treat the values of the array as strings.
   bool has_strings(const ArrayInfo& array) const {
     return source_format(a_).has_strings(array) && source_format(b_).has_strings(array);

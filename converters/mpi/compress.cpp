@@ -19,7 +19,7 @@ namespace {
 
 // Number of elements whose values at a time step are read and coded together.
 constexpr std::uint64_t kPieceElements = 65536;
-constexpr std::uint64_t kNoBasis = 255;
+constexpr std::uint64_t kNoBasis = ~std::uint64_t{0};
 
 // Divides the segments of a mesh among the ranks. Each rank gets a share of consecutive segments.
 // The sizes of the shares differ by at most one segment.
@@ -367,7 +367,7 @@ void PartCompression::write_step(std::uint32_t array, std::uint64_t step, std::s
   try {
     if (writer_ && (chooses || basis != kNoBasis)) {
       checked(writer_->begin_step(
-          array, step, chooses ? std::nullopt : std::optional(static_cast<StepReference>(basis))));
+          array, step, chooses ? std::nullopt : std::optional(static_cast<StepBasis>(basis))));
       feed_step(array, step, [&] {
         const auto chosen = writer_->step_basis();
         if (!chooses || sent || !chosen) return;
@@ -500,6 +500,19 @@ SizeReport PartCompression::write_rest() {
   return sizes;
 }
 
+// Collective. Gives the schema of every rank the results of the trials that only rank 0 has run:
+// the size of the delay buffer, and the arrays that need no rounding.
+void take_trials_of_first_rank(Ranks& ranks, Schema& schema) {
+  schema.delay = static_cast<std::uint32_t>(ranks.broadcast(schema.delay));
+  std::vector<Quantization*> all{&schema.coordinate_quantization};
+  for (ArrayInfo& array : schema.arrays) all.push_back(&array.quantization);
+  std::vector<std::byte> rounds(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) rounds[i] = std::byte{all[i]->lossy()};
+  rounds = ranks.broadcast(std::move(rounds));
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (rounds[i] == std::byte{0}) *all[i] = {};
+}
+
 }  // namespace
 
 SizeReport compress_with_ranks(Ranks& ranks, MeshSource& mesh, SharedOutput& output,
@@ -508,7 +521,7 @@ SizeReport compress_with_ranks(Ranks& ranks, MeshSource& mesh, SharedOutput& out
   ranks.together([&] {
     schema = ranks.first() ? schema_to_write(mesh, options, spool) : schema_for(mesh, options);
   });
-  schema.delay = static_cast<std::uint32_t>(ranks.broadcast(schema.delay));
+  take_trials_of_first_rank(ranks, schema);
   return PartCompression(ranks, mesh, output, std::move(schema), options, spool, nullptr).run();
 }
 

@@ -140,6 +140,8 @@ def by_c(output, steps):
         if what in ("point", "cell"):
             to = stepped.setdefault(int(step), {}) if of_step else static
             to.setdefault((what, name), values)
+        elif what in ("global", "node_set", "side_set", "element_set"):
+            continue  # other readers do not return these arrays, or not as arrays
         elif what == "set":
             sets.append((int(step), name, values))
         else:

@@ -23,7 +23,8 @@ static int read_targets(shmf_file* file, shmf_target* all, size_t count) {
 }
 
 static const char* const kMesh[] = {"points", "corners", "offsets", "blocks", "types"};
-static const char* const kPlaces[] = {"point", "cell"};
+static const char* const kPlaces[] = {"point",    "cell",     "global",
+                                      "node_set", "side_set", "element_set"};
 static const int32_t kTypes[] = {0, SHMF_INT64, SHMF_INT64, SHMF_UINT32, SHMF_UINT8};
 
 static shmf_target want(int32_t what, int32_t type, uint32_t array) {

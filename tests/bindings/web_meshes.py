@@ -15,7 +15,7 @@ import shmformat
 from shmformat._library import DTYPES, SHAPES, check, copied, ffi, lib, struct, text
 
 HERE = Path(__file__).resolve().parent
-LOCATIONS = ("point", "cell")
+LOCATIONS = ("point", "cell", "global", "node_set", "side_set", "element_set")
 TYPES = {number: dtype.name for number, dtype in DTYPES.items()}
 
 

@@ -195,7 +195,7 @@ Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t
   begins.push_back(steps.first_elements);
   for (const auto& [of, all] : values) {
     const auto& [array, step] = of;
-    std::optional<StepReference> basis;
+    std::optional<StepBasis> basis;
     std::vector<PartChunks> coded;
     for (std::size_t p = 0; p < parts.size(); ++p) {
       PartWriter& writer = *parts[p].writer;

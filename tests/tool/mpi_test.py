@@ -98,7 +98,7 @@ class MpiTest(RanksTest):
 
     # --- parts of a decomposed mesh
 
-    def decompressed(self, mesh, n, *options, loss=""):
+    def decompressed(self, mesh, n, *options):
         """Compresses a mesh with some options. Decompresses the result to parts with n ranks, and to a single
         file with shm. Returns the paths of the parts and the path of the single file."""
         packed, whole, out = self.path("packed"), self.path("whole.e"), self.path("out.e")
@@ -108,15 +108,14 @@ class MpiTest(RanksTest):
         done = ranks(n, "decompress", packed, "-o", out, "-q")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stdout, "")
-        self.assertIn(loss, done.stderr)
         parts = [f"{out}.{n}.{r}" for r in range(n)]
         self.assertEqual(sorted(glob.glob(out + "*")), parts)
         return parts, whole
 
-    def expect_parts(self, mesh, n, *options, loss=""):
+    def expect_parts(self, mesh, n, *options):
         if not shutil.which("ncdump"):
             self.skipTest("ncdump is not installed")
-        paths, path = self.decompressed(mesh, n, *options, loss=loss)
+        paths, path = self.decompressed(mesh, n, *options)
         parts, whole = [Exodus(part) for part in paths], Exodus(path)
         for part in parts:
             for name in ("num_el_blk", "num_node_sets", "num_side_sets"):
@@ -164,11 +163,10 @@ class MpiTest(RanksTest):
 
     def test_parts_with_steps_sets_and_maps(self):
         mesh = self.steps(5, 6)
-        lost = "not in " + self.path("out.e") + ": "
         for options in ([], ["--segment-cells", "40"], ["--segment-cells", "40", "--delay", "9"],
                         ["--segment-cells", "30", "--order", "stream", "--delay", "9"]):
             for n in (2, 3):
-                self.expect_parts(mesh, n, *options, loss=lost)
+                self.expect_parts(mesh, n, *options)
         try:
             from extract_test import Grid
         except (ImportError, SystemExit):
@@ -316,11 +314,10 @@ class MpiTest(RanksTest):
         self.expect_failure(3, "absent", "decompress", self.path("absent"), "-o", out)
         self.expect_failure(3, "is not a .shm file", "decompress", self.path("run.e"), "-o", out)
         self.assertEqual(self.left(), [])
-        # Global variables would be missing.
+        # Nothing is missing, not even global variables.
         done = ranks(3, "decompress", packed, "-o", out, "--strict")
-        self.assertEqual(done.returncode, 6, done.stderr)
-        self.assertEqual(done.stderr.count("global variable"), 1, done.stderr)
-        self.assertEqual(self.left(), [])
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(len(self.left()), 3)
 
     def test_one_step_under_another_name(self):
         packed = self.packed(self.steps(3, 3), "--segment-cells", 10)

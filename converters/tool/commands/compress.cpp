@@ -37,7 +37,8 @@ double percent_of(const std::string& text) {
 
 // Prints a hint on standard error that --order free may make the file much smaller. Prints nothing
 // unless connectivity needs many bits per cell and the mesh has many active vertices. If the mesh
-// is small enough, a trial measures the saving.
+// is small enough, a trial measures the saving, except at level fast, where the trial would take
+// longer than the compression.
 void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const CompressRun& run,
                         Spool& spool) {
   constexpr double kDearBits = 6;
@@ -47,7 +48,8 @@ void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const Comp
       sizes.max_active_vertices < sizes.vertices / 16 || sizes.total_bytes < kFewestBytes)
     return;
   std::optional<std::uint64_t> free_bytes;
-  if (sizes.cells <= kMostCells) free_bytes = bytes_in_free_order(mesh, how, sizes, spool);
+  if (how.level != Level::fast && sizes.cells <= kMostCells)
+    free_bytes = bytes_in_free_order(mesh, how, sizes, spool);
   std::fputs(free_order_hint(run, free_bytes).c_str(), stderr);
 }
 

@@ -68,6 +68,11 @@ struct PartSteps {
   std::vector<std::uint64_t> elements;        ///< number of elements in the whole mesh
 };
 
+/// How the values of a step of an array are coded: the earlier steps that they refer to, and their
+/// codec. The part that contains the first element of the array chooses it, and all other parts
+/// receive it. Its bits have no meaning for callers.
+enum class StepBasis : std::uint64_t {};
+
 /// Writes one part of a file. A PartWriter needs the memory of a Writer, plus the size of the
 /// finished chunks until the caller takes them. Unless the order is Order::keep, it also needs 16
 /// bytes per vertex until the chunks of the mesh have been taken. After the first error every call
@@ -113,21 +118,22 @@ class SHM_API PartWriter {
   /// Begins the time steps. Call this function after mesh_chunks, before the first step.
   Result<void> begin_steps(const PartSteps& steps);
   /// Returns true if this part contains the first element of the array. The part that contains the
-  /// first element (the choosing part) chooses, for each step of the array, the earlier steps that
-  /// the values of all parts refer to.
+  /// first element (the choosing part) chooses, for each step of the array, how the values of all
+  /// parts are coded.
   bool chooses(std::uint32_t array) const;
   /// Begins a step of an array. All parts must process the arrays and steps in the same order, and
-  /// the steps of each array must ascend. `basis` states which earlier steps the values refer to.
-  /// Pass the result of step_basis() of the choosing part (see chooses()). In the choosing part
-  /// itself, pass std::nullopt. If a part has no elements of the array, `basis` is ignored.
+  /// the steps of each array must ascend. `basis` states how the values are coded. Pass the result
+  /// of step_basis() of the choosing part (see chooses()), also if this part has no elements of the
+  /// array. In the choosing part itself, pass std::nullopt.
   Result<void> begin_step(std::uint32_t array, std::uint64_t step,
-                          std::optional<StepReference> basis = std::nullopt);
+                          std::optional<StepBasis> basis = std::nullopt);
   /// Adds values of the elements that the part owns, in coding order, in pieces of any size.
   Result<void> add_step_values(std::span<const std::byte> values);
-  /// Returns the earlier steps that the values of the current step refer to. Only for the choosing
-  /// part (see chooses()). This part chooses the steps as soon as it has received the values of one
-  /// group. Until then the result is std::nullopt.
-  std::optional<StepReference> step_basis() const;
+  /// Returns how the values of the current step are coded. Only for the choosing part (see
+  /// chooses()). This part chooses it as soon as it has received the values of one group. Until
+  /// then the result is std::nullopt. It may remain std::nullopt if this part has all elements of
+  /// the array, since no other part needs it then.
+  std::optional<StepBasis> step_basis() const;
   /// Ends the step, and returns the chunks that are finished. If the step has few values, they are
   /// held back, so that they can share a chunk with later values.
   Result<PartChunks> end_step();

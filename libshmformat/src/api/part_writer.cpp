@@ -74,6 +74,8 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
         start_(start),
         key_steps_(options.key_steps),
         level_(options.level),
+        waiting_bytes_(options.waiting_bytes),
+        slow_step_values_(options.slow_step_values),
         kept_topology_bytes_(to_size(options.kept_topology_bytes)) {
     if (has_steps(schema_)) make_topology();
     mesh_.begin_part({start.segment, start.first_cell, start.first_vertex});
@@ -120,14 +122,15 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     if (!topology_) make_topology();
     steps_ = &file_.begin_steps(*topology_, std::move(own), key_steps_, level_);
     steps_->begin_part({steps.first_group, steps.first_elements, steps.elements});
+    steps_->use_slow_codec(slow_step_values_);
+    if (waiting_bytes_ > 0) file_.use_bundles(waiting_bytes_);
     phase_ = kBetweenSteps;
     return {};
   }
   bool chooses(std::uint32_t array) const {
     return array < first_elements_.size() && first_elements_[array] == 0 && elements_of(array) > 0;
   }
-  Result<void> begin_step(std::uint32_t array, std::uint64_t step,
-                          std::optional<StepReference> basis) {
+  Result<void> begin_step(std::uint32_t array, std::uint64_t step, std::optional<StepBasis> basis) {
     if (auto status = file_.check_step_values(array, {}); !status) return status;
     if (basis.has_value() == chooses(array) && elements_of(array) > 0)
       return misuse(
@@ -148,16 +151,17 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     if (auto status = file_.check_step_values(array_, values); !status) return status;
     return steps_->add(array_, step_number_, values);
   }
-  std::optional<StepReference> step_basis() const {
+  std::optional<StepBasis> step_basis() const {
     return phase_ == kInStep ? steps_->chosen() : std::nullopt;
   }
   Result<PartChunks> end_step() {
     phase_ = kBetweenSteps;
-    if (auto status = file_.end_step_array(); !status) return status.error();
+    if (auto status = steps_->end_step(); !status) return status.error();
     return take({});
   }
   Result<PartChunks> end_steps() {
     phase_ = kStepsTaken;
+    if (auto status = file_.end_step_array(); !status) return status.error();
     if (auto status = file_.write_parts(); !status) return status.error();
     return take({});
   }
@@ -199,6 +203,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
 
   std::uint32_t key_steps_;
   Level level_;
+  std::uint64_t waiting_bytes_, slow_step_values_;
   std::size_t kept_topology_bytes_;
   // Topology of the part, from which step values are predicted. Set if the schema has stepped
   // arrays, at the latest by begin_steps().
@@ -256,14 +261,14 @@ Result<void> PartWriter::begin_steps(const PartSteps& steps) {
 }
 bool PartWriter::chooses(std::uint32_t array) const { return impl_->chooses(array); }
 Result<void> PartWriter::begin_step(std::uint32_t array, std::uint64_t step,
-                                    std::optional<StepReference> basis) {
+                                    std::optional<StepBasis> basis) {
   return impl_->in_phase(Impl::kBetweenSteps,
                          [&] { return impl_->begin_step(array, step, basis); });
 }
 Result<void> PartWriter::add_step_values(std::span<const std::byte> values) {
   return impl_->in_phase(Impl::kInStep, [&] { return impl_->add_step_values(values); });
 }
-std::optional<StepReference> PartWriter::step_basis() const { return impl_->step_basis(); }
+std::optional<StepBasis> PartWriter::step_basis() const { return impl_->step_basis(); }
 Result<PartChunks> PartWriter::end_step() {
   return impl_->in_phase(Impl::kInStep, [&] { return impl_->end_step(); });
 }

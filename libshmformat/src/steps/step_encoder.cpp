@@ -95,6 +95,31 @@ void StepEncoder::begin_part(Part part) {
   part_ = std::move(part);
 }
 
+namespace {
+
+// A StepBasis consists of a StepReference, of one of the numbers below, and of the number of values
+// that the codec `columns` was tried for.
+constexpr std::uint64_t kNoCodecChosen = 0, kColumnsChosen = 1, kWeightedChosen = 2;
+
+}  // namespace
+
+void StepEncoder::choose(StepBasis basis) {
+  const auto bits = static_cast<std::uint64_t>(basis);
+  given_reference_ = static_cast<StepReference>(bits & 3);
+  given_codec_.reset();
+  if ((bits >> 2 & 3) == kColumnsChosen) given_codec_ = Codec::columns;
+  if ((bits >> 2 & 3) == kWeightedChosen) given_codec_ = Codec::weighted;
+  slow_values_ = std::max(slow_values_, bits >> 4);
+}
+
+std::optional<StepBasis> StepEncoder::chosen() const {
+  if (!array_ || !reference_ || waits_) return std::nullopt;
+  const std::uint64_t codec = weighted_ ? kWeightedChosen
+                              : column_ ? kColumnsChosen
+                                        : kNoCodecChosen;
+  return StepBasis{static_cast<std::uint64_t>(*reference_) | codec << 2 | slow_values_ << 4};
+}
+
 Result<void> StepEncoder::begin(std::uint32_t array, std::uint64_t step) {
   if (array_ == array && step_ == step) return {};
   if (auto status = end_step(); !status) return status;
@@ -168,6 +193,7 @@ void StepEncoder::begin_encoding(std::uint32_t array, std::uint64_t step) {
   groups_ = 0;
   count_ = 0;
   reference_ = std::exchange(given_reference_, std::nullopt);
+  codec_ = std::exchange(given_codec_, std::nullopt);
   has_referred_ = false;
   column_.reset();
   weighted_.reset();
@@ -306,15 +332,22 @@ EncodedColumn StepEncoder::choose_codec(const ColumnElements& elements) {
       chosen = std::move(column);
     }
   };
-  try_all(weighted_, kUnlimitedBytes,
-          [&](StepWeightedEncoder& column, std::span<const std::byte> values_before) {
-            return column.encode(elements, values(), values_before);
-          });
+  if (codec_ != Codec::columns)
+    try_all(weighted_, kUnlimitedBytes,
+            [&](StepWeightedEncoder& column, std::span<const std::byte> values_before) {
+              return column.encode(elements, values(), values_before);
+            });
+  if (codec_ == Codec::weighted) return best;
   const std::size_t weighted = best.bytes.size();
   const std::size_t width = scalar_bytes(schema_->arrays[*array_].type);
   const bool is_best = level_ == Level::best;
-  if (is_best || slow_values_ < most_slow_values_ ||
-      pack_shuffled(shuffled(values(), width), kQuickZstdLevel).size() < weighted)
+  if (codec_ == Codec::columns) {
+    try_all(column_, kUnlimitedBytes,
+            [&](StepColumnEncoder& column, std::span<const std::byte> values_before) {
+              return column.encode(elements, values(), level_, values_before);
+            });
+  } else if (is_best || slow_values_ < most_slow_values_ ||
+             pack_shuffled(shuffled(values(), width), kQuickZstdLevel).size() < weighted)
     try_all(column_, is_best ? weighted : weighted - weighted / kShareForSpeed,
             [&](StepColumnEncoder& column, std::span<const std::byte> values_before) {
               slow_values_ += values().size() / width;
@@ -399,6 +432,7 @@ Result<void> StepEncoder::end_steps() {
 bool StepEncoder::may_wait(std::uint32_t array) {
   if (!bundle_sink_ || elements_[array] == 0) return false;
   const ArrayInfo& info = schema_->arrays[array];
+  if (part_ && part_->all[array] != elements_[array]) return false;
   const std::uint64_t stride = scalar_bytes(info.type) * info.components;
   if (elements_[array] > kMostWaitingStep / stride) return false;
   const auto group = mesh_.nth_group(array, 0, mesh_.groups() - 1);

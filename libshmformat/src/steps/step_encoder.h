@@ -15,6 +15,7 @@
 #include "codecs/surface/plan/column_planner.h"
 #include "codecs/weighted/weighted_encoder.h"
 #include "shm/options.h"
+#include "shm/part_writer.h"
 #include "steps/step_memory.h"
 #include "steps/step_values.h"
 
@@ -93,13 +94,15 @@ class StepEncoder {
     std::vector<std::uint64_t> first, all;
   };
   /// Declares that the encoder codes only a part of a larger mesh: the topology and `elements` are
-  /// those of the part. Must be called before any other function.
+  /// those of the part. Must be called before any other function. Bundles then contain only arrays
+  /// of which the part has all elements.
   void begin_part(Part part);
-  /// Sets the reference for the next step. If several encoders code parts of a mesh, one of them
-  /// chooses the reference, and the others receive it through this function.
-  void choose(StepReference reference) { given_reference_ = reference; }
-  /// Returns the reference of the current step, or nullopt if it has not been chosen yet.
-  std::optional<StepReference> chosen() const { return array_ ? reference_ : std::nullopt; }
+  /// Sets the reference and the codec of the next step. If several encoders code parts of a mesh,
+  /// one of them chooses both, and the others receive them through this function.
+  void choose(StepBasis basis);
+  /// Returns the reference and the codec of the current step, or nullopt if they have not been
+  /// chosen yet, or if the step waits.
+  std::optional<StepBasis> chosen() const;
   /// Begins a step. No values need to follow if the array has no elements.
   Result<void> begin(std::uint32_t array, std::uint64_t step);
 
@@ -198,7 +201,9 @@ class StepEncoder {
   StepReference most_;
   Sink sink_;
   std::optional<Part> part_;
-  std::optional<StepReference> given_reference_;  // reference of the next step, set by choose()
+  // Reference and codec of the next step, set by choose().
+  std::optional<StepReference> given_reference_;
+  std::optional<Codec> given_codec_;
   std::uint64_t steps_ = 0;
   std::vector<Before> before_;  // state of each array
 
@@ -209,6 +214,7 @@ class StepEncoder {
   StepReference most_here_ = StepReference::nothing;
   // Reference of the current step, once it has been chosen.
   std::optional<StepReference> reference_;
+  std::optional<Codec> codec_;  // codec of the current step that choose() has set
   bool has_referred_ = false;
   // The column of the chosen codec; both are empty until the codec of the step has been chosen.
   std::optional<StepColumnEncoder> column_;
