@@ -385,15 +385,20 @@ class ForeignWriter {
     }
   }
 
-  void define_variables(ex_entity_type kind, const std::vector<Column>& columns) {
-    if (columns.empty() || (kind == EX_NODAL && info_.vertices == 0)) return;
-    const char* section = kind == EX_NODAL ? "nodal variables" : "element variables";
+  void name_variables(ex_entity_type kind, const std::vector<Column>& columns,
+                      const std::string& section) {
     std::vector<std::string> names;
     for (const Column& column : columns) names.push_back(column.name);
     check(ex_put_variable_param(exoid_, kind, static_cast<int>(columns.size())), section);
     check(
         ex_put_variable_names(exoid_, kind, static_cast<int>(names.size()), pointers(names).data()),
         section);
+  }
+
+  void define_variables(ex_entity_type kind, const std::vector<Column>& columns) {
+    if (columns.empty() || (kind == EX_NODAL && info_.vertices == 0)) return;
+    const char* section = kind == EX_NODAL ? "nodal variables" : "element variables";
+    name_variables(kind, columns, section);
     if (kind == EX_NODAL || ids_.empty()) return;
     std::vector<int> table;
     for (const CellGroup& group : grouping_.groups())
@@ -437,12 +442,7 @@ class ForeignWriter {
   void define_beside_mesh(Location location, const std::vector<Column>& columns) {
     const ex_entity_type kind = kind_at(location);
     const std::string section = std::string(location_name(location)) + " variables";
-    std::vector<std::string> names;
-    for (const Column& column : columns) names.push_back(column.name);
-    check(ex_put_variable_param(exoid_, kind, static_cast<int>(columns.size())), section);
-    check(
-        ex_put_variable_names(exoid_, kind, static_cast<int>(names.size()), pointers(names).data()),
-        section);
+    name_variables(kind, columns, section);
     if (kind == EX_GLOBAL) return;
     std::vector<std::size_t> of_kind;
     for (std::size_t s = 0; s < sets_.size(); ++s)

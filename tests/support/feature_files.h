@@ -398,15 +398,8 @@ inline TestMesh quantized() {
 /// on a stepped cell array.
 inline std::vector<std::byte> bounded_file() {
   const TestMesh from = bent_grid(3, 2, 2, ScalarType::float64);
-  Mesh mesh;
-  mesh.schema = from.schema;
+  Mesh mesh = mesh_from(from);
   mesh.schema.coordinate_quantization = Quantization::absolute(.015625, 3);
-  mesh.xyz = from.xyz;
-  for (const TestCell& cell : from.cells) {
-    mesh.cell_blocks.push_back(cell.block);
-    mesh.corners.insert(mesh.corners.end(), cell.corners.begin(), cell.corners.end());
-    mesh.corner_begin.push_back(mesh.corners.size());
-  }
   mesh.schema.arrays.push_back(array_of("p", Location::point, ScalarType::float32, 2));
   mesh.schema.arrays.push_back(array_of("c", Location::cell, ScalarType::float64));
   for (ArrayInfo& info : mesh.schema.arrays)

@@ -16,6 +16,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "shm/mesh.h"
 #include "shm/reader.h"
 #include "shm/recorded_order.h"
 #include "shm/writer.h"
@@ -58,6 +59,19 @@ struct TestMesh {
     return scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
   }
 };
+
+/// Returns the schema, the vertices and the cells of `from`, without the values of its arrays.
+inline Mesh mesh_from(const TestMesh& from) {
+  Mesh mesh;
+  mesh.schema = from.schema;
+  mesh.xyz = from.xyz;
+  for (const TestCell& cell : from.cells) {
+    mesh.cell_blocks.push_back(cell.block);
+    mesh.corners.insert(mesh.corners.end(), cell.corners.begin(), cell.corners.end());
+    mesh.corner_begin.push_back(mesh.corners.size());
+  }
+  return mesh;
+}
 
 /// The contents of a file as a Reader returns them. Vertices and cells are in coding order.
 struct ReadBack {

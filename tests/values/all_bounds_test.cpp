@@ -135,14 +135,7 @@ void expect_within(const ArrayInfo& info, const std::vector<std::byte>& before,
 Mesh random_mesh(Random& random) {
   const auto side = static_cast<int>(2 + random.below(7));
   const TestMesh from = grid(side, side, side);
-  Mesh mesh;
-  mesh.schema = from.schema;
-  mesh.xyz = from.xyz;
-  for (const TestCell& cell : from.cells) {
-    mesh.cell_blocks.push_back(0);
-    mesh.corners.insert(mesh.corners.end(), cell.corners.begin(), cell.corners.end());
-    mesh.corner_begin.push_back(mesh.corners.size());
-  }
+  Mesh mesh = mesh_from(from);
   mesh.step_times = {0, 1, 2, 3};
   for (std::uint64_t a = 0; a < kArraysOfMesh; ++a) {
     ArrayInfo info;
@@ -213,14 +206,7 @@ TEST(AllBounds, HoldForRandomArrays) {
 TEST(AllBounds, ZerosAndSignsStay) {
   for (const bool is_relative : {false, true}) {
     const TestMesh from = grid(6, 6, 6);
-    Mesh mesh;
-    mesh.schema = from.schema;
-    mesh.xyz = from.xyz;
-    for (const TestCell& cell : from.cells) {
-      mesh.cell_blocks.push_back(0);
-      mesh.corners.insert(mesh.corners.end(), cell.corners.begin(), cell.corners.end());
-      mesh.corner_begin.push_back(mesh.corners.size());
-    }
+    Mesh mesh = mesh_from(from);
     std::vector<double> values(from.vertices);
     for (std::size_t i = 0; i < values.size(); ++i)
       values[i] = i % 3 == 0 ? 0.0 : std::ldexp(i % 2 == 0 ? 1.3 : -1.3, static_cast<int>(i % 40));
@@ -249,14 +235,7 @@ TEST(AllBounds, ZerosAndSignsStay) {
 TEST(AllBounds, RelativeBoundsSaveSpace) {
   const auto size_at = [](double bound) {
     const TestMesh from = grid(16, 16, 16);
-    Mesh mesh;
-    mesh.schema = from.schema;
-    mesh.xyz = from.xyz;
-    for (const TestCell& cell : from.cells) {
-      mesh.cell_blocks.push_back(0);
-      mesh.corners.insert(mesh.corners.end(), cell.corners.begin(), cell.corners.end());
-      mesh.corner_begin.push_back(mesh.corners.size());
-    }
+    Mesh mesh = mesh_from(from);
     Random random(3);
     std::vector<double> values(from.vertices);
     for (double& value : values)

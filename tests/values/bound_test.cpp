@@ -17,8 +17,7 @@ constexpr std::uint32_t kSide = 8;  // number of vertices along each edge of the
 template <class Real>
 Mesh filled_mesh(const std::vector<Real>& values, const Quantization& quantization) {
   const TestMesh from = grid(kSide - 1, kSide - 1, kSide - 1);
-  Mesh mesh;
-  mesh.schema = from.schema;
+  Mesh mesh = mesh_from(from);
   const ScalarType type = sizeof(Real) == 4 ? ScalarType::float32 : ScalarType::float64;
   mesh.schema.coordinate_type = type;
   mesh.schema.coordinate_quantization = quantization;
@@ -30,11 +29,6 @@ Mesh filled_mesh(const std::vector<Real>& values, const Quantization& quantizati
     return bytes;
   };
   mesh.xyz = fill(from.vertices * 3);
-  for (const TestCell& cell : from.cells) {
-    mesh.cell_blocks.push_back(0);
-    mesh.corners.insert(mesh.corners.end(), cell.corners.begin(), cell.corners.end());
-    mesh.corner_begin.push_back(mesh.corners.size());
-  }
   for (const Location location : {Location::point, Location::cell})
     for (const bool per_step : {false, true}) {
       ArrayInfo info;

@@ -126,8 +126,7 @@ SHM_API std::string_view location_name(Location location);
 ///   step(). It is restored as minimum[c] + k * step(), rounded to the stored type. The step is
 ///   (largest side of the box from `minimum` to `maximum`) / (2^N - 1).
 /// - An absolute error bound: as above, but the step is given explicitly, see `absolute()`.
-/// - A relative error bound: the bound on the error of a value is proportional to its magnitude,
-/// see
+/// - A relative error bound: the error of a value is at most its magnitude times `max_rel`, see
 ///   `relative()`.
 /// A value is stored exactly if it is not finite, or if its restored value would differ from it by
 /// more than the bound. -0.0 may be restored as 0.0. With an absolute or a relative bound, zeros
