@@ -318,8 +318,8 @@ class Caller {
         break;
       }
       case 6: {
-        std::optional<shm::StepReference> basis;
-        if (!part_->chooses(array)) basis = static_cast<shm::StepReference>(in_.below(3));
+        std::optional<shm::StepBasis> basis;
+        if (!part_->chooses(array)) basis = static_cast<shm::StepBasis>(in_.below(64));
         (void)part_->begin_step(array, number(in_), basis);
         break;
       }

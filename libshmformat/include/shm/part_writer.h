@@ -68,11 +68,6 @@ struct PartSteps {
   std::vector<std::uint64_t> elements;        ///< number of elements in the whole mesh
 };
 
-/// How the values of a step of an array are coded: the earlier steps that they refer to, and their
-/// codec. The part that contains the first element of the array chooses it, and all other parts
-/// receive it. Its bits have no meaning for callers.
-enum class StepBasis : std::uint64_t {};
-
 /// Writes one part of a file. A PartWriter needs the memory of a Writer, plus the size of the
 /// finished chunks until the caller takes them. Unless the order is Order::keep, it also needs 16
 /// bytes per vertex until the chunks of the mesh have been taken. After the first error every call

@@ -256,6 +256,11 @@ enum class StepReference : std::uint8_t {
   trend = 2,   ///< extrapolation of the two previous steps
 };
 
+/// How the values of a step of an array are coded: the earlier steps that they refer to, and their
+/// codec. If several PartWriters write an array, the one with its first element chooses this, and
+/// the others receive it. Its bits have no meaning for callers.
+enum class StepBasis : std::uint64_t {};
+
 /// Description of a mesh, stored before its first vertex.
 struct Schema {
   Order order = Order::keep;

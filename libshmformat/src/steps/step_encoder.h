@@ -15,7 +15,7 @@
 #include "codecs/surface/plan/column_planner.h"
 #include "codecs/weighted/weighted_encoder.h"
 #include "shm/options.h"
-#include "shm/part_writer.h"
+#include "shm/schema.h"
 #include "steps/step_memory.h"
 #include "steps/step_values.h"
 
