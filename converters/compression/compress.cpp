@@ -313,9 +313,8 @@ bool needs_corner_order(const MeshInfo& info) {
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   Schema schema = mesh.info().schema;
   schema.order = options.order;
-  // `trend` (extrapolation of the two previous steps) is the most general reference for predicting
-  // a step. The Writer selects a simpler one if that suffices.
-  schema.step_references = StepReference::trend;
+  // Allows all kinds of references. The Writer chooses one of them for each step.
+  schema.step_references = StepReference::base;
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
   add_fills(options.lossy, schema);

@@ -230,8 +230,7 @@ class File:
                 raise ShmError("over limit: a step of 2^20 or more", "step values", chunk.offset)
             self.totals.steps = max(self.totals.steps, piece.step + 1)
             self._count_bytes(self.schema.stream_name(piece.array), len(part.data))
-            reference = 0 if part.reference_step == part.step else 1 + part.trend
-            self.listed.append([part.array, part.step, piece.first, part.count, part.group, reference, part.codec,
+            self.listed.append([part.array, part.step, piece.first, part.count, part.group, part.reference, part.codec,
                                 1, 1])
             yield piece
 

@@ -204,10 +204,10 @@ def read_schema(payload, base, file_start):
         cursor.fail("coordinates with a relative bound")
     blocks = cursor.list_of(lambda: _block(cursor))
     arrays = cursor.list_of(lambda: _array(cursor, len(blocks)))
-    step_references = 2
+    step_references = 3
     if cursor.left():
         step_references = cursor.u8()
-        if step_references > (2 if cursor.left() else 1):
+        if step_references > (3 if cursor.left() else 2):
             cursor.fail("step references above 1")
         if cursor.left():
             _fills(cursor, arrays)

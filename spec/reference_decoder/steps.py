@@ -30,7 +30,7 @@ def trend(type_, r1, r2):
 class StepOfArray:
     def __init__(self, step):
         self.step, self.values = step, {}  # by group
-        self.reference = 0  # whether parts of it refer to something
+        self.reference = None  # of all its parts
 
 
 @dataclass
@@ -39,7 +39,7 @@ class Part:
     array: int = 0
     step: int = 0
     reference_step: int = 0
-    trend: int = 0
+    reference: int = 0  # 0 nothing, 1 the step before, 2 the trend, 3 the base
     group: int = 0
     count: int = 0
     codec: int = 0
@@ -68,8 +68,12 @@ def read_parts(chunk):
 def _only_part(cursor):
     part = Part()
     part.array, part.step, part.reference_step = cursor.varint32(), cursor.varint(), cursor.varint()
-    part.trend, part.group, part.count = cursor.u8(), cursor.varint32(), cursor.varint()
+    trend_, part.group, part.count = cursor.u8(), cursor.varint32(), cursor.varint()
     part.codec, part.data = cursor.u8(), cursor.rest()
+    refers = part.reference_step != part.step
+    if trend_ > refers:
+        cursor.fail("a trend without reference")
+    part.reference = refers + trend_
     if part.codec == BUNDLE:
         cursor.fail("a bundle in a chunk of version 0")
     return part
@@ -81,9 +85,9 @@ def _head(cursor, before):
     part.step = (before.step + cursor.svarint()) & MASK64
     part.group = (before.group + cursor.svarint()) & MASK32
     part.count = cursor.varint()
-    reference = cursor.varint()  # 0, 2 d - 1, or 2 d of the trend
-    part.reference_step = part.step - (reference + 1) // 2
-    part.trend = int(reference > 0 and reference % 2 == 0)
+    reference = cursor.varint()  # 0, or 3 (d - 1) and the kind
+    part.reference_step = part.step - (reference + 2) // 3
+    part.reference = reference and (reference - 1) % 3 + 1
     if part.reference_step < 0:
         cursor.fail("a reference to a step before the first")
     part.codec, part.bytes = cursor.u8(), cursor.varint()
@@ -132,14 +136,14 @@ class StepValues:
         self.schema, self.groups = schema, groups
         self.counts = {i: self._counts(a) for i, a in schema.stepped_arrays()}
         self.steps = {i: [] for i in self.counts}  # of each array, the last three
+        self.bases = {}  # of each array, the last complete step that refers to no other
         self.open = None  # array whose step is not complete
         self.column = None
         one_step = sum(sum(counts) * schema.arrays[i].element_bytes() for i, counts in self.counts.items())
         self.may_refer = schema.step_references
-        if one_step > 2**26:
-            self.may_refer = min(self.may_refer, 1)
-        if one_step > 2**27:
-            self.may_refer = 0
+        for most, size in ((2, 3), (1, 2), (0, 1)):
+            if size * one_step > 2**27:
+                self.may_refer = min(self.may_refer, most)
 
     def _counts(self, array):
         """The number of elements of an array in each group."""
@@ -158,11 +162,12 @@ class StepValues:
         index, step, group, count = part.array, part.step, part.group, part.count
         try:
             reject_unless(index in self.counts, "step values of no stepped array")
-            reject_unless(count > 0 and step <= MASK32 and part.trend <= 1, "step values that cannot be")
+            reject_unless(count > 0 and step <= MASK32, "step values that cannot be")
             array = self.schema.arrays[index]
             self._begin(index, step, group, count)
             this = self.steps[index][-1]
-            reference = self._reference(index, array, this, part.reference_step, part.trend)
+            reference = part.reference
+            self._check_reference(index, this, reference, part.reference_step)
             references = self._references(index, array, group, reference)
             codec, data, special = part.codec, part.data, None
             if has_special_values(codec):
@@ -194,6 +199,7 @@ class StepValues:
                     self._begin(index, part.step + s, part.group, part.count)
                     reject_unless(part.count == sum(self.counts[index]), "a bundle of a part of an array")
                     values = values_at(its, s, part.count)
+                    self.steps[index][-1].reference = 0
                     self.steps[index][-1].values[part.group] = values
                     self.open = None
                     yield StepPiece(index, part.step + s, 0, values)
@@ -207,6 +213,8 @@ class StepValues:
         if self.open is None:
             reject_unless(not steps or step > steps[-1].step, "steps that do not ascend")
             expected = self._next_group(index, 0)
+            if steps and steps[-1].reference == 0:
+                self.bases[index] = steps[-1]
             steps.append(StepOfArray(step))
             del steps[:-3]
             self.open, self.column = index, None
@@ -223,26 +231,27 @@ class StepValues:
             self.column_reference = self.weighted_reference = None
         self.group = group
 
-    def _reference(self, index, array, this, reference_step, trend_):
-        """0 nothing, 1 the step before, 2 the trend."""
+    def _check_reference(self, index, this, reference, reference_step):
+        reject_unless(this.reference in (None, reference), "a reference unlike that of the part before")
+        this.reference = reference
+        if not reference:
+            return
+        reject_unless(reference <= self.may_refer, "a reference to more than there may be")
+        if reference == 3:
+            reject_unless(index in self.bases and reference_step == self.bases[index].step,
+                          "a reference to a step that is not the base")
+            return
         steps = self.steps[index]
-        if reference_step == this.step:
-            reject_unless(trend_ == 0, "a trend without reference")
-            return 0
         reject_unless(len(steps) > 1 and reference_step == steps[-2].step,
                       "a reference to another step than the one before")
-        reference = 1 + trend_
-        reject_unless(reference <= self.may_refer, "a reference to more than there may be")
-        reject_unless(trend_ == 0 or (len(steps) > 2 and steps[-2].reference),
-                      "a trend behind a step that refers to none")
-        return reference
+        reject_unless(reference == 1 or (len(steps) > 2 and steps[-2].reference in (1, 2)),
+                      "a trend behind a key step")
 
     def _values(self, array, this, reference, references, group, count, codec, data):
         if array.components > IN_COLUMNS:
             reject_unless(codec == SHUFFLED_ZSTD and reference == 0,
                           "columns, or a reference, of too many components")
             return shuffled_values(data, array, count)
-        this.reference = this.reference or reference
         if codec == TERMS:
             elements = [(None, ())] * count
             return Terms(array).decode(data, elements, count * array.element_bytes(), references)
@@ -273,6 +282,8 @@ class StepValues:
     def _references(self, index, array, group, reference):
         if not reference:
             return None
+        if reference == 3:
+            return self.bases[index].values[group]
         steps = self.steps[index]
         references = steps[-2].values[group]
         if reference == 2:

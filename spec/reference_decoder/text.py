@@ -96,7 +96,7 @@ class Text:
 
     def add_schema(self):
         s = self.schema
-        references = "" if s.step_references == 2 else f", step references {s.step_references}"
+        references = "" if s.step_references == 3 else f", step references {s.step_references}"
         self.line(f"order {ORDER_NAMES[s.order]}, corners {'in order' if s.corner_order else 'may turn'}, "
                   f"delay {s.delay}{references}, coordinates {SCALAR_NAMES[s.coordinate_type]}"
                   f"{self.quantization(s.coordinate_quantization)}, source '{self.word(s.source_format)}'")

@@ -552,7 +552,10 @@ TEST(Hostile, LyingStepHeader) {
   refused([](StepHeader& h) { h.group = ~0u; });
   refused([](StepHeader& h) { h.step = h.reference_step = std::uint64_t{1} << 40; });
   refused([](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
-  refused([](StepHeader& h) { h.reference_step += 1; });
+  refused([](StepHeader& h) {
+    h.reference = StepReference::before;
+    h.reference_step += 1;
+  });
   refused([](StepHeader& h) { h.codec = static_cast<container::Codec>(3); });
   refused([](StepHeader& h) { h.codec = container::Codec::predictive; });
 }

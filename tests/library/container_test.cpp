@@ -166,21 +166,31 @@ TEST(Container, GroupHeaderThatCannotBe) {
 }
 
 std::vector<StepPart> any_parts() {
-  const StepHeader header{
-      3, 1 << 20, 1, 1, 1 << 19, true, 77, std::uint64_t{1} << 33, Codec::shuffled_zstd};
+  const StepHeader header{3,
+                          1 << 20,
+                          1,
+                          1,
+                          1 << 19,
+                          StepReference::trend,
+                          77,
+                          std::uint64_t{1} << 33,
+                          Codec::shuffled_zstd};
   StepHeader before = header, alone = header;
   before.array = 1;
   before.group = 0;
-  before.trend = false;
+  before.reference = StepReference::before;
   alone.step = alone.reference_step = 0xffffffff;
-  alone.trend = false;
-  return {{header, 5}, {before, 0}, {alone, 1000}};
+  alone.reference = StepReference::nothing;
+  StepHeader on_base = header;
+  on_base.reference = StepReference::base;
+  on_base.reference_step = 0;
+  return {{header, 5}, {before, 0}, {alone, 1000}, {on_base, 7}};
 }
 
 void expect_same(const StepPart& one, const StepPart& other) {
   const StepHeader &a = one.header, &b = other.header;
-  EXPECT_EQ(std::tie(a.array, a.step, a.reference_step, a.trend, a.group, a.count, a.codec),
-            std::tie(b.array, b.step, b.reference_step, b.trend, b.group, b.count, b.codec));
+  EXPECT_EQ(std::tie(a.array, a.step, a.reference_step, a.reference, a.group, a.count, a.codec),
+            std::tie(b.array, b.step, b.reference_step, b.reference, b.group, b.count, b.codec));
   EXPECT_EQ(one.bytes, other.bytes);
 }
 

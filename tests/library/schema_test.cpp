@@ -36,7 +36,8 @@ Schema rich_schema() {
 TEST(Schema, BytesAndBack) {
   ReadLimits limits;
   Schema fewer = rich_schema();
-  for (const StepReference most : {StepReference::nothing, StepReference::before}) {
+  for (const StepReference most :
+       {StepReference::nothing, StepReference::before, StepReference::trend}) {
     fewer.step_references = most;
     ByteWriter out;
     put(out, fewer);
@@ -44,7 +45,7 @@ TEST(Schema, BytesAndBack) {
     ByteReader in(out.bytes);
     ASSERT_TRUE(get(in, back, limits));
     EXPECT_EQ(back, fewer);
-    for (const unsigned unknown : {2u, 3u, 255u}) {
+    for (const unsigned unknown : {3u, 4u, 255u}) {
       out.bytes.back() = static_cast<std::byte>(unknown);
       ByteReader inconsistent(out.bytes);
       EXPECT_FALSE(get(inconsistent, back, limits));
@@ -70,7 +71,7 @@ TEST(Schema, WhatIsRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<std::function<void(Schema&)>> lies = {
       [](Schema& s) { s.order = static_cast<Order>(3); },
-      [](Schema& s) { s.step_references = static_cast<StepReference>(3); },
+      [](Schema& s) { s.step_references = static_cast<StepReference>(4); },
       [](Schema& s) { s.order = Order::keep; },  // with corner_order off
       [](Schema& s) { s.coordinate_type = ScalarType::int32; },
       [](Schema& s) { s.coordinate_type = static_cast<ScalarType>(0); },

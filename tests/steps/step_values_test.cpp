@@ -1,6 +1,7 @@
 // Tests of step values: values are restored unchanged for all meshes, segments, groups, codecs, and
 // kinds of references to other steps. Inconsistent files are refused.
 #include "steps/step_values.h"
+#include "shm/step_reader.h"
 #include "steps/step_memory.h"
 
 #include "codecs/shared/shuffled_zstd.h"
@@ -191,8 +192,75 @@ TEST(StepValues, StepsReferToTheOneBefore) {
     const auto headers = step_headers_of(expect_values_back(stepped));
     ASSERT_EQ(headers.size(), 10u);
     for (std::uint64_t s = 0; s < 10; ++s)
-      EXPECT_EQ(headers[s].reference_step, s % key_steps == 0 ? s : s - 1) << s;
+      if (s % key_steps == 0)
+        EXPECT_TRUE(container::is_key(headers[s].reference)) << s;
+      else
+        EXPECT_EQ(headers[s].reference_step, s - 1) << s;
   }
+}
+
+/// Returns `steps` steps of random values on all vertices of waves(1). The values change at the
+/// steps in `changes`.
+Stepped random_waves(std::uint64_t steps, const std::set<std::uint64_t>& changes) {
+  Stepped stepped = waves(steps);
+  PlainRandom random(4);
+  Bytes current;
+  for (std::uint64_t step = 0; step < steps; ++step) {
+    Bytes& values = stepped.values[{0, step}];
+    if (step == 0 || changes.contains(step)) {
+      current.clear();
+      for (std::size_t i = 0; i < values.size() / 8; ++i)
+        append(current, static_cast<double>(random.below(1u << 30)) * 1e-3);
+    }
+    values = current;
+  }
+  return stepped;
+}
+
+// A key step refers to its base if the values are similar. Random values that change only at a few
+// steps are therefore coded only once after each change, at all levels.
+TEST(StepValues, KeyStepsReferToTheirBase) {
+  for (const Level level : {Level::fast, Level::standard, Level::best})
+    for (const bool change : {false, true}) {
+      SCOPED_TRACE(std::to_string(static_cast<int>(level)) + (change ? " with a change" : ""));
+      Stepped stepped =
+          random_waves(40, change ? std::set<std::uint64_t>{20} : std::set<std::uint64_t>{});
+      stepped.options.level = level;
+      stepped.options.waiting_bytes = 0;  // no bundles
+      stepped.options.group_cells = 330;
+      const Bytes bytes = expect_values_back(stepped);
+      std::set<std::uint64_t> steps, alone;
+      for (const StepHeader& header : step_headers_of(bytes)) {
+        steps.insert(header.step);
+        if (header.reference == StepReference::nothing) alone.insert(header.step);
+      }
+      EXPECT_EQ(steps.size(), 40u);
+      // The change may be coded with a reference to the previous step. The next key step, step 24,
+      // is then coded alone.
+      std::set<std::uint64_t> expected = {0};
+      if (change) expected.insert(alone.contains(20) ? 20 : 24);
+      EXPECT_EQ(alone, expected);
+      // The same values, read at random steps.
+      MemoryRandomSource source(bytes);
+      auto reader = StepReader::open(source);
+      ASSERT_TRUE(reader);
+      PlainRandom random(5);
+      for (int i = 0; i < 30; ++i) {
+        StepRequest request;
+        request.step = random.below(40);
+        ASSERT_TRUE(reader->begin(request));
+        const Bytes& wanted = stepped.values[{0, request.step}];
+        while (true) {
+          const auto values = reader->next();
+          ASSERT_TRUE(values);
+          if (*values == nullptr) break;
+          EXPECT_EQ(std::memcmp((*values)->values.data(), wanted.data() + 8 * (*values)->first,
+                                (*values)->values.size()),
+                    0)
+              << request.step;
+        }
+      }
+    }
 }
 
 /// Returns the last kind in the enumeration StepReference that the schema of the file allows. The
@@ -200,7 +268,7 @@ TEST(StepValues, StepsReferToTheOneBefore) {
 StepReference most_of(const Bytes& file) {
   const auto back = read_mesh(file);
   EXPECT_TRUE(back);
-  return back ? back->schema.step_references : StepReference::trend;
+  return back ? back->schema.step_references : StepReference::base;
 }
 /// Changes the schema of the file so that it allows references of kind `most` and of the kinds
 /// before it in the enumeration.
@@ -287,7 +355,7 @@ TEST(StepValues, QuantizedArraysReferToRestoredValues) {
 TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
   using enum StepReference;
   for (const auto& [key_steps, most] :
-       {std::pair(1u, nothing), std::pair(2u, before), std::pair(3u, trend)}) {
+       {std::pair(1u, nothing), std::pair(2u, before), std::pair(3u, base)}) {
     Stepped stepped = waves(10);
     stepped.options.key_steps = key_steps;
     const Bytes bytes = expect_values_back(stepped);
@@ -305,12 +373,12 @@ TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
     // from key_steps.
     stepped.mesh.schema.step_references = std::min(most, before);
     for (const auto& header : step_headers_of(expect_values_back(stepped)))
-      EXPECT_FALSE(header.trend);
+      EXPECT_LE(header.reference, before);
   }
   // If no array is stepped, the schema does not store which references are allowed.
   WriteOptions options;
   options.key_steps = 1;
-  EXPECT_EQ(most_of(expect_round_trip(two_blocks(), options)), trend);
+  EXPECT_EQ(most_of(expect_round_trip(two_blocks(), options)), base);
 }
 
 TEST(StepValues, WhatStaysCostsNothing) {
@@ -340,6 +408,7 @@ TEST(StepValues, NothingRefersWhereAStepIsTooLarge) {
   const auto most = [&](std::uint64_t points, std::uint64_t cells) {
     return most_reference(schema, std::vector<std::uint64_t>{points, cells});
   };
+  EXPECT_EQ(most(1 << 18, 0), StepReference::base);
   EXPECT_EQ(most(1 << 19, 0), StepReference::trend);
   EXPECT_EQ(most(1 << 19, 1), StepReference::before);
   EXPECT_EQ(most(1 << 20, 0), StepReference::before);
@@ -353,10 +422,10 @@ template <class T>
 std::vector<T> trend_of(ScalarType type, const std::vector<T>& first,
                         const std::vector<T>& second) {
   StepMemory memory(StepReference::trend);
-  memory.take(0, std::as_bytes(std::span(first)));
+  memory.take(0, std::as_bytes(std::span(first)), true);
   for (std::size_t at = 0; at < second.size(); ++at)  // in pieces
-    memory.take(at * sizeof(T),
-                std::as_bytes(std::span(second)).subspan(at * sizeof(T), sizeof(T)));
+    memory.take(at * sizeof(T), std::as_bytes(std::span(second)).subspan(at * sizeof(T), sizeof(T)),
+                false);
   const ArrayInfo info = array_of("a", Location::point, type);
   const std::size_t bytes = second.size() * sizeof(T);
   const auto before = memory.reference(StepReference::before, info, 0, bytes);
@@ -394,7 +463,8 @@ TEST(StepValues, ATrendIsFollowed) {
     }
   const auto headers = step_headers_of(expect_values_back(stepped));
   ASSERT_EQ(headers.size(), 4u);
-  for (std::size_t s = 0; s < 4; ++s) EXPECT_EQ(headers[s].trend, s >= 2) << s;
+  for (std::size_t s = 0; s < 4; ++s)
+    EXPECT_EQ(headers[s].reference == StepReference::trend, s >= 2) << s;
 }
 
 TEST(StepValues, ManyComponentsAreLeftToZstd) {
@@ -482,28 +552,34 @@ TEST(StepValues, LyingHeaders) {
     refused(nth, [](StepHeader& h) { h.count = 0; });
     refused(nth, [](StepHeader& h) { h.count = ~std::uint64_t{0}; });
     refused(nth, [](StepHeader& h) { h.step += 1; });
-    refused(nth, [](StepHeader& h) { h.reference_step = h.step + 1; });
-    refused(nth, [](StepHeader& h) { h.reference_step = h.step - 1000; });
+    for (const StepReference kind :
+         {StepReference::before, StepReference::trend, StepReference::base})
+      for (const std::uint64_t back : {std::uint64_t{1000}, ~std::uint64_t{0}})
+        refused(nth, [&](StepHeader& h) {
+          h.reference = kind;
+          h.reference_step = h.step - back;
+        });
     for (int codec : {0, 2, 3, 5, 6, 255})
       refused(nth, [&](StepHeader& h) { h.codec = static_cast<Codec>(codec); });
   }
   refused(1, [](StepHeader& h) { h.group = 0; });
-  refused(5, [](StepHeader& h) { h.reference_step = h.step; });  // differs from the previous group
-  refused(8, [](StepHeader& h) { h.reference_step = 0; });       // not the previous step
-  refused(4, [](StepHeader& h) { h.trend = true; });             // from a single step
-  refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // differs from the previous group
+  const auto refer = [](StepReference kind) { return [=](StepHeader& h) { h.reference = kind; }; };
+  refused(5, refer(StepReference::nothing));                // differs from the previous group
+  refused(8, [](StepHeader& h) { h.reference_step = 0; });  // not the previous step
+  refused(4, refer(StepReference::trend));                  // from a single step
+  const bool is_trend = headers[9].reference == StepReference::trend;
+  refused(9, refer(is_trend ? StepReference::before : StepReference::trend));  // as 5
   refused(
       0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
   // If `trend` is true, the header states that values are predicted from a trend, but refers to no
-  // earlier steps from which the trend could be computed. Only headers of version 0 can store this
-  // contradiction.
+  // earlier steps. Only headers of version 0 can store this contradiction.
   for (const bool trend : {false, true}) {
     FileParts parts = take_apart(waves_file());
     Chunk& chunk = *parts.find(ChunkKind::step_values);
     auto steps = take_steps_apart(chunk);
-    steps->heads[0].header.trend = trend;
     chunk.header.version = 0;
     chunk.payload = put_steps_together(std::move(*steps), 0);
+    if (trend) chunk.payload[3] = std::byte{1};  // the fourth field; the others need one byte each
     list_anew(parts);
     const Bytes bytes = put_together(parts);
     if (trend) {

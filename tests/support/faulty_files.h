@@ -69,6 +69,7 @@ class FaultyFiles {
     weighted_parts();
     arrays_beside_mesh();
     relative_bounds_of_schema();
+    references_to_bases();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -473,7 +474,10 @@ class FaultyFiles {
     of("of the second group, before the first.", [](Header& h) { h.group = 1; });
     of("of a group that does not exist.", [](Header& h) { h.group = ~0u; });
     of("of step 2^40.", [](Header& h) { h.step = h.reference_step = std::uint64_t{1} << 40; });
-    of("they refer to the next step.", [](Header& h) { h.reference_step += 1; });
+    of("they refer to the next step.", [](Header& h) {
+      h.reference = StepReference::before;
+      h.reference_step = h.step + 1;
+    });
     add(kCorrupt, "Step values: the first chunk is missing.",
         with("shifts_steps", [](FileParts& parts) {
           const auto at = std::find_if(parts.chunks.begin(), parts.chunks.end(),
@@ -1310,6 +1314,32 @@ class FaultyFiles {
       it.coordinate_quantization = Quantization::relative(.001, ScalarType::float32);
     });
     of("quantization of 66 bits.", [](Schema& it) { it.arrays[0].quantization.bits = 66; });
+  }
+
+  void references_to_bases() {
+    // Changes the first part of the array "fixed" at a step.
+    const auto of = [&](const std::string& sentence, std::uint64_t step, StepReference kind,
+                        std::uint64_t reference_step) {
+      add(kCorrupt, "Base: " + sentence, with("steps_on_bases", [&](FileParts& parts) {
+            for (Chunk& chunk : parts.chunks) {
+              if (!chunk.is(ChunkKind::step_values)) continue;
+              auto steps = take_steps_apart(chunk);
+              for (auto& [header, bytes] : steps->heads) {
+                if (header.array != 0 || header.step != step || header.group != 0) continue;
+                header.reference = kind;
+                header.reference_step = reference_step;
+              }
+              chunk.payload = put_steps_together(std::move(*steps), chunk.header.version);
+            }
+            list_anew(parts);
+          }));
+    };
+    of("a key step refers to the step before as its base.", 3, StepReference::base, 2);
+    of("the second group refers to the base, the first to the step before.", 3,
+       StepReference::before, 2);
+    of("the second group refers to the base, the first to no step.", 3, StepReference::nothing, 3);
+    of("a trend after a key step.", 4, StepReference::trend, 3);
+    of("a base after the step.", 3, StepReference::base, 4);
   }
 
   std::vector<FeatureFile> files_;

@@ -953,6 +953,30 @@ inline std::vector<std::byte> weighted_steps() {
       });
 }
 
+/// Returns a file whose key steps refer to their bases: random values that do not change, random
+/// values that change once, and values that grow. There are several groups and segments.
+inline std::vector<std::byte> steps_on_bases(Level level) {
+  using enum Location;
+  using enum ScalarType;
+  WriteOptions options;
+  options.level = level;
+  options.waiting_bytes = 0;  // no bundles
+  options.key_steps = 3;
+  options.group_cells = 30;
+  options.segment_cells = 60;
+  options.connectivity = ConnectivityCodec::rows;
+  const std::vector<ArrayInfo> arrays = {array_of("fixed", point, float64),
+                                         array_of("changing", cell, float32, 2),
+                                         array_of("growing", point, int32)};
+  return written_with_steps(
+      bent_grid(5, 4, 4), arrays, options, 10,
+      [](std::uint32_t array, std::uint64_t scalar, std::uint64_t step) -> std::optional<double> {
+        if (array == 0) return random_share(scalar, 0);
+        if (array == 1) return random_share(scalar, step < 5 ? 0 : 1);
+        return std::floor(1e6 * random_share(scalar, 0)) + double(step);
+      });
+}
+
 /// Returns a file with a stepped array of random numbers. The values in half of the mesh are those
 /// of the other half, negated. They are coded as matched values of the codec `weighted`.
 inline std::vector<std::byte> weighted_mirrored() {
@@ -1130,6 +1154,8 @@ inline std::vector<FeatureFile> feature_files() {
   add("filled_bundles", filled_steps(Level::standard, 1 << 20));
   add("weighted_steps", weighted_steps());
   add("weighted_mirrored", weighted_mirrored());
+  add("steps_on_bases", steps_on_bases(Level::standard));
+  add("steps_on_bases_fast", steps_on_bases(Level::fast));
   add("steps_beside_mesh", steps_beside_mesh(Level::standard));
   add("steps_beside_mesh_fast", steps_beside_mesh(Level::fast));
   add("steps_beside_mesh_bundles", steps_beside_mesh(Level::best, 1 << 20));

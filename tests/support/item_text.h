@@ -143,7 +143,7 @@ class ItemText {
     out_ += "order " + std::string(order_name(schema_.order));
     out_ += schema_.corner_order ? ", corners in order" : ", corners may turn";
     field(", delay", schema_.delay);
-    if (schema_.step_references != StepReference::trend)
+    if (schema_.step_references != StepReference::base)
       field(", step references", static_cast<int>(schema_.step_references));
     out_ += ", coordinates " + std::string(scalar_name(schema_.coordinate_type));
     quantization(schema_.coordinate_quantization);

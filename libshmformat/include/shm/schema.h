@@ -254,6 +254,7 @@ enum class StepReference : std::uint8_t {
   nothing = 0,
   before = 1,  ///< the previous step
   trend = 2,   ///< extrapolation of the two previous steps
+  base = 3,    ///< the most recent step that refers to no other step
 };
 
 /// How the values of a step of an array are coded: the earlier steps that they refer to, and their
@@ -275,9 +276,9 @@ struct Schema {
   std::string source_format;  ///< format from which the mesh was converted: "exodus", "vtk",
                               ///< "gmsh", ...; may be empty
   /// The highest StepReference that step values may use. For each stepped array, Writer and Reader
-  /// keep in memory the earlier steps that this reference needs (0, 1 or 2 steps). A Writer lowers
-  /// this value if WriteOptions::key_steps rules out such references.
-  StepReference step_references = StepReference::trend;
+  /// keep in memory as many earlier steps as the number of this reference. A Writer lowers this
+  /// value if WriteOptions::key_steps rules out such references.
+  StepReference step_references = StepReference::base;
   /// True if the file may use the features of format 0.10, such as values that are coded by
   /// reference to earlier values. False in files of versions 0.9 and 0.1. Readers set this member.
   /// A Writer ignores it: in a new file it is always true.

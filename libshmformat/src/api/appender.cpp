@@ -56,7 +56,9 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
     std::optional<std::uint64_t> last_step;
     std::uint32_t run = 0;  ///< number of steps from the array's most recent key step to its final
                             ///< step, both included
-    bool last_refers = false;  ///< true if the array's final step refers to other steps
+    StepReference last_reference = StepReference::nothing;  ///< of the array's final step
+    /// Number of the most recent step that refers to no other step.
+    std::optional<std::uint64_t> base;
     /// True if remember() has passed the array's final steps to the encoder.
     bool remembered = false;
   };
@@ -104,7 +106,8 @@ Result<void> Appender::Impl::open() {
 void Appender::Impl::look_at_steps() {
   arrays_.resize(schema().arrays.size());
   const auto end_step = [&](Array& array) {
-    array.run = array.last_refers ? array.run + 1 : 1;
+    array.run = container::is_key(array.last_reference) ? 1 : array.run + 1;
+    if (array.last_reference == StepReference::nothing) array.base = array.last_step;
     longest_run_ = std::max(longest_run_, array.run);
   };
   const IndexEntry* unfinished = unfinished_parts();
@@ -116,9 +119,8 @@ void Appender::Impl::look_at_steps() {
         if (array.last_step != part.step) {
           if (array.last_step) end_step(array);
           array.last_step = part.step + part.steps - 1;
-          array.last_refers = false;
         }
-        array.last_refers |= part.reference != StepReference::nothing;
+        array.last_reference = part.reference;
       }
     }
   }
@@ -261,10 +263,15 @@ Result<std::vector<std::byte>> Appender::Impl::read_step(std::uint32_t array, st
 Result<void> Appender::Impl::remember(std::uint32_t array) {
   Array& known = arrays_[array];
   if (std::exchange(known.remembered, true) || !known.last_step) return {};
-  encoder_->go_on(array, *known.last_step, known.run);
-  if (!encoder_->refers_to(array, StepReference::before)) return {};
+  encoder_->go_on(array, *known.last_step, known.run, known.base);
+  if (encoder_->may_refer_to_base(array)) {
+    const auto values = read_step(array, *known.base);
+    if (!values) return values.error();
+    encoder_->remember_base(array, *values);
+  }
+  if (!encoder_->may_refer(array, StepReference::before)) return {};
   const std::vector<std::uint64_t> steps = reader_->steps(array);
-  const std::size_t wanted = encoder_->refers_to(array, StepReference::trend) ? 2 : 1;
+  const std::size_t wanted = encoder_->may_refer(array, StepReference::trend) ? 2 : 1;
   for (std::size_t back = wanted; back > 0; --back) {
     const auto values = read_step(array, steps[steps.size() - back]);
     if (!values) return values.error();

@@ -142,15 +142,17 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
 void StepReader::Impl::prefetch_parts() {
   constexpr std::size_t kMostRanges = 1 << 14;
   const auto& steps = index_.steps(request_.array);
-  std::size_t from = index_.key_of(request_.array, wanted_);
+  const std::vector<std::size_t> chain = index_.chain(request_.array, wanted_);
+  auto next = chain.begin();
   const auto held = held_.find({request_.array, segment_});
-  if (held != held_.end() && held->second.at && *held->second.at >= from &&
-      *held->second.at <= wanted_)
-    from = *held->second.at + 1;
+  if (held != held_.end() && held->second.at) {
+    const auto at = std::find(chain.begin(), chain.end(), *held->second.at);
+    if (at != chain.end()) next = at + 1;
+  }
   std::vector<ByteRange> ranges;
-  for (std::size_t s = from; s <= wanted_ && s - from < kMostRanges; ++s)
-    for (const StepIndex::Part& part :
-         index_.parts(steps[s], file_->first_group(segment_), file_->first_group(end_segment_))) {
+  for (; next != chain.end() && ranges.size() < kMostRanges; ++next)
+    for (const StepIndex::Part& part : index_.parts(steps[*next], file_->first_group(segment_),
+                                                    file_->first_group(end_segment_))) {
       if (!ranges.empty() && ranges.back().offset == part.offset) continue;
       if (ranges.size() == kMostRanges) break;
       ranges.push_back({part.offset, part.bytes});

@@ -29,7 +29,7 @@ bool is_told_by(const container::StepEntry& entry, const container::StepPart& pa
   return header.array == entry.array && header.step == entry.step && header.group == entry.group &&
          header.arrays == entry.arrays && header.steps == entry.steps &&
          header.count == entry.count && header.codec == entry.codec &&
-         container::refers_to(header) == entry.reference;
+         header.reference == entry.reference;
 }
 
 class Summarizer {

@@ -226,7 +226,7 @@ void put_only(ByteWriter& out, const StepHeader& header) {
   out.put_varint(header.array);
   out.put_varint(header.step);
   out.put_varint(header.reference_step);
-  out.put_u8(header.trend ? 1 : 0);
+  out.put_u8(header.reference == StepReference::trend ? 1 : 0);
   out.put_varint(header.group);
   out.put_varint(header.count);
   out.put_u8(static_cast<std::uint8_t>(header.codec));
@@ -236,25 +236,33 @@ bool get_only(ByteReader& in, StepHeader& header) {
   header.step = in.get_varint();
   header.reference_step = in.get_varint();
   const std::uint8_t trend = in.get_u8();
-  header.trend = trend != 0;
+  const bool refers = header.reference_step != header.step;
+  header.reference = !refers      ? StepReference::nothing
+                     : trend != 0 ? StepReference::trend
+                                  : StepReference::before;
   header.group = in.get_varint32();
   header.count = in.get_varint();
   header.codec = static_cast<Codec>(in.get_u8());
-  return in.ok() && trend <= 1 && header.codec != kBundleCodec;
+  return in.ok() && trend <= (refers ? 1 : 0) && header.codec != kBundleCodec;
 }
 
-/// Returns the number by which a file states the reference of step values: the earlier step or the
-/// trend from which they are predicted. Let d be the distance to the reference step. The number is
-/// 0 if the values have no reference, 2 * d if the reference is a trend, and 2 * d - 1 if it is an
-/// earlier step.
+/// Number of kinds of references to other steps.
+constexpr std::uint64_t kReferences = 3;
+
+/// Returns the number by which a file states the reference of step values: 0 if they have none.
+/// Otherwise it combines the kind of the reference and the distance to the reference step.
 std::uint64_t reference_number(const StepHeader& header) {
+  if (header.reference == StepReference::nothing) return 0;
   const std::uint64_t back = header.step - header.reference_step;
-  return 2 * back - (back > 0 && !header.trend ? 1 : 0);
+  return kReferences * (back - 1) + static_cast<std::uint64_t>(header.reference);
 }
 bool take_reference(std::uint64_t number, StepHeader& header) {
-  const std::uint64_t back = number / 2 + number % 2;
+  header.reference_step = header.step;
+  header.reference = StepReference::nothing;
+  if (number == 0) return true;
+  const std::uint64_t back = (number - 1) / kReferences + 1;
   header.reference_step = header.step - back;
-  header.trend = number > 0 && number % 2 == 0;
+  header.reference = static_cast<StepReference>((number - 1) % kReferences + 1);
   return back <= header.step;
 }
 
@@ -354,8 +362,8 @@ bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
 }
 
 StepEntry entry_of(const StepHeader& header) {
-  return {header.array, header.step,       0,           header.count, header.arrays, header.steps,
-          header.group, refers_to(header), header.codec};
+  return {header.array, header.step,      0,           header.count, header.arrays, header.steps,
+          header.group, header.reference, header.codec};
 }
 
 // --- the index: version 0 stores its entries one by one, version 1 field by field, compressed

@@ -187,23 +187,20 @@ struct StepHeader {
   std::uint64_t step = 0;
   std::uint32_t arrays = 1;
   std::uint64_t steps = 1;
-  /// The reference: the step from which the values are predicted. Equal to `step` if they are not
-  /// predicted from another step.
+  /// The step from which the values are predicted. A trend is computed from this step and the step
+  /// before it. Equal to `step` if the values are not predicted from another step.
   std::uint64_t reference_step = 0;
-  /// True if the reference is the trend, which is computed from reference_step and the step before
-  /// reference_step.
-  bool trend = false;
+  StepReference reference = StepReference::nothing;
   /// Number of the group to whose elements the values belong. Groups are numbered across the whole
   /// file, from 0.
   std::uint32_t group = 0;
   std::uint64_t count = 0;  ///< number of elements, at least 1
   Codec codec{};
 };
-/// Returns the kind of reference of the values: nothing, an earlier step or a trend.
-inline StepReference refers_to(const StepHeader& header) {
-  return header.reference_step == header.step ? StepReference::nothing
-         : header.trend                       ? StepReference::trend
-                                              : StepReference::before;
+/// Returns true if a step with this reference is a key step: a reader can begin there. It needs no
+/// earlier step other than the base.
+constexpr bool is_key(StepReference reference) {
+  return reference == StepReference::nothing || reference == StepReference::base;
 }
 /// One part of a step_values payload: the header of the part, and the size in bytes of its coded
 /// values.

@@ -350,7 +350,7 @@ void put(ByteWriter& out, const Schema& schema) {
   std::vector<std::pair<std::size_t, double>> fills;
   for (std::size_t a = 0; a < schema.arrays.size(); ++a)
     for (const double fill : schema.arrays[a].fills) fills.emplace_back(a, fill);
-  if (schema.step_references != StepReference::trend || !fills.empty())
+  if (schema.step_references != StepReference::base || !fills.empty())
     out.put_u8(static_cast<std::uint8_t>(schema.step_references));
   if (fills.empty()) return;
   out.put_varint(fills.size());
@@ -474,9 +474,9 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   }
   if (in.ok() && in.left() > 0) {
     const std::uint8_t references = in.get_u8();
-    const auto trend = static_cast<std::uint8_t>(StepReference::trend);
+    const auto most = static_cast<std::uint8_t>(StepReference::base);
     const bool has_fills = in.left() > 0;
-    if (references > trend || (references == trend && !has_fills)) return invalid;
+    if (references > most || (references == most && !has_fills)) return invalid;
     schema.step_references = static_cast<StepReference>(references);
     if (has_fills && !get_fills(in, schema)) return invalid;
   }
@@ -489,7 +489,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
   if (schema.order > Order::free) return wrong("unknown order");
   if (schema.order == Order::keep && !schema.corner_order)
     return wrong("order keep requires corner_order");
-  if (schema.step_references > StepReference::trend) return wrong("unknown step references");
+  if (schema.step_references > StepReference::base) return wrong("unknown step references");
   if (!is_float(schema.coordinate_type)) return wrong("coordinates must be float32 or float64");
   if (schema.coordinate_quantization.bits == Quantization::kRelative)
     return wrong("coordinates cannot have a relative error bound");

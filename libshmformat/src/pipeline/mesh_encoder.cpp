@@ -267,10 +267,10 @@ void MeshEncoder::report_order(const EncodedGroup& group) const {
 
 namespace {
 
-/// Returns the highest StepReference that the options allow. StepReference::trend needs two earlier
-/// steps, and neither may come before the most recent key step.
+/// Returns the highest StepReference that the options allow. A trend needs two earlier steps, and
+/// neither may come before the most recent key step.
 StepReference most_referred(const Schema& schema, const WriteOptions& options) {
-  if (!has_steps(schema) || options.key_steps > 2) return StepReference::trend;
+  if (!has_steps(schema) || options.key_steps > 2) return StepReference::base;
   return options.key_steps == 2 ? StepReference::before : StepReference::nothing;
 }
 

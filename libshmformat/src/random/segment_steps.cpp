@@ -44,12 +44,12 @@ SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepRefere
       most_(most),
       array_(array),
       segment_(segment),
-      wanted_(wanted),
-      key_(index.key_of(array, wanted)),
-      from_(key_),
+      chain_(index.chain(array, wanted)),
       held_(&held),
       bundles_(&bundles) {
-  if (held.at && *held.at >= key_ && *held.at <= wanted) from_ = *held.at + 1;
+  if (!held.at) return;
+  const auto at = std::find(chain_.begin(), chain_.end(), *held.at);
+  if (at != chain_.end()) from_ = static_cast<std::size_t>(at - chain_.begin()) + 1;
 }
 
 /// Returns the number of the part's group in the file. If the file is damaged, parts of an array
@@ -68,14 +68,13 @@ bool SegmentSteps::told_by_mesh(std::size_t step) const {
 }
 
 bool SegmentSteps::needs_mesh() const {
-  for (std::size_t step = from_; step <= wanted_; ++step)
-    if (told_by_mesh(step)) return true;
-  return false;
+  return std::any_of(chain_.begin() + static_cast<std::ptrdiff_t>(from_), chain_.end(),
+                     [&](std::size_t step) { return told_by_mesh(step); });
 }
 
 std::uint64_t SegmentSteps::elements() const {
   std::uint64_t elements = 0;
-  for (const StepIndex::Part& part : parts_of(wanted_)) elements += part.count;
+  for (const StepIndex::Part& part : parts_of(wanted())) elements += part.count;
   return elements;
 }
 
@@ -84,24 +83,24 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
     if (auto status = read_earlier_passes(mesh); !status) return status.error();
   const std::size_t nth = next_++;
   if (pass_.from == pass_.end) {  // The values of the wanted step are already in held_.
-    const StepIndex::Part& part = parts_of(wanted_)[nth];
+    const StepIndex::Part& part = parts_of(wanted())[nth];
     const std::size_t stride = scalar_bytes(info().type) * info().components;
     const auto values =
         std::span(held_->last)
-            .subspan(static_cast<std::size_t>((part.first - parts_of(wanted_)[0].first) * stride),
+            .subspan(static_cast<std::size_t>((part.first - parts_of(wanted())[0].first) * stride),
                      static_cast<std::size_t>(part.count * stride));
     return std::vector<std::byte>(values.begin(), values.end());
   }
   if (auto status = read_group(nth, mesh); !status) return status.error();
-  if (at_end() && most_ != StepReference::nothing) held_->at = wanted_;
+  if (at_end() && most_ != StepReference::nothing) held_->at = wanted();
   return std::move(values_);
 }
 
 /// Returns true if the step has the same groups as the wanted step. If not, the stored values of
 /// the step cannot be used as reference values.
 bool SegmentSteps::has_same_groups(std::size_t step) const {
-  const auto of_held = parts_of(step), wanted = parts_of(wanted_);
-  return std::equal(of_held.begin(), of_held.end(), wanted.begin(), wanted.end(),
+  const auto of_held = parts_of(step), of_wanted = parts_of(wanted());
+  return std::equal(of_held.begin(), of_held.end(), of_wanted.begin(), of_wanted.end(),
                     [](const StepIndex::Part& a, const StepIndex::Part& b) {
                       return a.group == b.group && a.count == b.count;
                     });
@@ -110,7 +109,7 @@ bool SegmentSteps::has_same_groups(std::size_t step) const {
 /// Reads all steps before the wanted step, several steps in each pass. Begins the final pass, which
 /// contains the wanted step, but does not read its groups.
 Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
-  if (from_ > key_ && !has_same_groups(from_ - 1))
+  if (from_ > 0 && !has_same_groups(chain_[from_ - 1]))
     return file_->wrong_index("steps of an array have different groups");
   // The memory limit determines the number of steps per pass. A step is assumed to need kKeptOfEach
   // bytes per component and per active vertex or cell.
@@ -119,11 +118,11 @@ Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   const std::uint64_t room = most_kept() / (kKeptOfEach * info().components * (active + 1));
   const auto together = static_cast<std::size_t>(std::clamp<std::uint64_t>(
       std::min<std::uint64_t>(kMostComponents / info().components, room), 1, kMostSteps));
-  const std::size_t groups = parts_of(wanted_).size();
+  const std::size_t groups = parts_of(wanted()).size();
   for (pass_.from = from_;; pass_.from = pass_.end) {
-    pass_.end = std::min(pass_.from + together, wanted_ + 1);
+    pass_.end = std::min(pass_.from + together, chain_.size());
     begin_pass();
-    if (pass_.end > wanted_) return {};
+    if (pass_.end == chain_.size()) return {};
     for (std::size_t nth = 0; nth < groups; ++nth)
       if (auto status = read_group(nth, mesh); !status) return status;
   }
@@ -138,10 +137,10 @@ std::uint64_t SegmentSteps::most_kept() const {
 void SegmentSteps::begin_pass() {
   columns_.clear();
   by_mesh_.clear();
-  for (std::size_t step = pass_.from; step < pass_.end; ++step) {
+  for (std::size_t i = pass_.from; i < pass_.end; ++i) {
     columns_.emplace_back().emplace(file_->schema(), file_->limits().max_group_bytes, array_,
                                     most_kept() / (pass_.end - pass_.from));
-    by_mesh_.push_back(told_by_mesh(step));
+    by_mesh_.push_back(told_by_mesh(chain_[i]));
   }
   // Until the pass ends, held_ contains values of different steps in different groups, so it does
   // not represent a single step.
@@ -164,7 +163,7 @@ Result<ColumnElements> SegmentSteps::elements_of(StepElements& mesh,
 
 /// Decodes the values of the nth group at all steps of the pass.
 Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
-  const StepIndex::Part& part = parts_of(wanted_)[nth];
+  const StepIndex::Part& part = parts_of(wanted())[nth];
   ColumnElements elements;
   if (std::find(by_mesh_.begin(), by_mesh_.end(), true) != by_mesh_.end()) {
     const auto of_group = elements_of(*mesh, part);
@@ -172,7 +171,7 @@ Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
     elements = *of_group;
   }
   const std::size_t stride = scalar_bytes(info().type) * info().components;
-  const auto offset = static_cast<std::size_t>(part.first - parts_of(wanted_)[0].first) * stride;
+  const auto offset = static_cast<std::size_t>(part.first - parts_of(wanted())[0].first) * stride;
   const auto held_values = [&](const std::vector<std::byte>& of) {
     const auto size = static_cast<std::size_t>(part.count) * stride;
     if (of.size() < offset + size) return std::vector<std::byte>();
@@ -181,33 +180,32 @@ Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
   };
   values_ = held_values(held_->last);
   one_back_ = held_values(held_->one_back);
-  for (std::size_t step = pass_.from; step < pass_.end; ++step)
-    if (auto status = read_step(step, nth, elements.items != nullptr ? &elements : nullptr);
-        !status)
+  for (std::size_t i = pass_.from; i < pass_.end; ++i)
+    if (auto status = read_step(i, nth, elements.items != nullptr ? &elements : nullptr); !status)
       return status;
   hold(offset);
   return {};
 }
 
-Result<void> SegmentSteps::read_step(std::size_t step, std::size_t nth,
+/// Decodes the nth group at the step chain_[i].
+Result<void> SegmentSteps::read_step(std::size_t i, std::size_t nth,
                                      const ColumnElements* elements) {
-  const auto parts = parts_of(step);
-  const StepIndex::Part& expected = parts_of(wanted_)[nth];
+  const auto parts = parts_of(chain_[i]);
+  const StepIndex::Part& expected = parts_of(wanted())[nth];
   if (nth >= parts.size() || parts[nth].group != expected.group ||
       parts[nth].count != expected.count)
     return file_->wrong_index("steps of an array have different groups");
   two_back_ = std::exchange(one_back_, std::exchange(values_, {}));
-  auto values = decode(step, parts[nth], by_mesh_[step - pass_.from] ? elements : nullptr);
+  auto values = decode(i, parts[nth], by_mesh_[i - pass_.from] ? elements : nullptr);
   if (!values) return at_chunk(values.error(), parts[nth].offset);
   values_ = std::move(*values);
   return {};
 }
 
-Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const StepIndex::Part& part,
+Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t i, const StepIndex::Part& part,
                                                     const ColumnElements* elements) {
   if (part.codec == Codec::bundle)
-    if (const BundleChunk* bundle = bundles_->find(part.offset))
-      return values_in(*bundle, step, part);
+    if (const BundleChunk* bundle = bundles_->find(part.offset)) return values_in(*bundle, i, part);
   container::IndexEntry entry;
   entry.kind = static_cast<std::uint8_t>(container::ChunkKind::step_values);
   entry.offset = part.offset;
@@ -220,63 +218,60 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
   if (known && part.codec == Codec::bundle && parts[0].header.codec == Codec::bundle) {
     auto bundle = BundleChunk::read(file_->schema(), parts, in.get_bytes(parts[0].bytes));
     if (!bundle) return bundle.error();
-    return values_in(*bundles_->keep(part.offset, std::move(*bundle)), step, part);
+    return values_in(*bundles_->keep(part.offset, std::move(*bundle)), i, part);
   }
   const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& other) {
-    return other.header.array == array_ && other.header.step == index_->steps(array_)[step].step &&
+    return other.header.array == array_ && other.header.step == step_at(i).step &&
            other.header.group == group_number(part);
   });
   if (!known || found == parts.end() || found->header.count != part.count ||
-      found->header.codec != part.codec || container::refers_to(found->header) != part.reference)
+      found->header.codec != part.codec || found->header.reference != part.reference)
     return corrupt("the chunk at this position differs from its entry in the index", "step values",
                    part.offset);
   for (auto before = parts.begin(); before != found; ++before) in.get_bytes(before->bytes);
   const container::StepHeader& header = found->header;
-  StepParts& column = *columns_[step - pass_.from];
+  StepParts& column = *columns_[i - pass_.from];
   if (auto status = column.check_size(header); !status) return status.error();
-  if (auto status = check_reference(step, header); !status) return status.error();
-  const StepReference kind = container::refers_to(header);
+  if (auto status = check_reference(i, header); !status) return status.error();
+  const StepReference kind = header.reference;
   const std::uint64_t size =
       std::uint64_t{part.count} * scalar_bytes(info().type) * info().components;
-  if ((kind >= StepReference::before && one_back_.size() != size) ||
+  if ((kind != StepReference::nothing && one_back_.size() != size) ||
       (kind == StepReference::trend && two_back_.size() != size))
     return wrong_step_values(file_->schema(), header,
                              "refers to values of elements other than its own");
   if (kind == StepReference::trend) go_on(info().type, one_back_, two_back_, trend_);
   return column.decode(header, in.get_bytes(found->bytes), file_->segment_number(segment_),
                        elements,
-                       kind == StepReference::nothing  ? std::span<const std::byte>()
-                       : kind == StepReference::before ? std::span<const std::byte>(one_back_)
-                                                       : std::span<const std::byte>(trend_));
+                       kind == StepReference::nothing ? std::span<const std::byte>()
+                       : kind == StepReference::trend ? std::span<const std::byte>(trend_)
+                                                      : std::span<const std::byte>(one_back_));
 }
 
 /// Returns the values of the array at a step, from a bundle.
-Result<std::vector<std::byte>> SegmentSteps::values_in(const BundleChunk& bundle, std::size_t step,
+Result<std::vector<std::byte>> SegmentSteps::values_in(const BundleChunk& bundle, std::size_t i,
                                                        const StepIndex::Part& part) const {
-  const auto pair = bundle.find(array_, index_->steps(array_)[step].step);
+  const auto pair = bundle.find(array_, step_at(i).step);
   if (!pair || bundle.header(*pair).count != part.count ||
       bundle.header(*pair).group != group_number(part))
     return corrupt("the chunk at this position differs from its entry in the index", "step values",
                    part.offset);
-  if (auto status = columns_[step - pass_.from]->check_size(bundle.header(*pair)); !status)
+  if (auto status = columns_[i - pass_.from]->check_size(bundle.header(*pair)); !status)
     return status.error();
   return bundle.values(*pair);
 }
 
 /// Checks the reference of a step. A trend (extrapolation of the two previous steps) is allowed
 /// only if the previous step is not the key step, so that both steps have been decoded.
-Result<void> SegmentSteps::check_reference(std::size_t step,
+Result<void> SegmentSteps::check_reference(std::size_t i,
                                            const container::StepHeader& header) const {
-  const StepReference kind = container::refers_to(header);
   const auto wrong = [&](const char* detail) {
     return wrong_step_values(file_->schema(), header, detail);
   };
-  if (kind == StepReference::nothing) {
-    if (header.trend) return wrong("has a trend, but refers to no step");
-    return {};
-  }
-  const std::size_t needed = kind == StepReference::trend ? 2 : 1;
-  if (step < key_ + needed || header.reference_step != index_->steps(array_)[step - 1].step)
+  const StepReference kind = header.reference;
+  if (kind == StepReference::nothing) return {};
+  if (i == 0 || header.reference_step != step_at(i - 1).step ||
+      (kind == StepReference::trend && chain_[i] < step_at(i).key + 2))
     return wrong("refers to a step that is not the previous step");
   if (kind > most_) return wrong("refers to earlier steps, although the file does not allow this");
   return {};
@@ -290,7 +285,7 @@ void SegmentSteps::hold(std::size_t offset) {
     std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(offset));
   };
   put(held_->last, values_);
-  if (most_ == StepReference::trend) put(held_->one_back, one_back_);
+  if (most_ >= StepReference::trend) put(held_->one_back, one_back_);
 }
 
 }  // namespace shm

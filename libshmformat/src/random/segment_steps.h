@@ -1,9 +1,9 @@
-// SegmentSteps: reads one stepped array in one segment, from a key step to the wanted step, through
-// an IndexedFile and its StepIndex. It reads group by group, and returns the values of the wanted
-// step for each group. It reads all steps of a group together, so that the topology of the group is
-// decoded only once. It keeps in memory the values of the most recently decoded step. If trends are
-// allowed, it also keeps the values of the step before that.
-// spec: "Step values"
+// SegmentSteps: reads one stepped array in one segment, from a key step or its base to the wanted
+// step, through an IndexedFile and its StepIndex. It reads group by group, and returns the values
+// of the wanted step for each group. It reads all steps of a group together, so that the topology
+// of the group is decoded only once. It keeps in memory the values of the most recently decoded
+// step. If trends are allowed, it also keeps the values of the step before that. spec: "Step
+// values"
 #pragma once
 
 #include <cstddef>
@@ -53,10 +53,10 @@ class SegmentSteps {
   /// the mesh.
   bool needs_mesh() const;
   /// Returns true if all groups have been read.
-  bool at_end() const { return next_ == parts_of(wanted_).size(); }
+  bool at_end() const { return next_ == parts_of(wanted()).size(); }
   /// Returns the part of the next group that has elements of the array. Precondition: at_end() is
   /// false.
-  const StepIndex::Part& next_part() const { return parts_of(wanted_)[next_]; }
+  const StepIndex::Part& next_part() const { return parts_of(wanted())[next_]; }
 
   /// Returns the number of elements of the array in the segment, according to the index.
   std::uint64_t elements() const;
@@ -71,9 +71,11 @@ class SegmentSteps {
  private:
   /// Range of steps that are read together.
   struct Pass {
-    std::size_t from, end;  // range of indices in StepIndex::steps(); `end` is excluded
+    std::size_t from, end;  // range of indices in chain_; `end` is excluded
   };
 
+  std::size_t wanted() const { return chain_.back(); }
+  const StepIndex::Step& step_at(std::size_t i) const { return index_->steps(array_)[chain_[i]]; }
   std::span<const StepIndex::Part> parts_of(std::size_t step) const {
     return index_->parts(index_->steps(array_)[step], file_->first_group(segment_),
                          file_->first_group(segment_ + 1));
@@ -83,12 +85,12 @@ class SegmentSteps {
   std::uint64_t most_kept() const;
   void begin_pass();
   Result<void> read_group(std::size_t nth, StepElements* mesh);
-  Result<void> read_step(std::size_t step, std::size_t nth, const ColumnElements* elements);
-  Result<std::vector<std::byte>> decode(std::size_t step, const StepIndex::Part& part,
+  Result<void> read_step(std::size_t i, std::size_t nth, const ColumnElements* elements);
+  Result<std::vector<std::byte>> decode(std::size_t i, const StepIndex::Part& part,
                                         const ColumnElements* elements);
-  Result<std::vector<std::byte>> values_in(const BundleChunk& bundle, std::size_t step,
+  Result<std::vector<std::byte>> values_in(const BundleChunk& bundle, std::size_t i,
                                            const StepIndex::Part& part) const;
-  Result<void> check_reference(std::size_t step, const container::StepHeader& header) const;
+  Result<void> check_reference(std::size_t i, const container::StepHeader& header) const;
   void hold(std::size_t offset);
   std::uint64_t group_number(const StepIndex::Part& part) const;
   bool told_by_mesh(std::size_t step) const;
@@ -98,7 +100,9 @@ class SegmentSteps {
   const StepIndex* index_;
   StepReference most_;
   std::uint32_t array_;
-  std::size_t segment_, wanted_, key_, from_;
+  std::size_t segment_;
+  std::vector<std::size_t> chain_;  // steps to decode, see StepIndex::chain()
+  std::size_t from_ = 0;            // index in chain_ of the first step that held_ does not contain
   HeldSteps* held_;
   HeldBundles* bundles_;
   std::size_t next_ = 0;  // index of the next part of the wanted step

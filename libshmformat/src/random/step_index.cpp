@@ -59,7 +59,7 @@ Result<void> StepIndex::add_decodable(const IndexedFile& file) {
     for (const DecodableParts::Part& part : step.parts)
       parts_.push_back({part.offset, part.bytes, part.values.first, part.values.count,
                         part.values.group, part.values.reference, part.values.codec});
-    steps_[step.array].push_back({step.step, step.refers, 0, begin, parts_.size()});
+    steps_[step.array].push_back({step.step, step.reference, 0, 0, begin, parts_.size()});
     elements_[step.array] =
         std::max(elements_[step.array], parts_.back().first + parts_.back().count);
   }
@@ -93,7 +93,7 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
     if (auto status = expect_complete(file); !status) return status;
     if (!steps.empty() && steps.back().step >= part.step)
       return file.wrong_index("steps of an array do not ascend");
-    steps.push_back({part.step, false, 0, parts_.size(), parts_.size()});
+    steps.push_back({part.step, part.reference, 0, 0, parts_.size(), parts_.size()});
   }
   last_array_ = part.array;
   const bool begins = steps.back().begin == parts_.size();
@@ -105,7 +105,8 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
   if (part.count > most || (part.count < most && schema.arrays[part.array].blocks.empty()))
     return file.wrong_index(
         "the number of step values of a group differs from the number of its elements");
-  steps.back().refers = steps.back().refers || part.reference != StepReference::nothing;
+  if (part.reference != steps.back().reference)
+    return file.wrong_index("the parts of a step refer to different steps");
   steps.back().end = parts_.size() + 1;
   parts_.push_back(
       {entry.offset, entry.bytes, part.first, part.count, part.group, part.reference, part.codec});
@@ -135,7 +136,7 @@ Result<void> StepIndex::add_bundle(const IndexedFile& file, const IndexEntry& en
         bundle.reference != StepReference::nothing)
       return file.wrong_index("a bundle does not contain whole arrays");
     for (std::uint64_t s = 0; s < bundle.steps; ++s)
-      steps.push_back({bundle.step + s, false, 0, parts_.size(), parts_.size() + 1});
+      steps.push_back({bundle.step + s, bundle.reference, 0, 0, parts_.size(), parts_.size() + 1});
     parts_.push_back(
         {entry.offset, entry.bytes, 0, bundle.count, bundle.group, bundle.reference, bundle.codec});
     last_array_ = a;
@@ -160,12 +161,24 @@ std::span<const StepIndex::Part> StepIndex::parts(const Step& step, std::size_t 
   return {from(first_group), from(end_group)};
 }
 
-/// Finds the key step for each step. The first step of an array counts as a key step, even if it
-/// refers to other steps.
+/// Finds the key step and the base of each step. The first step of an array counts as both, even if
+/// it refers to other steps.
 void StepIndex::find_keys() {
   for (std::vector<Step>& steps : steps_)
-    for (std::size_t s = 0; s < steps.size(); ++s)
-      steps[s].key = s > 0 && steps[s].refers ? steps[s - 1].key : s;
+    for (std::size_t s = 0; s < steps.size(); ++s) {
+      steps[s].key = s == 0 || container::is_key(steps[s].reference) ? s : steps[s - 1].key;
+      const bool is_base = s == 0 || steps[s].reference == StepReference::nothing;
+      steps[s].base = is_base ? s : steps[s - 1].base;
+    }
+}
+
+std::vector<std::size_t> StepIndex::chain(std::uint32_t array, std::size_t nth) const {
+  const std::vector<Step>& steps = steps_[array];
+  std::vector<std::size_t> chain;
+  const std::size_t key = steps[nth].key;
+  if (steps[key].base != key) chain.push_back(steps[key].base);
+  for (std::size_t step = key; step <= nth; ++step) chain.push_back(step);
+  return chain;
 }
 
 }  // namespace shm

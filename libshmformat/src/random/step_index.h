@@ -29,10 +29,11 @@ class StepIndex {
   };
   struct Step {
     std::uint64_t step = 0;
-    bool refers = false;  // true if any part of the step refers to another step
-    // Index of the key step at which reading of this step begins: the most recent step, up to and
-    // including this one, that refers to no other step.
+    StepReference reference = StepReference::nothing;  // of all parts of the step
+    // Index of the most recent key step, up to and including this one.
     std::size_t key = 0;
+    // Index of the most recent step, up to and including this one, that refers to no other step.
+    std::size_t base = 0;
     std::size_t begin = 0, end = 0;
   };
 
@@ -48,8 +49,9 @@ class StepIndex {
   /// in order.
   std::span<const Part> parts(const Step& step, std::size_t first_group,
                               std::size_t end_group) const;
-  /// Returns the index of the key step at which reading of step `nth` begins.
-  std::size_t key_of(std::uint32_t array, std::size_t nth) const { return steps_[array][nth].key; }
+  /// Returns the indices of the steps that must be decoded for step `nth`, in order. The last one
+  /// is `nth`. Each of them refers to the one before it; a trend also to the one before that.
+  std::vector<std::size_t> chain(std::uint32_t array, std::size_t nth) const;
 
  private:
   Result<void> add_decodable(const IndexedFile& file);

@@ -59,6 +59,8 @@ class Gatherer {
 
   // For each segment, the most recent step of the current array that can be read.
   std::unordered_map<std::size_t, std::uint64_t> last_step_;
+  // The same, but only of the steps that refer to no other step.
+  std::unordered_map<std::size_t, std::uint64_t> base_step_;
   // For each group, how many of the groups before it have vertices, and how many have cells.
   std::vector<std::uint64_t> groups_with_vertices_, groups_with_cells_;
 };
@@ -366,9 +368,12 @@ void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
   step.step = of_step[0]->values.step;
   const DecodableParts::Step* before =
       !out_.steps.empty() && out_.steps.back().array == step.array ? &out_.steps.back() : nullptr;
-  if (before == nullptr) last_step_.clear();
-  for (const FoundPart* part : of_step)
-    step.refers = step.refers || part->values.reference != StepReference::nothing;
+  if (before == nullptr) {
+    last_step_.clear();
+    base_step_.clear();
+  }
+  step.reference = of_step[0]->values.reference;
+  const std::uint64_t reference_step = of_step[0]->reference_step;
   const bool on_mesh = is_on_mesh(schema().arrays[step.array].location);
   const std::uint64_t unsure = first_unsure_.value_or(~std::uint64_t{0});
   std::uint64_t first = 0;
@@ -384,20 +389,22 @@ void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
     for (; end < of_step.size(); ++end) {
       const std::size_t other = place_of(of_step[end]->values);
       if (other == out_.groups.size() || other >= out_.first_group[segment + 1]) break;
-      if (of_step[end]->values.reference != StepReference::nothing)
-        follows = follows && before != nullptr && of_step[end]->reference_step == before->step;
+      follows = follows && of_step[end]->values.reference == step.reference &&
+                of_step[end]->reference_step == reference_step;
     }
     const auto run = of_step.subspan(i, end - i);
     i = end;
-    // If any part of the step refers to another step, a reader begins at an earlier step, in all
-    // segments. A segment then needs the values of the previous step, even if its own parts do not
-    // refer to another step.
-    const auto last = last_step_.find(segment);
-    if (step.refers)
-      follows =
-          follows && before != nullptr && last != last_step_.end() && last->second == before->step;
+    // The segment needs the values of the step to which its parts refer.
+    if (step.reference != StepReference::nothing) {
+      const auto& decodable = step.reference == StepReference::base ? base_step_ : last_step_;
+      const auto found = decodable.find(segment);
+      follows = follows && found != decodable.end() && found->second == reference_step;
+    }
+    if (!container::is_key(step.reference))
+      follows = follows && before != nullptr && before->step == reference_step;
     if (!follows || !is_complete(run, segment)) continue;
     last_step_[segment] = step.step;
+    if (step.reference == StepReference::nothing) base_step_[segment] = step.step;
     for (const FoundPart* part : run) {
       container::StepEntry values = part->values;
       values.group = static_cast<std::uint32_t>(place_of(values));

@@ -46,8 +46,8 @@ struct DecodableParts {
   struct Step {
     std::uint32_t array = 0;
     std::uint64_t step = 0;
-    /// True if any part of the step, including lost parts, refers to another step.
-    bool refers = false;
+    /// Reference of all parts of the step, including lost parts.
+    StepReference reference = StepReference::nothing;
     /// Decodable parts of the step. In each part, values.group is an index in `groups`, and
     /// values.first is the number of elements in the preceding parts of this list.
     std::vector<Part> parts;

@@ -59,7 +59,7 @@ StepPiece StepDecoder::end_part(const container::StepHeader& header,
   StepPiece piece{header.array, header.step, last.first, std::move(values)};
   last.values.take(static_cast<std::size_t>(last.first) *
                        static_cast<std::size_t>(piece.values.size() / header.count),
-                   piece.values);
+                   piece.values, header.reference == StepReference::nothing);
   last.first += header.count;
   ++last.groups;
   return piece;
@@ -74,10 +74,11 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header, std::u
         "begins before the previous step is complete, or after the same or a later step");
   if (last.begun) {
     last.step_before = last.step;
-    last.run = last.has_referred ? last.run + 1 : 1;
+    last.run = container::is_key(last.reference) ? 1 : last.run + 1;
+    if (last.reference == StepReference::nothing) last.base = last.step;
   }
   last.begun = true;
-  last.has_referred = false;
+  last.reference = header.reference;
   last.step = header.step;
   last.first = 0;
   last.groups = 0;
@@ -105,19 +106,21 @@ Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   return {};
 }
 
-/// Returns the kind of reference of the part. A trend needs the two previous steps, and the later
-/// of these two must itself refer to a step. The reason: if the later step is a key step, a reader
-/// may have begun at it, and then does not have the earlier step.
-Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
+/// Checks the reference of the part. A trend needs the two previous steps, and the later of these
+/// two must not be a key step. The reason: a reader may have begun at a key step, and then does not
+/// have the step before it.
+Result<void> StepDecoder::check_reference(const container::StepHeader& header) const {
   const Last& last = last_[header.array];
-  const StepReference kind = container::refers_to(header);
-  if (kind == StepReference::nothing) {
-    if (header.trend)
-      return wrong_step_values(*schema_, header, "has a trend, but refers to no step");
-    return kind;
-  }
-  if (last.run == 0 || header.reference_step != last.step_before ||
-      (kind == StepReference::trend && last.run < 2))
+  const StepReference kind = header.reference;
+  if (kind != last.reference)
+    return wrong_step_values(*schema_, header,
+                             "refers to a different step than the previous group");
+  if (kind == StepReference::nothing) return {};
+  if (kind == StepReference::base && header.reference_step != last.base)
+    return wrong_step_values(*schema_, header,
+                             "refers to a step that is not the base of the array");
+  if (kind != StepReference::base && (last.run == 0 || header.reference_step != last.step_before ||
+                                      (kind == StepReference::trend && last.run < 2)))
     return wrong_step_values(*schema_, header, "refers to a step that is not the previous step");
   if (kind > schema_->step_references)
     return wrong_step_values(*schema_, header,
@@ -125,7 +128,7 @@ Result<StepReference> StepDecoder::reference_of(const container::StepHeader& hea
   if (kind > most_)
     return wrong_step_values(*schema_, header,
                              "refers to steps whose values are too large to be held in memory");
-  return kind;
+  return {};
 }
 
 Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& header,
@@ -133,9 +136,7 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   Last& last = last_[header.array];
   const ArrayInfo& info = schema_->arrays[header.array];
   if (auto status = parts_->check_size(header); !status) return status.error();
-  const auto kind = reference_of(header);
-  if (!kind) return kind.error();
-  last.has_referred = last.has_referred || *kind != StepReference::nothing;
+  if (auto status = check_reference(header); !status) return status.error();
   ColumnElements elements;
   if (StepParts::may_need_elements(info) && without_special_values(header.codec) != Codec::terms &&
       mesh_.has_neighbourhoods(header.array, header.group)) {
@@ -145,7 +146,7 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
   }
   const std::size_t stride = scalar_bytes(info.type) * info.components;
   const auto reference =
-      last.values.reference(*kind, info, static_cast<std::size_t>(last.first) * stride,
+      last.values.reference(header.reference, info, static_cast<std::size_t>(last.first) * stride,
                             static_cast<std::size_t>(header.count) * stride);
   return parts_->decode(header, bytes, mesh_.segment_of(header.group),
                         elements.items != nullptr ? &elements : nullptr, reference);

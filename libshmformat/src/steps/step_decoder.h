@@ -48,14 +48,15 @@ class StepDecoder {
     // Number of steps from the most recent key step to `step_before` (the step before `step`), both
     // included.
     std::uint32_t run = 0;
-    bool has_referred = false;
+    StepReference reference = StepReference::nothing;  // of the parts of `step`
+    std::optional<std::uint64_t> base;                 // number of the base, if there is one
   };
 
   Result<void> begin_part(const container::StepHeader& header, std::uint64_t file);
   StepPiece end_part(const container::StepHeader& header, std::vector<std::byte> values);
   Result<void> begin_step(const container::StepHeader& header, std::uint64_t file);
   Result<void> expect_group(const container::StepHeader& header);
-  Result<StepReference> reference_of(const container::StepHeader& header) const;
+  Result<void> check_reference(const container::StepHeader& header) const;
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,
                                         std::span<const std::byte> bytes);
 

@@ -38,6 +38,9 @@ constexpr int kQuickZstdLevel = 1;
 constexpr std::size_t kUnlimitedBytes = ~std::size_t{0};
 /// Except at level best, the slow codec `columns` must save at least this share, 1/N.
 constexpr std::size_t kShareForSpeed = 32;
+/// A reference to the base must save at least this share, 1/N, because readers of the step also
+/// decode the base.
+constexpr std::size_t kShareForBase = 8;
 
 /// The values of a group at one step, coded with `terms`. `refers` is true if any value is
 /// predicted from the reference values.
@@ -84,14 +87,14 @@ StepEncoder::StepEncoder(const Schema& schema, StepTopology& topology,
       most_(key_steps > 1 ? most_reference(schema, elements_) : StepReference::nothing),
       sink_(std::move(sink)) {
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
-    before_.push_back(Before{0, 0, 0, memory_of(schema.arrays[a], most_)});
+    before_.emplace_back().values = memory_of(schema.arrays[a], most_);
     if (schema.arrays[a].per_step) mesh_.expect(a, elements_[a]);
   }
 }
 
 void StepEncoder::begin_part(Part part) {
   if (most_ != StepReference::nothing) most_ = most_reference(*schema_, part.all);
-  before_.assign(before_.size(), Before{0, 0, 0, StepMemory(most_)});
+  for (Before& before : before_) before.values = StepMemory(most_);
   part_ = std::move(part);
 }
 
@@ -149,18 +152,25 @@ Result<void> StepEncoder::encode_values(std::span<const std::byte> values) {
   return {};
 }
 
-void StepEncoder::go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run) {
+void StepEncoder::go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run,
+                        std::optional<std::uint64_t> base) {
   before_[array].next_step = last_step + 1;
   before_[array].encoded_step = last_step;
   before_[array].run = run;
+  before_[array].base = base;
   steps_ = std::max(steps_, last_step + 1);
 }
 
-/// Returns the highest StepReference that the next step of the array may use.
-StepReference StepEncoder::most_next(std::uint32_t array) const {
-  const std::uint32_t run = before_[array].run;
-  if (run == 0 || run >= key_steps_) return StepReference::nothing;
-  return run == 1 ? std::min(most_, StepReference::before) : most_;
+bool StepEncoder::may_refer(std::uint32_t array, StepReference kind) const {
+  const Before& before = before_[array];
+  if (kind > most_) return false;
+  switch (kind) {
+    case StepReference::nothing: return true;
+    case StepReference::before: return before.run >= 1 && before.run < key_steps_;
+    case StepReference::trend: return before.run >= 2 && before.run < key_steps_;
+    case StepReference::base: return before.base && before.run >= key_steps_;
+  }
+  return false;
 }
 
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
@@ -177,16 +187,14 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
     return {};
   }
   begin_encoding(array, step);
-  if (reference_ && *reference_ > most_here_ && elements_[array] > 0)
+  if (reference_ && !may_refer(array, *reference_) && elements_[array] > 0)
     return misuse("a step cannot refer to steps that were not added", "steps");
   return {};
 }
 
 void StepEncoder::begin_encoding(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
-  // Number of the previous step; not used if the new step may not refer to other steps.
-  reference_step_ = std::exchange(before.encoded_step, step);
-  most_here_ = most_next(array);
+  previous_step_ = std::exchange(before.encoded_step, step);
   array_ = array;
   step_ = step;
   first_ = 0;
@@ -194,7 +202,6 @@ void StepEncoder::begin_encoding(std::uint32_t array, std::uint64_t step) {
   count_ = 0;
   reference_ = std::exchange(given_reference_, std::nullopt);
   codec_ = std::exchange(given_codec_, std::nullopt);
-  has_referred_ = false;
   column_.reset();
   weighted_.reset();
 }
@@ -223,15 +230,16 @@ Result<void> StepEncoder::end_group() {
   header.group = static_cast<std::uint32_t>(group_);
   header.count = count_;
   header.codec = coded->codec;
-  if (*reference_ != StepReference::nothing) {
-    header.reference_step = reference_step_;
-    header.trend = *reference_ == StepReference::trend;
-    has_referred_ = true;
-  }
+  header.reference = *reference_;
+  if (*reference_ == StepReference::base)
+    header.reference_step = *before_[*array_].base;
+  else if (*reference_ != StepReference::nothing)
+    header.reference_step = previous_step_;
   if (part_) header.group += part_->first_group;
   const std::uint64_t first = first_ + (part_ ? part_->first[*array_] : 0);
   if (auto status = sink_(header, first, coded->bytes); !status) return status;
-  remember(*array_, static_cast<std::size_t>(first_) * stride(), pending_);
+  remember(*array_, static_cast<std::size_t>(first_) * stride(), pending_,
+           *reference_ == StepReference::nothing);
   first_ += count_;
   count_ = 0;
   pending_.clear();
@@ -239,14 +247,14 @@ Result<void> StepEncoder::end_group() {
 }
 
 /// Stores values of a step, beginning at byte `offset`, as a reader restores them. The next steps
-/// may refer to them.
+/// may refer to them. `is_base` is true if the step refers to no other step.
 void StepEncoder::remember(std::uint32_t array, std::size_t offset,
-                           std::span<const std::byte> values) {
+                           std::span<const std::byte> values, bool is_base) {
   const ArrayInfo& info = schema_->arrays[array];
   StepMemory& memory = before_[array].values;
   if (!info.quantization.lossy() || most_ == StepReference::nothing ||
       info.components > kMostStepComponents)
-    return memory.take(offset, values);
+    return memory.take(offset, values, is_base);
   const std::size_t width = scalar_bytes(info.type), stride = width * info.components;
   std::vector<std::byte> restored(values.size());
   std::vector<std::uint64_t> words(values.size() / stride);
@@ -255,7 +263,7 @@ void StepEncoder::remember(std::uint32_t array, std::size_t offset,
     round_quantized(info, c, words);
     save(words, restored.data() + c * width, stride, width);
   }
-  memory.take(offset, restored);
+  memory.take(offset, restored, is_base);
 }
 
 /// Encodes the pending values of the current group.
@@ -317,13 +325,14 @@ EncodedColumn StepEncoder::choose_codec(const ColumnElements& elements) {
   // Encodes with each permitted reference. A result replaces `best` if it is smaller than `limit`
   // bytes.
   const auto try_all = [&](auto& chosen, std::size_t limit, auto&& encode) {
-    for (const StepReference kind :
-         {StepReference::nothing, StepReference::before, StepReference::trend}) {
-      if (given ? kind != *given : kind > most_here_) continue;
+    for (const StepReference kind : {StepReference::nothing, StepReference::before,
+                                     StepReference::trend, StepReference::base}) {
+      if (given ? kind != *given : !may_refer(*array_, kind)) continue;
       std::remove_cvref_t<decltype(*chosen)> column(*schema_, *array_);
       column.begin(segment, kind);
       EncodedColumn coded = encode(column, reference(kind));
-      if (coded.bytes.size() >= limit) continue;
+      const std::size_t grace = !given && kind == StepReference::base ? limit / kShareForBase : 0;
+      if (coded.bytes.size() >= limit - grace) continue;
       limit = coded.bytes.size();
       reference_ = kind;
       best = std::move(coded);
@@ -357,9 +366,15 @@ EncodedColumn StepEncoder::choose_codec(const ColumnElements& elements) {
 }
 
 EncodedColumn StepEncoder::encode_in_terms() {
-  if (!reference_ && most_here_ != StepReference::nothing) return choose_terms();
-  if (!reference_) reference_ = StepReference::nothing;
-  return encode_terms(schema_->arrays[*array_], values(), reference(*reference_), scratch_).column;
+  if (reference_)
+    return encode_terms(schema_->arrays[*array_], values(), reference(*reference_), scratch_)
+        .column;
+  if (may_refer(*array_, StepReference::before)) return choose_terms();
+  const StepReference kind =
+      may_refer(*array_, StepReference::base) ? StepReference::base : StepReference::nothing;
+  StepTerms coded = encode_terms(schema_->arrays[*array_], values(), reference(kind), scratch_);
+  reference_ = coded.refers ? kind : StepReference::nothing;
+  return std::move(coded.column);
 }
 
 /// Chooses the reference for all groups of a step that is coded with the codec `terms`, by encoding
@@ -370,7 +385,7 @@ EncodedColumn StepEncoder::choose_terms() {
   const auto with = [&](StepReference kind) {
     return encode_terms(schema_->arrays[*array_], values(), reference(kind), scratch_);
   };
-  if (before.liked_bytes > 0 && before.liked <= most_here_) {
+  if (before.liked_bytes > 0 && may_refer(*array_, before.liked)) {
     StepTerms coded = with(before.liked);
     if (coded.column.bytes.size() <= before.liked_bytes + before.liked_bytes / 4) {
       reference_ = coded.refers ? before.liked : StepReference::nothing;
@@ -379,7 +394,8 @@ EncodedColumn StepEncoder::choose_terms() {
   }
   StepTerms best = with(StepReference::before);
   before.liked = StepReference::before;
-  if (most_here_ >= StepReference::trend) {
+  const bool may_follow_trend = may_refer(*array_, StepReference::trend);
+  if (may_follow_trend) {
     StepTerms trend = with(StepReference::trend);
     if (trend.column.bytes.size() < best.column.bytes.size()) {
       best = std::move(trend);
@@ -388,7 +404,8 @@ EncodedColumn StepEncoder::choose_terms() {
   }
   // If one of the kinds of references was not allowed at this step, the next step compares all
   // kinds again.
-  before.liked_bytes = most_here_ == most_ ? best.column.bytes.size() : 0;
+  before.liked_bytes =
+      may_follow_trend || most_ < StepReference::trend ? best.column.bytes.size() : 0;
   reference_ = best.refers ? before.liked : StepReference::nothing;
   return std::move(best.column);
 }
@@ -414,7 +431,9 @@ Result<void> StepEncoder::end_step() {
 
 void StepEncoder::end_encoding() {
   Before& before = before_[*array_];
-  before.run = has_referred_ ? before.run + 1 : 1;
+  const StepReference kind = reference_.value_or(StepReference::nothing);
+  before.run = container::is_key(kind) ? 1 : before.run + 1;
+  if (kind == StepReference::nothing) before.base = step_;
   array_.reset();
   column_.reset();
   weighted_.reset();
@@ -626,9 +645,9 @@ Result<void> StepEncoder::encode_set(std::uint64_t first, std::uint64_t steps,
       continue;
     }
     Before& before = before_[it.array];
-    if (it.parts.empty())
-      for (const Waiting* of_step : it.steps) remember(it.array, 0, of_step->values);
+    for (const Waiting* of_step : it.steps) remember(it.array, 0, of_step->values, true);
     before.encoded_step = it.steps.back()->step;
+    before.base = before.encoded_step;
     before.run = 1;
   }
   std::stable_sort(parts.begin(), parts.end(), [](const EncodedPart& a, const EncodedPart& b) {

@@ -56,7 +56,7 @@ class StepEncoder {
   /// Creates an encoder. `schema` must have passed check_schema(). `topology` is the topology of
   /// the whole mesh. Both must outlive the encoder. `elements` lists the number of elements of each
   /// array. Among any `key_steps` consecutive steps of an array, at least one is a key step, which
-  /// refers to no other step.
+  /// refers at most to the base: the most recent step that refers to no other step.
   StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
   /// Allows bundles. The steps of small arrays then wait until they have more than `waiting_bytes`
@@ -76,15 +76,26 @@ class StepEncoder {
   void use_slow_codec(std::uint64_t values) { most_slow_values_ = values; }
 
   /// Continues an array whose steps up to `last_step` are already in the file. `run` is the number
-  /// of steps from the most recent key step to `last_step`, both included.
-  void go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run);
+  /// of steps from the most recent key step to `last_step`, both included. `base` is the number of
+  /// the most recent step that refers to no other step, if such a step exists.
+  void go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run,
+             std::optional<std::uint64_t> base);
   /// Returns true if the next step of the array may use this kind of reference.
-  bool refers_to(std::uint32_t array, StepReference kind) const { return most_next(array) >= kind; }
+  bool may_refer(std::uint32_t array, StepReference kind) const;
   /// Stores all values of an earlier step, to which the next step may refer. Call this function
   /// after go_on(). If the next step may refer to a trend, call it for the two most recent steps,
-  /// in order; otherwise only for the most recent step.
+  /// in order; if it may refer to the previous step, only for that step.
   void remember(std::uint32_t array, std::span<const std::byte> values) {
-    before_[array].values.take(0, values);
+    before_[array].values.take(0, values, false);
+  }
+  /// Returns true if any later step of the array may refer to its base. remember_base() must then
+  /// be called with the values of the base.
+  bool may_refer_to_base(std::uint32_t array) const {
+    return most_ == StepReference::base && before_[array].base.has_value();
+  }
+  /// Stores all values of the base.
+  void remember_base(std::uint32_t array, std::span<const std::byte> values) {
+    before_[array].values.take_base(values);
   }
 
   /// The part of a larger mesh that an encoder codes. For each array, `first` is the index of the
@@ -127,6 +138,7 @@ class StepEncoder {
     std::uint64_t encoded_step = 0;  ///< number of the most recent encoded step
     /// Number of steps since the most recent key step, including the key step.
     std::uint32_t run = 0;
+    std::optional<std::uint64_t> base;  ///< number of the most recent step that refers to no other
     StepMemory values;
     /// Reference that choose_terms() chose most recently.
     StepReference liked = StepReference::nothing;
@@ -161,7 +173,6 @@ class StepEncoder {
   };
   class Bundles;
 
-  StepReference most_next(std::uint32_t array) const;
   Result<void> begin_step(std::uint32_t array, std::uint64_t step);
   void begin_encoding(std::uint32_t array, std::uint64_t step);
   Result<void> encode_values(std::span<const std::byte> values);
@@ -174,7 +185,8 @@ class StepEncoder {
   Result<void> encode_parts(WaitingArray& array);
   Result<void> begin_group();
   Result<void> end_group();
-  void remember(std::uint32_t array, std::size_t offset, std::span<const std::byte> values);
+  void remember(std::uint32_t array, std::size_t offset, std::span<const std::byte> values,
+                bool is_base);
   Result<EncodedColumn> encode();
   Result<EncodedColumn> encode_plain();
   EncodedColumn choose_codec(const ColumnElements& elements);
@@ -210,12 +222,10 @@ class StepEncoder {
   // State of the current array and step.
   std::optional<std::uint32_t> array_;
   std::uint64_t step_ = 0, first_ = 0;
-  std::uint64_t reference_step_ = 0;
-  StepReference most_here_ = StepReference::nothing;
+  std::uint64_t previous_step_ = 0;  // not used if no step precedes the current step
   // Reference of the current step, once it has been chosen.
   std::optional<StepReference> reference_;
   std::optional<Codec> codec_;  // codec of the current step that choose() has set
-  bool has_referred_ = false;
   // The column of the chosen codec; both are empty until the codec of the step has been chosen.
   std::optional<StepColumnEncoder> column_;
   std::optional<StepWeightedEncoder> weighted_;

@@ -55,7 +55,8 @@ StepReference most_reference(const Schema& schema, std::span<const std::uint64_t
     if (bytes > kMostReferenceBytes) return StepReference::nothing;
   }
   return std::min(schema.step_references,
-                  2 * bytes > kMostReferenceBytes ? StepReference::before : StepReference::trend);
+                  static_cast<StepReference>(std::clamp<std::uint64_t>(
+                      kMostReferenceBytes / std::max<std::uint64_t>(bytes, 1), 1, 3)));
 }
 
 StepMemory memory_of(const ArrayInfo& array, StepReference most) {
@@ -79,20 +80,26 @@ void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std
   }
 }
 
-void StepMemory::take(std::size_t offset, std::span<const std::byte> values) {
+void StepMemory::take(std::size_t offset, std::span<const std::byte> values, bool is_base) {
   if (most_ == StepReference::nothing) return;
   const auto put = [&](std::vector<std::byte>& to, std::span<const std::byte> from) {
     if (to.size() < offset + from.size()) to.resize(offset + from.size());
     std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(offset));
   };
-  if (most_ == StepReference::trend && last_.size() >= offset + values.size())
+  if (most_ >= StepReference::trend && last_.size() >= offset + values.size())
     put(before_last_, std::span(last_).subspan(offset, values.size()));
   put(last_, values);
+  if (is_base && most_ == StepReference::base) put(base_, values);
+}
+
+void StepMemory::take_base(std::span<const std::byte> values) {
+  if (most_ == StepReference::base) base_.assign(values.begin(), values.end());
 }
 
 std::span<const std::byte> StepMemory::reference(StepReference kind, const ArrayInfo& info,
                                                  std::size_t offset, std::size_t bytes) {
   if (kind == StepReference::nothing) return {};
+  if (kind == StepReference::base) return std::span(base_).subspan(offset, bytes);
   const auto last = std::span(last_).subspan(offset, bytes);
   if (kind == StepReference::before) return last;
   go_on(info.type, last, std::span(before_last_).subspan(offset, bytes), trend_);

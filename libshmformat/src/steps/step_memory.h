@@ -25,15 +25,19 @@ StepReference most_reference(const Schema& schema, std::span<const std::uint64_t
 void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std::byte> before,
            std::vector<std::byte>& out);
 
-/// Stores the values of the one or two most recent steps of an array.
+/// Stores the values of the one or two most recent steps of an array, and of its base: the most
+/// recent step that refers to no other step.
 class StepMemory {
  public:
   /// Creates a memory. `most` is the highest StepReference that will be passed to reference().
   explicit StepMemory(StepReference most = StepReference::nothing) : most_(most) {}
 
   /// Stores a run of values of a step. The run begins at byte `offset` of the step's values. The
-  /// values of a step must be passed in order.
-  void take(std::size_t offset, std::span<const std::byte> values);
+  /// values of a step must be passed in order. `is_base` must be true if the step refers to no
+  /// other step.
+  void take(std::size_t offset, std::span<const std::byte> values, bool is_base);
+  /// Stores all values of the base, if it is not one of the steps that are passed to take().
+  void take_base(std::span<const std::byte> values);
   /// Returns the reference values for `bytes` bytes of a step's values, beginning at byte `offset`.
   /// The result is valid until the next call. `info` describes the array. Precondition: enough
   /// steps have been stored, and `kind` is at most `most`.
@@ -42,7 +46,7 @@ class StepMemory {
 
  private:
   StepReference most_;
-  std::vector<std::byte> last_, before_last_, trend_;
+  std::vector<std::byte> last_, before_last_, base_, trend_;
 };
 
 /// Returns a StepMemory for an array. `most` is the highest StepReference that the file uses.

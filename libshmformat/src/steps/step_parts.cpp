@@ -51,7 +51,7 @@ Result<std::vector<std::byte>> StepParts::decode_plain(
   };
   const ArrayInfo& info = schema_->arrays[header.array];
   const std::uint64_t size = header.count * scalar_bytes(info.type) * info.components;
-  const StepReference kind = container::refers_to(header);
+  const StepReference kind = header.reference;
   if (!needs_neighbours(codec) && codec != Codec::shuffled_zstd && codec != Codec::terms)
     return wrong("its codec is unknown");
   if (info.components > kMostStepComponents &&
