@@ -171,6 +171,9 @@ class Spool {
 inline std::size_t kept_topology_bytes(const Spool& spool) {
   return std::min(spool.memory_budget() / 4, std::size_t{64} << 20);
 }
+/// Returns the memory limit in bytes for values of earlier time steps (see
+/// WriteOptions::kept_steps_bytes).
+inline std::size_t kept_steps_bytes(const Spool& spool) { return spool.memory_budget() / 2; }
 
 // An array of elements of `element_bytes` bytes each. Elements are zero until they are written.
 // Writing past the end makes the array longer. The array uses its Spool, which must outlive it.

@@ -134,6 +134,8 @@ SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
   WriteOptions write_options = options;
   if (log) write_options.coding_order = &orders;
   write_options.kept_topology_bytes = kept_topology_bytes(spool);
+  write_options.kept_steps_bytes = kept_steps_bytes(spool);
+  write_options.temporary_folder = spool.directory();
   Writer writer = writer_to(sink, schema, write_options);
   {
     MeshFeeder<Writer> feeder(mesh, schema, writer, cache_bytes);

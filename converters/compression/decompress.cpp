@@ -220,6 +220,8 @@ ReadLimits read_limits(const Spool& spool) {
   limits.max_unpacked_bytes = spool.memory_budget() / 4;
   limits.max_column_bytes = spool.memory_budget() / 8;
   limits.max_active_bytes = spool.memory_budget() / 4;
+  limits.max_kept_steps_bytes = kept_steps_bytes(spool);
+  limits.temporary_folder = spool.directory();
   limits.max_vertices = limits.max_cells = spool.limits().most;
   limits.max_decoded_bytes = spool.limits().bytes;
   return limits;

@@ -210,6 +210,8 @@ void PartCompression::code_mesh() {
     WriteOptions options = options_;
     options.coding_order = &log_;
     options.kept_topology_bytes = kept_topology_bytes(*spool_);
+    options.kept_steps_bytes = kept_steps_bytes(*spool_);
+    options.temporary_folder = spool_->directory();
     PartStart start;
     start.segment = static_cast<std::uint32_t>(shares_.first_segment(ranks_->rank()));
     start.first_cell = range_.first;

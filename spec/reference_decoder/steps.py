@@ -139,11 +139,7 @@ class StepValues:
         self.bases = {}  # of each array, the last complete step that refers to no other
         self.open = None  # array whose step is not complete
         self.column = None
-        one_step = sum(sum(counts) * schema.arrays[i].element_bytes() for i, counts in self.counts.items())
         self.may_refer = schema.step_references
-        for most, size in ((2, 3), (1, 2), (0, 1)):
-            if size * one_step > 2**27:
-                self.may_refer = min(self.may_refer, most)
 
     def _counts(self, array):
         """The number of elements of an array in each group."""

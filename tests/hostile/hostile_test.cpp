@@ -317,7 +317,7 @@ TEST(Hostile, LyingSchema) {
   put(blob, schema);
   for (std::size_t size = 0; size <= blob.bytes.size() + 2; ++size) {
     Bytes cut = blob.bytes;
-    cut.resize(size, std::byte{2});
+    cut.resize(size, std::byte{3});
     if (size > blob.bytes.size() + 1) cut[blob.bytes.size()] = std::byte{0};
     const bool whole = size == blob.bytes.size();
     EXPECT_EQ(code_of(file_of({{ChunkKind::schema, schema_payload(cut)}})),

@@ -16,8 +16,8 @@ using container::ChunkKind;
 using container::Codec;
 using container::StepHeader;
 
-Values read_values(std::span<const std::byte> bytes) {
-  const auto back = read_mesh(bytes);
+Values read_values(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
+  const auto back = read_mesh(bytes, limits);
   EXPECT_TRUE(back) << (back ? "" : back.error().message());
   Values values;
   if (!back) return values;
@@ -400,39 +400,82 @@ TEST(StepValues, WhatStaysCostsNothing) {
   }
 }
 
-TEST(StepValues, NothingRefersWhereAStepIsTooLarge) {
-  Schema schema;
-  schema.arrays.push_back(array_of("a", Location::point, ScalarType::float64, 16));
-  schema.arrays.push_back(array_of("b", Location::cell, ScalarType::uint8, 65535));
-  for (ArrayInfo& info : schema.arrays) info.per_step = true;
-  const auto most = [&](std::uint64_t points, std::uint64_t cells) {
-    return most_reference(schema, std::vector<std::uint64_t>{points, cells});
-  };
-  EXPECT_EQ(most(1 << 18, 0), StepReference::base);
-  EXPECT_EQ(most(1 << 19, 0), StepReference::trend);
-  EXPECT_EQ(most(1 << 19, 1), StepReference::before);
-  EXPECT_EQ(most(1 << 20, 0), StepReference::before);
-  EXPECT_EQ(most((1 << 20) + 1, 0), StepReference::nothing);
-  EXPECT_EQ(most(1 << 20, 1), StepReference::nothing);
-  EXPECT_EQ(most(~std::uint64_t{0}, 0), StepReference::nothing);
-  EXPECT_EQ(most(0, ~std::uint64_t{0} / 2), StepReference::nothing);
+ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
+  MemorySource source(bytes);
+  auto reader = Reader::open(source, limits);
+  if (!reader) return reader.error().code;
+  while (true) {
+    auto item = reader->next();
+    if (!item) return item.error().code;
+    if (*item == nullptr) break;
+  }
+  ADD_FAILURE() << "accepted";
+  return {};
+}
+
+/// Reads the values of the array 0 at all steps, the last one first.
+Values values_backwards(const Bytes& file, std::uint64_t steps, const ReadLimits& limits) {
+  MemoryRandomSource source(file);
+  auto reader = StepReader::open(source, limits);
+  EXPECT_TRUE(reader);
+  Values out;
+  for (std::uint64_t step = steps; step-- > 0;) {
+    StepRequest request;
+    request.step = step;
+    EXPECT_TRUE(reader->begin(request));
+    while (true) {
+      const auto values = reader->next();
+      EXPECT_TRUE(values);
+      if (!values || *values == nullptr) break;
+      Bytes& all = out[{0, step}];
+      all.insert(all.end(), (*values)->values.begin(), (*values)->values.end());
+    }
+  }
+  return out;
+}
+
+// Values of earlier steps that exceed the memory limit are in a temporary file. The bytes of the
+// file do not depend on the limit.
+TEST(StepValues, EarlierStepsMayBeInATemporaryFile) {
+  for (const Level level : {Level::fast, Level::standard}) {
+    Stepped stepped = waves(20);
+    stepped.options.level = level;
+    stepped.options.waiting_bytes = 0;  // no bundles
+    stepped.options.group_cells = 330;
+    const Bytes in_memory = written(stepped);
+    // No step fits into the memory; or one of three steps does.
+    for (const std::uint64_t memory : {std::uint64_t{0}, stepped.values[{0, 0}].size() * 3 / 2}) {
+      stepped.options.kept_steps_bytes = memory;
+      EXPECT_EQ(written(stepped), in_memory);
+      ReadLimits limits;
+      limits.max_kept_steps_bytes = memory;
+      EXPECT_EQ(read_values(in_memory, limits), stepped.values);
+      EXPECT_EQ(values_backwards(in_memory, 20, limits), stepped.values);
+    }
+    ReadLimits limits;
+    limits.max_kept_steps_bytes = 0;
+    limits.temporary_folder = "/does/not/exist";
+    EXPECT_EQ(code_of(in_memory, limits), ErrorCode::output);
+  }
 }
 
 template <class T>
 std::vector<T> trend_of(ScalarType type, const std::vector<T>& first,
                         const std::vector<T>& second) {
-  StepMemory memory(StepReference::trend);
-  memory.take(0, std::as_bytes(std::span(first)), true);
+  StepStore store(KeptSteps{});
+  StepMemory memory(store, StepReference::trend, first.size() * sizeof(T));
+  EXPECT_TRUE(memory.take(0, std::as_bytes(std::span(first)), true));
   for (std::size_t at = 0; at < second.size(); ++at)  // in pieces
-    memory.take(at * sizeof(T), std::as_bytes(std::span(second)).subspan(at * sizeof(T), sizeof(T)),
-                false);
+    EXPECT_TRUE(memory.take(at * sizeof(T),
+                            std::as_bytes(std::span(second)).subspan(at * sizeof(T), sizeof(T)),
+                            false));
   const ArrayInfo info = array_of("a", Location::point, type);
   const std::size_t bytes = second.size() * sizeof(T);
   const auto before = memory.reference(StepReference::before, info, 0, bytes);
-  EXPECT_TRUE(std::equal(before.begin(), before.end(), std::as_bytes(std::span(second)).begin()));
+  EXPECT_TRUE(std::equal(before->begin(), before->end(), std::as_bytes(std::span(second)).begin()));
   const auto trend = memory.reference(StepReference::trend, info, 0, bytes);
   std::vector<T> out(second.size());
-  std::memcpy(out.data(), trend.data(), bytes);
+  std::memcpy(out.data(), trend->data(), bytes);
   return out;
 }
 
@@ -495,19 +538,6 @@ TEST(StepValues, ShuffledBytes) {
 }
 
 // --- inconsistent files
-
-ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
-  MemorySource source(bytes);
-  auto reader = Reader::open(source, limits);
-  if (!reader) return reader.error().code;
-  while (true) {
-    auto item = reader->next();
-    if (!item) return item.error().code;
-    if (*item == nullptr) break;
-  }
-  ADD_FAILURE() << "accepted";
-  return {};
-}
 
 /// Changes the chunk of step values with index `nth`, counted from 0. Precondition: the chunk has
 /// one part.

@@ -168,9 +168,10 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
   return writer->finish();
 }
 
-inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes) {
+inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes,
+                                  const ReadLimits& limits = {}) {
   MemorySource source(bytes);
-  auto reader = Reader::open(source);
+  auto reader = Reader::open(source, limits);
   if (!reader) return reader.error();
   ReadBack back;
   back.schema = reader->schema();

@@ -357,7 +357,7 @@ class ToolTest(FolderTest):
         self.assertEqual(files[0], files[2])
 
     def test_key_steps(self):
-        """The values are constant, so a step needs few bytes unless it is coded without reference to other
+        """The values change slowly, so a step needs few bytes unless it is coded without reference to other
         steps. A step has more than 64 KiB, because smaller steps are coded as bundles."""
         mesh, packed = self.path("steps.msh"), self.path("steps.shm")
         layers = 2100
@@ -373,7 +373,7 @@ class ToolTest(FolderTest):
             for step in range(9):
                 out.write(f'$NodeData\n1\n"heat"\n1\n{step / 2}\n3\n{step}\n1\n{len(nodes)}\n')
                 for node in range(1, len(nodes) + 1):
-                    out.write(f"{node} {0.1 * node ** 3.3!r}\n")
+                    out.write(f"{node} {0.1 * node ** 3.3 + step * (node * 7919 % 101)!r}\n")
                 out.write("$EndNodeData\n")
         sizes = {}
         for key_steps in ("1", "3", "8", "9"):

@@ -99,10 +99,11 @@ class SHM_API FileSink final : public ByteSink {
   static Result<std::unique_ptr<FileSink>> create(const std::string& path,
                                                   Temporary how = Temporary::unnamed,
                                                   Existing existing = Existing::replace);
-  /// Creates a scratch file in `folder`. Only the current user may access this file, and the file
-  /// never appears under a final name. If the operating system does not support unnamed files, or
-  /// if `how` is `named`, the file has a temporary name that contains `name`, so that users can
-  /// recognize the file. commit() does nothing.
+  /// Creates a scratch file in `folder`, or in the system's folder for temporary files if `folder`
+  /// is empty. Only the current user may access this file, and the file never appears under a final
+  /// name. If the operating system does not support unnamed files, or if `how` is `named`, the file
+  /// has a temporary name that contains `name`, so that users can recognize the file. commit() does
+  /// nothing.
   static Result<std::unique_ptr<FileSink>> create_scratch(const std::string& folder,
                                                           const std::string& name,
                                                           Temporary how = Temporary::unnamed);
@@ -110,6 +111,9 @@ class SHM_API FileSink final : public ByteSink {
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;
   Result<void> write(std::span<const std::byte> bytes) override;
+  /// Writes all bytes at `offset` of a scratch file. Bytes before them that were never written are
+  /// zeros.
+  Result<void> write_at(std::uint64_t offset, std::span<const std::byte> bytes);
   Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
   /// Completes the file. After commit() has succeeded, further calls do nothing, and nothing more
   /// can be written. If commit() fails, the file does not appear under its final name, with one

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 namespace shm {
 
@@ -33,6 +34,13 @@ struct ReadLimits {
   /// Memory limit in bytes for the unpacked schema, step times and extras together: this value plus
   /// 256 times the size of the file. Files written by a Writer need less.
   std::uint64_t max_unpacked_bytes = std::uint64_t{1} << 26;
+  /// Memory limit in bytes for values of earlier time steps, to which later steps refer. Up to
+  /// three steps of each stepped array are kept. Values beyond the limit are kept in a temporary
+  /// file in `temporary_folder`; if that is empty, in the system's folder for temporary files. Only
+  /// the current user may access this file. Exceeding this limit is no error, except in
+  /// WebAssembly, which has no files.
+  std::uint64_t max_kept_steps_bytes = std::uint64_t{1} << 27;
+  std::string temporary_folder;
   std::uint32_t max_arrays = 65536;
   /// Maximum total number of components of all static arrays.
   std::uint32_t max_static_components = 4096;

@@ -30,11 +30,15 @@ struct WriteOptions {
   /// cells of each segment.
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   /// Distance between key steps: among any `key_steps` consecutive steps of an array, at least one
-  /// is a key step. A key step refers to no other step, so that reading can begin there. If the
-  /// distance is 1, every step is a key step. The schema then states that no step refers to
-  /// another, so neither the Writer nor the Reader needs to keep earlier steps in memory.
+  /// is a key step. Reading can begin there: a key step refers at most to its base, the most recent
+  /// step that refers to no other step. If the distance is 1, no step refers to another. The schema
+  /// then states this, so neither the Writer nor the Reader keeps earlier steps.
   /// Schema::step_references can restrict references further.
   std::uint32_t key_steps = 8;
+  /// Memory limit in bytes for values of earlier steps. See ReadLimits::max_kept_steps_bytes. The
+  /// file does not depend on this limit.
+  std::uint64_t kept_steps_bytes = std::uint64_t{1} << 27;
+  std::string temporary_folder;
   /// Memory limit in bytes for neighbourhoods of the mesh, which are used to predict step values.
   /// If the neighbourhoods of all cells and vertices need more memory, they are derived again for
   /// each array and step, which takes longer. If an array covers only a few elements, the

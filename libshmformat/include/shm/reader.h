@@ -1,9 +1,10 @@
 // Reader and Decoder: decode a .shm file piece by piece. The memory needed depends on the size of
 // the active surface and of one chunk, not on the size of the mesh. If the file has stepped arrays,
 // Reader and Decoder also keep in memory the compressed connectivity, up to 64 MiB of
-// neighbourhoods (ReadOptions::kept_topology_bytes), and one step of all stepped arrays if that
-// step needs 128 MiB or less.
-// - Decoder (push): receives bytes and yields items. It uses no I/O, no threads, no global state.
+// neighbourhoods (ReadOptions::kept_topology_bytes), and up to three steps of all stepped arrays.
+// Steps beyond 128 MiB are in a temporary file (ReadLimits::max_kept_steps_bytes).
+// - Decoder (push): receives bytes and yields items. It uses no I/O other than this temporary file,
+//   no threads, no global state.
 // - Reader (pull): reads from a ByteSource and yields items. It uses threads if requested.
 // spec: "Decoding a file"
 #pragma once

@@ -3,8 +3,8 @@
 // up to the requested step. It reads the connectivity of the mesh only if values are predicted from
 // it or if element numbers are requested, and no other data of the mesh. Like a Reader, it keeps in
 // memory the compressed connectivity that was read, and up to 64 MiB of neighbourhoods decoded from
-// it. It also keeps the most recently read steps of arrays whose steps refer to each other, at most
-// 128 MiB.
+// it. It also keeps the most recently read steps of arrays whose steps refer to each other
+// (ReadLimits::max_kept_steps_bytes).
 // spec: "Step values", "Index and trailer"
 #pragma once
 

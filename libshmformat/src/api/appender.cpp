@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "api/file_writer.h"
+#include "api/kept_steps.h"
 #include "base/errors.h"
 #include "format/chunk_copy.h"
 #include "random/indexed_file.h"
@@ -238,7 +239,9 @@ Result<void> Appender::Impl::begin_steps() {
   for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = reader_->elements(a);
   const std::uint32_t key_steps =
       options_.key_steps > 0 ? options_.key_steps : std::max(kLeastKeySteps, longest_run_);
-  encoder_ = &writer_->begin_steps(*topology_, std::move(elements), key_steps, options_.level);
+  encoder_ = &writer_->begin_steps(
+      *topology_, std::move(elements), key_steps,
+      kept_steps(file_.limits().max_kept_steps_bytes, options_.temporary_folder), options_.level);
   if (options_.waiting_bytes > 0)
     writer_->use_bundles(options_.waiting_bytes, bundle_pairs_, step_bytes_);
   return {};
@@ -267,7 +270,7 @@ Result<void> Appender::Impl::remember(std::uint32_t array) {
   if (encoder_->may_refer_to_base(array)) {
     const auto values = read_step(array, *known.base);
     if (!values) return values.error();
-    encoder_->remember_base(array, *values);
+    if (auto status = encoder_->remember_base(array, *values); !status) return status;
   }
   if (!encoder_->may_refer(array, StepReference::before)) return {};
   const std::vector<std::uint64_t> steps = reader_->steps(array);
@@ -275,7 +278,7 @@ Result<void> Appender::Impl::remember(std::uint32_t array) {
   for (std::size_t back = wanted; back > 0; --back) {
     const auto values = read_step(array, steps[steps.size() - back]);
     if (!values) return values.error();
-    encoder_->remember(array, *values);
+    if (auto status = encoder_->remember(array, *values); !status) return status;
   }
   return {};
 }

@@ -110,9 +110,9 @@ Result<void> FileWriter::write_group(std::uint32_t segment, const container::Gro
 }
 
 StepEncoder& FileWriter::begin_steps(StepTopology& topology, std::vector<std::uint64_t> elements,
-                                     std::uint32_t key_steps, Level level) {
-  return step_values_.emplace(*schema_, topology, std::move(elements), key_steps, level,
-                              [this](const auto& header, auto first, auto bytes) {
+                                     std::uint32_t key_steps, KeptSteps kept, Level level) {
+  return step_values_.emplace(*schema_, topology, std::move(elements), key_steps, std::move(kept),
+                              level, [this](const auto& header, auto first, auto bytes) {
                                 return add_part(header, first, bytes);
                               });
 }

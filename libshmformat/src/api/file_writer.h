@@ -86,7 +86,7 @@ class FileWriter {
   /// Begins the step values. Must be called before the first step values. `topology` is borrowed.
   /// The other arguments are those of StepEncoder.
   StepEncoder& begin_steps(StepTopology& topology, std::vector<std::uint64_t> elements,
-                           std::uint32_t key_steps, Level level);
+                           std::uint32_t key_steps, KeptSteps kept, Level level);
   /// Allows bundles for step values, if the version of the file permits them. Must be called before
   /// the first step values. The arguments are those of StepEncoder::use_bundles().
   void use_bundles(std::uint64_t waiting_bytes, std::uint64_t pairs = 0, std::uint64_t bytes = 0);

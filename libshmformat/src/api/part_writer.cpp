@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "api/file_writer.h"
+#include "api/kept_steps.h"
 #include "base/binary.h"
 #include "base/errors.h"
 #include "format/schema.h"
@@ -76,6 +77,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
         level_(options.level),
         waiting_bytes_(options.waiting_bytes),
         slow_step_values_(options.slow_step_values),
+        kept_steps_(kept_steps(options.kept_steps_bytes, options.temporary_folder)),
         kept_topology_bytes_(to_size(options.kept_topology_bytes)) {
     if (has_steps(schema_)) make_topology();
     mesh_.begin_part({start.segment, start.first_cell, start.first_vertex});
@@ -120,7 +122,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     first_elements_ = steps.first_elements;
     all_elements_ = steps.elements;
     if (!topology_) make_topology();
-    steps_ = &file_.begin_steps(*topology_, std::move(own), key_steps_, level_);
+    steps_ = &file_.begin_steps(*topology_, std::move(own), key_steps_, kept_steps_, level_);
     steps_->begin_part({steps.first_group, steps.first_elements, steps.elements});
     steps_->use_slow_codec(slow_step_values_);
     if (waiting_bytes_ > 0) file_.use_bundles(waiting_bytes_);
@@ -204,6 +206,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   std::uint32_t key_steps_;
   Level level_;
   std::uint64_t waiting_bytes_, slow_step_values_;
+  KeptSteps kept_steps_;
   std::size_t kept_topology_bytes_;
   // Topology of the part, from which step values are predicted. Set if the schema has stepped
   // arrays, at the latest by begin_steps().

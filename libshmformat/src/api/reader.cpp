@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "api/kept_steps.h"
 #include "base/binary.h"
 #include "base/errors.h"
 #include "base/packing.h"
@@ -306,7 +307,8 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   if (!step_values_) {
     std::vector<std::uint64_t> elements(schema_->arrays.size());
     for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
-    step_values_.emplace(*schema_, limits_, *topology_, std::move(elements));
+    step_values_.emplace(*schema_, limits_, *topology_, std::move(elements),
+                         kept_steps(limits_.max_kept_steps_bytes, limits_.temporary_folder));
   }
   ByteReader in(payload);
   std::vector<container::StepPart> parts;

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "api/kept_steps.h"
 #include "base/errors.h"
 #include "format/schema.h"
 #include "random/indexed_file.h"
@@ -58,6 +59,7 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   void prefetch_parts();
   bool find_segment();
   Result<void> begin_segment();
+  HeldSteps& held_steps();
   Result<void> read_group();
   void end_segment();
   Result<SegmentMesh*> mesh_of(std::size_t segment, const ElementNeeds& needs);
@@ -76,6 +78,7 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   std::map<std::size_t, SegmentMesh> meshes_;  // meshes in memory, keyed by segment
   std::size_t kept_bytes_ = 0;                 // memory in bytes that meshes_ uses, without mesh_
   // Values kept in memory between requests, keyed by array and segment.
+  std::optional<StepStore> store_;
   std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;
   HeldBundles bundles_;
 
@@ -97,7 +100,9 @@ Result<void> StepReader::Impl::open() {
   auto index = StepIndex::of(*file_);
   if (!index) return index.error();
   index_ = std::move(*index);
-  most_ = most_reference(file_->schema(), index_.elements());
+  most_ = file_->schema().step_references;
+  store_.emplace(
+      kept_steps(file_->limits().max_kept_steps_bytes, file_->limits().temporary_folder));
   cell_bytes_ = std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(file_->schema()));
   covers_ = cover_numbers(file_->schema());
   return {};
@@ -186,8 +191,7 @@ bool StepReader::Impl::find_segment() {
 }
 
 Result<void> StepReader::Impl::begin_segment() {
-  steps_.emplace(*file_, index_, most_, request_.array, segment_, wanted_,
-                 held_[{request_.array, segment_}], bundles_);
+  steps_.emplace(*file_, index_, most_, request_.array, segment_, wanted_, held_steps(), bundles_);
   ElementNeeds needs;
   (of_points() ? needs.vertices : needs.cells) = steps_->needs_mesh();
   (of_points() ? needs.vertex_numbers : needs.cell_numbers) = numbers_need_mesh();
@@ -198,6 +202,25 @@ Result<void> StepReader::Impl::begin_segment() {
   kept_bytes_ -= mesh_->kept_bytes();
   mesh_->elements->expect(request_.array, steps_->elements());
   return {};
+}
+
+/// Returns the values of the current array and segment that are kept between requests. If they do
+/// not fit into memory, drops those of other arrays and segments.
+HeldSteps& StepReader::Impl::held_steps() {
+  const std::pair key(request_.array, segment_);
+  std::uint64_t bytes = 0;
+  if (most_ != StepReference::nothing)
+    for (const StepIndex::Part& part :
+         index_.parts(index_.steps(request_.array)[wanted_], file_->first_group(segment_),
+                      file_->first_group(segment_ + 1)))
+      bytes += part.count * scalar_bytes(info().type) * info().components;
+  const auto found = held_.find(key);
+  if (found != held_.end()) {
+    if (found->second.last.capacity() >= bytes) return found->second;
+    held_.erase(found);
+  }
+  if (store_->memory_left() / 2 < bytes) held_.clear();
+  return held_.try_emplace(key, *store_, bytes).first->second;
 }
 
 void StepReader::Impl::end_segment() {

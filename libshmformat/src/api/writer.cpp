@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "api/file_writer.h"
+#include "api/kept_steps.h"
 #include "api/mesh_feed.h"
 #include "base/binary.h"
 #include "base/errors.h"
@@ -29,7 +30,8 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
         key_steps_(options.key_steps),
         level_(options.level),
         waiting_bytes_(options.waiting_bytes),
-        slow_step_values_(options.slow_step_values) {
+        slow_step_values_(options.slow_step_values),
+        kept_steps_(kept_steps(options.kept_steps_bytes, options.temporary_folder)) {
     if (has_steps(schema_))
       topology_.emplace(schema_, ~std::uint64_t{0}, needs_of_steps(schema_),
                         to_size(options.kept_topology_bytes));
@@ -108,7 +110,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
       std::vector<std::uint64_t> elements(schema_.arrays.size());
       for (std::uint32_t a = 0; a < elements.size(); ++a)
         elements[a] = elements_of(schema_, mesh_.totals(), a);
-      file_.begin_steps(*topology_, std::move(elements), key_steps_, level_)
+      file_.begin_steps(*topology_, std::move(elements), key_steps_, kept_steps_, level_)
           .use_slow_codec(slow_step_values_);
       if (waiting_bytes_ > 0) file_.use_bundles(waiting_bytes_);
     }
@@ -149,6 +151,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   std::uint32_t key_steps_;
   Level level_;
   std::uint64_t waiting_bytes_, slow_step_values_;
+  KeptSteps kept_steps_;
   // Topology for step values; set only if the schema has stepped arrays.
   std::optional<StepTopology> topology_;
 };

@@ -160,7 +160,8 @@ Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& fo
                                                            const std::string& name, Temporary how) {
   std::unique_ptr<FileSink> sink(new FileSink());
   sink->scratch_ = true;
-  sink->path_ = folder + "/" + name;
+  // Files in /tmp may be in memory.
+  sink->path_ = (folder.empty() ? "/var/tmp" : folder) + "/" + name;
   if (auto result = sink->create_temporary(how); !result) return result.error();
   return sink;
 }
@@ -209,6 +210,17 @@ Result<void> FileSink::write(std::span<const std::byte> bytes) {
     const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return system_error(ErrorCode::output, "cannot be written", path_);
+    bytes = bytes.subspan(static_cast<std::size_t>(n));
+  }
+  return {};
+}
+
+Result<void> FileSink::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return system_error(ErrorCode::output, "cannot be written", path_);
+    offset += static_cast<std::uint64_t>(n);
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }
   return {};

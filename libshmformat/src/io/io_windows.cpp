@@ -259,7 +259,10 @@ Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& fo
                                                            const std::string& name, Temporary how) {
   std::unique_ptr<FileSink> sink(new FileSink());
   sink->scratch_ = true;
-  sink->path_ = folder + "/" + name;
+  wchar_t system[MAX_PATH + 1];
+  if (folder.empty() && ::GetTempPathW(MAX_PATH + 1, system) == 0)
+    return system_error(ErrorCode::output, "has no folder", name);
+  sink->path_ = (folder.empty() ? narrow(system) : folder) + "/" + name;
   if (auto status = sink->create_temporary(how); !status) return status.error();
   return sink;
 }
@@ -300,6 +303,21 @@ Result<void> FileSink::write(std::span<const std::byte> bytes) {
     const auto wanted = static_cast<DWORD>(std::min(bytes.size(), kMostBytes));
     if (::WriteFile(handle_of(descriptor_), bytes.data(), wanted, &done, nullptr) == 0)
       return system_error(ErrorCode::output, "cannot be written", path_);
+    bytes = bytes.subspan(done);
+  }
+  return {};
+}
+
+Result<void> FileSink::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    OVERLAPPED place{};
+    place.Offset = static_cast<DWORD>(offset);
+    place.OffsetHigh = static_cast<DWORD>(offset >> 32);
+    DWORD done = 0;
+    const auto wanted = static_cast<DWORD>(std::min(bytes.size(), kMostBytes));
+    if (::WriteFile(handle_of(descriptor_), bytes.data(), wanted, &done, &place) == 0)
+      return system_error(ErrorCode::output, "cannot be written", path_);
+    offset += done;
     bytes = bytes.subspan(done);
   }
   return {};

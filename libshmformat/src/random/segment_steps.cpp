@@ -85,11 +85,10 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
   if (pass_.from == pass_.end) {  // The values of the wanted step are already in held_.
     const StepIndex::Part& part = parts_of(wanted())[nth];
     const std::size_t stride = scalar_bytes(info().type) * info().components;
-    const auto values =
-        std::span(held_->last)
-            .subspan(static_cast<std::size_t>((part.first - parts_of(wanted())[0].first) * stride),
-                     static_cast<std::size_t>(part.count * stride));
-    return std::vector<std::byte>(values.begin(), values.end());
+    const auto values = held_->last.read((part.first - parts_of(wanted())[0].first) * stride,
+                                         static_cast<std::size_t>(part.count * stride));
+    if (!values) return values.error();
+    return std::vector<std::byte>(values->begin(), values->end());
   }
   if (auto status = read_group(nth, mesh); !status) return status.error();
   if (at_end() && most_ != StepReference::nothing) held_->at = wanted();
@@ -171,20 +170,23 @@ Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
     elements = *of_group;
   }
   const std::size_t stride = scalar_bytes(info().type) * info().components;
-  const auto offset = static_cast<std::size_t>(part.first - parts_of(wanted())[0].first) * stride;
-  const auto held_values = [&](const std::vector<std::byte>& of) {
-    const auto size = static_cast<std::size_t>(part.count) * stride;
-    if (of.size() < offset + size) return std::vector<std::byte>();
-    const auto from = of.begin() + static_cast<std::ptrdiff_t>(offset);
-    return std::vector<std::byte>(from, from + static_cast<std::ptrdiff_t>(size));
+  const std::uint64_t offset = (part.first - parts_of(wanted())[0].first) * stride;
+  const auto size = static_cast<std::size_t>(part.count) * stride;
+  // Replaces `values` by the held values, or by nothing if there are none.
+  const auto take_held = [&](StepBytes& from, std::vector<std::byte>& values) -> Result<void> {
+    values.clear();
+    if (from.size() < offset + size) return {};
+    const auto held = from.read(offset, size);
+    if (!held) return held.error();
+    values.assign(held->begin(), held->end());
+    return {};
   };
-  values_ = held_values(held_->last);
-  one_back_ = held_values(held_->one_back);
+  if (auto status = take_held(held_->last, values_); !status) return status;
+  if (auto status = take_held(held_->one_back, one_back_); !status) return status;
   for (std::size_t i = pass_.from; i < pass_.end; ++i)
     if (auto status = read_step(i, nth, elements.items != nullptr ? &elements : nullptr); !status)
       return status;
-  hold(offset);
-  return {};
+  return hold(offset);
 }
 
 /// Decodes the nth group at the step chain_[i].
@@ -278,14 +280,10 @@ Result<void> SegmentSteps::check_reference(std::size_t i,
 }
 
 /// Stores a group's values at the most recent steps, since later steps may refer to them.
-void SegmentSteps::hold(std::size_t offset) {
-  if (most_ == StepReference::nothing) return;
-  const auto put = [&](std::vector<std::byte>& to, const std::vector<std::byte>& from) {
-    if (to.size() < offset + from.size()) to.resize(offset + from.size());
-    std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(offset));
-  };
-  put(held_->last, values_);
-  if (most_ >= StepReference::trend) put(held_->one_back, one_back_);
+Result<void> SegmentSteps::hold(std::uint64_t offset) {
+  if (most_ == StepReference::nothing) return {};
+  if (auto status = held_->last.write(offset, values_); !status) return status;
+  return most_ >= StepReference::trend ? held_->one_back.write(offset, one_back_) : Result<void>();
 }
 
 }  // namespace shm

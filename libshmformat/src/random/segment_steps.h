@@ -16,14 +16,18 @@
 #include "random/step_index.h"
 #include "steps/bundle_chunk.h"
 #include "steps/step_parts.h"
+#include "steps/step_store.h"
 
 namespace shm {
 
 /// Values of an array in one segment, stored from one request to the next.
 struct HeldSteps {
+  /// Holds steps of `bytes` bytes each. `store` must outlive it.
+  HeldSteps(StepStore& store, std::uint64_t bytes) : last(store, bytes), one_back(store, bytes) {}
+
   /// Index in StepIndex::steps() of the step whose values are in `last`.
   std::optional<std::size_t> at;
-  std::vector<std::byte> last, one_back;  ///< values of the step `at` and of the previous step
+  StepBytes last, one_back;  ///< values of the step `at` and of the previous step
 };
 
 /// The bundles that were decoded most recently. They are shared by all arrays of a reader.
@@ -45,7 +49,7 @@ class SegmentSteps {
  public:
   /// Creates a reader of step `wanted`. All references are borrowed. Precondition: the array is
   /// stepped and has a step `wanted`. The reader uses and replaces what `held` and `bundles`
-  /// contain.
+  /// contain. Precondition: `held` has room for elements() elements.
   SegmentSteps(IndexedFile& file, const StepIndex& index, StepReference most, std::uint32_t array,
                std::size_t segment, std::size_t wanted, HeldSteps& held, HeldBundles& bundles);
 
@@ -91,7 +95,7 @@ class SegmentSteps {
   Result<std::vector<std::byte>> values_in(const BundleChunk& bundle, std::size_t i,
                                            const StepIndex::Part& part) const;
   Result<void> check_reference(std::size_t i, const container::StepHeader& header) const;
-  void hold(std::size_t offset);
+  Result<void> hold(std::uint64_t offset);
   std::uint64_t group_number(const StepIndex::Part& part) const;
   bool told_by_mesh(std::size_t step) const;
   const ArrayInfo& info() const { return file_->schema().arrays[array_]; }

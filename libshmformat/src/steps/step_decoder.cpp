@@ -1,21 +1,22 @@
 #include "steps/step_decoder.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/errors.h"
 
 namespace shm {
 
 StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
-                         std::vector<std::uint64_t> elements)
+                         std::vector<std::uint64_t> elements, KeptSteps kept)
     : schema_(&schema),
       limits_(limits),
       mesh_(schema, topology, cover_numbers(schema)),
       elements_(std::move(elements)),
-      most_(most_reference(schema, elements_)),
-      last_(schema.arrays.size()) {
-  for (std::uint32_t a = 0; a < last_.size(); ++a) {
-    last_[a].values = memory_of(schema.arrays[a], most_);
+      store_(std::make_unique<StepStore>(std::move(kept))) {
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    last_.push_back(
+        {.values = memory_of(*store_, schema.arrays[a], elements_[a], schema.step_references)});
     if (schema.arrays[a].per_step) mesh_.expect(a, elements_[a]);
   }
 }
@@ -53,13 +54,14 @@ Result<void> StepDecoder::begin_part(const container::StepHeader& header, std::u
   return expect_group(header);
 }
 
-StepPiece StepDecoder::end_part(const container::StepHeader& header,
-                                std::vector<std::byte> values) {
+Result<StepPiece> StepDecoder::end_part(const container::StepHeader& header,
+                                        std::vector<std::byte> values) {
   Last& last = last_[header.array];
   StepPiece piece{header.array, header.step, last.first, std::move(values)};
-  last.values.take(static_cast<std::size_t>(last.first) *
-                       static_cast<std::size_t>(piece.values.size() / header.count),
-                   piece.values, header.reference == StepReference::nothing);
+  if (auto status = last.values.take(last.first * (piece.values.size() / header.count),
+                                     piece.values, header.reference == StepReference::nothing);
+      !status)
+    return status.error();
   last.first += header.count;
   ++last.groups;
   return piece;
@@ -125,9 +127,6 @@ Result<void> StepDecoder::check_reference(const container::StepHeader& header) c
   if (kind > schema_->step_references)
     return wrong_step_values(*schema_, header,
                              "refers to more earlier steps than the schema allows");
-  if (kind > most_)
-    return wrong_step_values(*schema_, header,
-                             "refers to steps whose values are too large to be held in memory");
   return {};
 }
 
@@ -145,11 +144,11 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
     elements = *of_group;
   }
   const std::size_t stride = scalar_bytes(info.type) * info.components;
-  const auto reference =
-      last.values.reference(header.reference, info, static_cast<std::size_t>(last.first) * stride,
-                            static_cast<std::size_t>(header.count) * stride);
+  const auto reference = last.values.reference(header.reference, info, last.first * stride,
+                                               static_cast<std::size_t>(header.count) * stride);
+  if (!reference) return reference.error();
   return parts_->decode(header, bytes, mesh_.segment_of(header.group),
-                        elements.items != nullptr ? &elements : nullptr, reference);
+                        elements.items != nullptr ? &elements : nullptr, *reference);
 }
 
 }  // namespace shm

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -22,9 +23,9 @@ class StepDecoder {
  public:
   /// Creates a decoder. `schema` must have passed check_schema(). `topology` is the topology of the
   /// whole mesh. Both must outlive the decoder. `elements` lists the number of elements of each
-  /// array.
+  /// array. `kept` says where values of earlier steps are stored.
   StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
-              std::vector<std::uint64_t> elements);
+              std::vector<std::uint64_t> elements, KeptSteps kept);
 
   /// Decodes the values of a part. `file` is the size in bytes of the file up to the end of the
   /// part. Errors contain no offset.
@@ -53,7 +54,7 @@ class StepDecoder {
   };
 
   Result<void> begin_part(const container::StepHeader& header, std::uint64_t file);
-  StepPiece end_part(const container::StepHeader& header, std::vector<std::byte> values);
+  Result<StepPiece> end_part(const container::StepHeader& header, std::vector<std::byte> values);
   Result<void> begin_step(const container::StepHeader& header, std::uint64_t file);
   Result<void> expect_group(const container::StepHeader& header);
   Result<void> check_reference(const container::StepHeader& header) const;
@@ -64,7 +65,7 @@ class StepDecoder {
   ReadLimits limits_;
   StepElements mesh_;
   std::vector<std::uint64_t> elements_;
-  StepReference most_;
+  std::unique_ptr<StepStore> store_;
   std::vector<Last> last_;  // state of each array
 
   // State of the current step and its array.

@@ -42,22 +42,6 @@ constexpr std::size_t kShareForSpeed = 32;
 /// decode the base.
 constexpr std::size_t kShareForBase = 8;
 
-/// The values of a group at one step, coded with `terms`. `refers` is true if any value is
-/// predicted from the reference values.
-struct StepTerms {
-  bool refers = false;
-  EncodedColumn column;
-};
-StepTerms encode_terms(const ArrayInfo& info, std::span<const std::byte> values,
-                       std::span<const std::byte> reference, TermScratch& scratch) {
-  TermColumn column(info, true);
-  TermColumn::Elements elements;
-  elements.count = values.size() / column.element_bytes();
-  elements.reference = reference;
-  auto bytes = column.encode_terms(elements, values.data(), column.element_bytes(), scratch);
-  return {column.refers(), {Codec::terms, std::move(bytes)}};
-}
-
 }  // namespace
 
 EncodedColumn StepColumnEncoder::encode(const ColumnElements& elements,
@@ -77,25 +61,20 @@ EncodedColumn StepWeightedEncoder::encode(const ColumnElements& elements,
 }
 
 StepEncoder::StepEncoder(const Schema& schema, StepTopology& topology,
-                         std::vector<std::uint64_t> elements, std::uint32_t key_steps, Level level,
-                         Sink sink)
+                         std::vector<std::uint64_t> elements, std::uint32_t key_steps,
+                         KeptSteps kept, Level level, Sink sink)
     : schema_(&schema),
       mesh_(schema, topology, cover_numbers(schema)),
       elements_(std::move(elements)),
       key_steps_(key_steps),
       level_(level),
-      most_(key_steps > 1 ? most_reference(schema, elements_) : StepReference::nothing),
-      sink_(std::move(sink)) {
+      most_(key_steps > 1 ? schema.step_references : StepReference::nothing),
+      sink_(std::move(sink)),
+      store_(std::make_unique<StepStore>(std::move(kept))) {
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
-    before_.emplace_back().values = memory_of(schema.arrays[a], most_);
+    before_.push_back({.values = memory_of(*store_, schema.arrays[a], elements_[a], most_)});
     if (schema.arrays[a].per_step) mesh_.expect(a, elements_[a]);
   }
-}
-
-void StepEncoder::begin_part(Part part) {
-  if (most_ != StepReference::nothing) most_ = most_reference(*schema_, part.all);
-  for (Before& before : before_) before.values = StepMemory(most_);
-  part_ = std::move(part);
 }
 
 namespace {
@@ -238,8 +217,10 @@ Result<void> StepEncoder::end_group() {
   if (part_) header.group += part_->first_group;
   const std::uint64_t first = first_ + (part_ ? part_->first[*array_] : 0);
   if (auto status = sink_(header, first, coded->bytes); !status) return status;
-  remember(*array_, static_cast<std::size_t>(first_) * stride(), pending_,
-           *reference_ == StepReference::nothing);
+  if (auto status =
+          remember(*array_, first_ * stride(), pending_, *reference_ == StepReference::nothing);
+      !status)
+    return status;
   first_ += count_;
   count_ = 0;
   pending_.clear();
@@ -248,8 +229,8 @@ Result<void> StepEncoder::end_group() {
 
 /// Stores values of a step, beginning at byte `offset`, as a reader restores them. The next steps
 /// may refer to them. `is_base` is true if the step refers to no other step.
-void StepEncoder::remember(std::uint32_t array, std::size_t offset,
-                           std::span<const std::byte> values, bool is_base) {
+Result<void> StepEncoder::remember(std::uint32_t array, std::uint64_t offset,
+                                   std::span<const std::byte> values, bool is_base) {
   const ArrayInfo& info = schema_->arrays[array];
   StepMemory& memory = before_[array].values;
   if (!info.quantization.lossy() || most_ == StepReference::nothing ||
@@ -263,7 +244,7 @@ void StepEncoder::remember(std::uint32_t array, std::size_t offset,
     round_quantized(info, c, words);
     save(words, restored.data() + c * width, stride, width);
   }
-  memory.take(offset, restored, is_base);
+  return memory.take(offset, restored, is_base);
 }
 
 /// Encodes the pending values of the current group.
@@ -275,8 +256,10 @@ Result<EncodedColumn> StepEncoder::encode() {
   auto coded = encode_plain();
   if (!coded || !special_) return coded;
   const auto referred = stored_reference(*reference_);
+  if (!referred) return referred.error();
   const bool are_those_of_reference =
-      !referred.empty() && SpecialValues::find(info, referred.data(), stride(), count) == special_;
+      !referred->empty() &&
+      SpecialValues::find(info, referred->data(), stride(), count) == special_;
   const std::vector<std::byte> head = special_->encode(are_those_of_reference);
   coded->codec = with_special_values(coded->codec);
   coded->bytes.insert(coded->bytes.begin(), head.begin(), head.end());
@@ -284,12 +267,12 @@ Result<EncodedColumn> StepEncoder::encode() {
 }
 
 /// Returns the values to which the current group may refer, without special values.
-std::span<const std::byte> StepEncoder::reference(StepReference kind) {
+Result<std::span<const std::byte>> StepEncoder::reference(StepReference kind) {
   const auto stored = stored_reference(kind);
-  if (!special_ || stored.empty()) return stored;
-  plain_reference_.assign(stored.begin(), stored.end());
+  if (!stored || !special_ || stored->empty()) return stored;
+  plain_reference_.assign(stored->begin(), stored->end());
   replace_special(schema_->arrays[*array_], plain_reference_);
-  return plain_reference_;
+  return std::span<const std::byte>(plain_reference_);
 }
 
 /// Encodes the values of the current group without special values.
@@ -306,22 +289,25 @@ Result<EncodedColumn> StepEncoder::encode_plain() {
   if (!elements) return elements.error();
   if (!column_ && !weighted_) return choose_codec(*elements);
   const std::uint32_t segment = mesh_.segment_of(group_);
+  const auto referred = reference(*reference_);
+  if (!referred) return referred.error();
   if (weighted_) {
     weighted_->begin(segment, *reference_);
-    return weighted_->encode(*elements, values(), reference(*reference_));
+    return weighted_->encode(*elements, values(), *referred);
   }
   column_->begin(segment, *reference_);
-  return column_->encode(*elements, values(), level_, reference(*reference_));
+  return column_->encode(*elements, values(), level_, *referred);
 }
 
 /// Chooses the codec and the reference for all groups of a step. Encodes the first group in all
 /// ways that are tried, and chooses the way with the smallest result. The codec `columns` is slow.
 /// It is tried only for the first values, and for values that zstd makes smaller than the codec
 /// `weighted` does: they repeat in a way that `columns` may recognize.
-EncodedColumn StepEncoder::choose_codec(const ColumnElements& elements) {
+Result<EncodedColumn> StepEncoder::choose_codec(const ColumnElements& elements) {
   const std::uint32_t segment = mesh_.segment_of(group_);
   const std::optional<StepReference> given = reference_;
   EncodedColumn best;
+  Result<void> status;
   // Encodes with each permitted reference. A result replaces `best` if it is smaller than `limit`
   // bytes.
   const auto try_all = [&](auto& chosen, std::size_t limit, auto&& encode) {
@@ -330,7 +316,12 @@ EncodedColumn StepEncoder::choose_codec(const ColumnElements& elements) {
       if (given ? kind != *given : !may_refer(*array_, kind)) continue;
       std::remove_cvref_t<decltype(*chosen)> column(*schema_, *array_);
       column.begin(segment, kind);
-      EncodedColumn coded = encode(column, reference(kind));
+      const auto referred = reference(kind);
+      if (!referred) {
+        status = referred.error();
+        return;
+      }
+      EncodedColumn coded = encode(column, *referred);
       const std::size_t grace = !given && kind == StepReference::base ? limit / kShareForBase : 0;
       if (coded.bytes.size() >= limit - grace) continue;
       limit = coded.bytes.size();
@@ -346,6 +337,7 @@ EncodedColumn StepEncoder::choose_codec(const ColumnElements& elements) {
             [&](StepWeightedEncoder& column, std::span<const std::byte> values_before) {
               return column.encode(elements, values(), values_before);
             });
+  if (!status) return status.error();
   if (codec_ == Codec::weighted) return best;
   const std::size_t weighted = best.bytes.size();
   const std::size_t width = scalar_bytes(schema_->arrays[*array_].type);
@@ -362,52 +354,67 @@ EncodedColumn StepEncoder::choose_codec(const ColumnElements& elements) {
               slow_values_ += values().size() / width;
               return column.encode(elements, values(), level_, values_before);
             });
+  if (!status) return status.error();
   return best;
 }
 
-EncodedColumn StepEncoder::encode_in_terms() {
-  if (reference_)
-    return encode_terms(schema_->arrays[*array_], values(), reference(*reference_), scratch_)
-        .column;
+Result<StepEncoder::StepTerms> StepEncoder::encode_terms(StepReference kind) {
+  const auto referred = reference(kind);
+  if (!referred) return referred.error();
+  TermColumn column(schema_->arrays[*array_], true);
+  TermColumn::Elements elements;
+  elements.count = values().size() / column.element_bytes();
+  elements.reference = *referred;
+  auto bytes = column.encode_terms(elements, values().data(), column.element_bytes(), scratch_);
+  return StepTerms{column.refers(), {Codec::terms, std::move(bytes)}};
+}
+
+Result<EncodedColumn> StepEncoder::encode_in_terms() {
+  if (reference_) {
+    auto coded = encode_terms(*reference_);
+    if (!coded) return coded.error();
+    return std::move(coded->column);
+  }
   if (may_refer(*array_, StepReference::before)) return choose_terms();
   const StepReference kind =
       may_refer(*array_, StepReference::base) ? StepReference::base : StepReference::nothing;
-  StepTerms coded = encode_terms(schema_->arrays[*array_], values(), reference(kind), scratch_);
-  reference_ = coded.refers ? kind : StepReference::nothing;
-  return std::move(coded.column);
+  auto coded = encode_terms(kind);
+  if (!coded) return coded.error();
+  reference_ = coded->refers ? kind : StepReference::nothing;
+  return std::move(coded->column);
 }
 
 /// Chooses the reference for all groups of a step that is coded with the codec `terms`, by encoding
 /// the first group. Keeps the reference of the previous step, unless the first group now needs over
 /// 25 % more bytes than it needed when that reference was chosen.
-EncodedColumn StepEncoder::choose_terms() {
+Result<EncodedColumn> StepEncoder::choose_terms() {
   Before& before = before_[*array_];
-  const auto with = [&](StepReference kind) {
-    return encode_terms(schema_->arrays[*array_], values(), reference(kind), scratch_);
-  };
   if (before.liked_bytes > 0 && may_refer(*array_, before.liked)) {
-    StepTerms coded = with(before.liked);
-    if (coded.column.bytes.size() <= before.liked_bytes + before.liked_bytes / 4) {
-      reference_ = coded.refers ? before.liked : StepReference::nothing;
-      return std::move(coded.column);
+    auto coded = encode_terms(before.liked);
+    if (!coded) return coded.error();
+    if (coded->column.bytes.size() <= before.liked_bytes + before.liked_bytes / 4) {
+      reference_ = coded->refers ? before.liked : StepReference::nothing;
+      return std::move(coded->column);
     }
   }
-  StepTerms best = with(StepReference::before);
+  auto best = encode_terms(StepReference::before);
+  if (!best) return best.error();
   before.liked = StepReference::before;
   const bool may_follow_trend = may_refer(*array_, StepReference::trend);
   if (may_follow_trend) {
-    StepTerms trend = with(StepReference::trend);
-    if (trend.column.bytes.size() < best.column.bytes.size()) {
-      best = std::move(trend);
+    auto trend = encode_terms(StepReference::trend);
+    if (!trend) return trend.error();
+    if (trend->column.bytes.size() < best->column.bytes.size()) {
+      *best = std::move(*trend);
       before.liked = StepReference::trend;
     }
   }
   // If one of the kinds of references was not allowed at this step, the next step compares all
   // kinds again.
   before.liked_bytes =
-      may_follow_trend || most_ < StepReference::trend ? best.column.bytes.size() : 0;
-  reference_ = best.refers ? before.liked : StepReference::nothing;
-  return std::move(best.column);
+      may_follow_trend || most_ < StepReference::trend ? best->column.bytes.size() : 0;
+  reference_ = best->refers ? before.liked : StepReference::nothing;
+  return std::move(best->column);
 }
 
 Result<void> StepEncoder::end_step() {
@@ -645,7 +652,8 @@ Result<void> StepEncoder::encode_set(std::uint64_t first, std::uint64_t steps,
       continue;
     }
     Before& before = before_[it.array];
-    for (const Waiting* of_step : it.steps) remember(it.array, 0, of_step->values, true);
+    for (const Waiting* of_step : it.steps)
+      if (auto status = remember(it.array, 0, of_step->values, true); !status) return status;
     before.encoded_step = it.steps.back()->step;
     before.base = before.encoded_step;
     before.run = 1;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -57,8 +58,9 @@ class StepEncoder {
   /// the whole mesh. Both must outlive the encoder. `elements` lists the number of elements of each
   /// array. Among any `key_steps` consecutive steps of an array, at least one is a key step, which
   /// refers at most to the base: the most recent step that refers to no other step.
+  /// `kept` says where values of earlier steps are stored.
   StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
-              std::uint32_t key_steps, Level level, Sink sink);
+              std::uint32_t key_steps, KeptSteps kept, Level level, Sink sink);
   /// Allows bundles. The steps of small arrays then wait until they have more than `waiting_bytes`
   /// bytes in total, or until end_steps() is called. If the file already contains step values,
   /// `pairs` is the number of pairs of an array and a step in its bundles, and `bytes` is the total
@@ -85,8 +87,8 @@ class StepEncoder {
   /// Stores all values of an earlier step, to which the next step may refer. Call this function
   /// after go_on(). If the next step may refer to a trend, call it for the two most recent steps,
   /// in order; if it may refer to the previous step, only for that step.
-  void remember(std::uint32_t array, std::span<const std::byte> values) {
-    before_[array].values.take(0, values, false);
+  Result<void> remember(std::uint32_t array, std::span<const std::byte> values) {
+    return before_[array].values.take(0, values, false);
   }
   /// Returns true if any later step of the array may refer to its base. remember_base() must then
   /// be called with the values of the base.
@@ -94,8 +96,8 @@ class StepEncoder {
     return most_ == StepReference::base && before_[array].base.has_value();
   }
   /// Stores all values of the base.
-  void remember_base(std::uint32_t array, std::span<const std::byte> values) {
-    before_[array].values.take_base(values);
+  Result<void> remember_base(std::uint32_t array, std::span<const std::byte> values) {
+    return before_[array].values.take_base(values);
   }
 
   /// The part of a larger mesh that an encoder codes. For each array, `first` is the index of the
@@ -107,7 +109,7 @@ class StepEncoder {
   /// Declares that the encoder codes only a part of a larger mesh: the topology and `elements` are
   /// those of the part. Must be called before any other function. Bundles then contain only arrays
   /// of which the part has all elements.
-  void begin_part(Part part);
+  void begin_part(Part part) { part_ = std::move(part); }
   /// Sets the reference and the codec of the next step. If several encoders code parts of a mesh,
   /// one of them chooses both, and the others receive them through this function.
   void choose(StepBasis basis);
@@ -134,17 +136,23 @@ class StepEncoder {
  private:
   /// State of an array between its steps.
   struct Before {
+    StepMemory values;
     std::uint64_t next_step = 0;     ///< lowest step number that may come next
     std::uint64_t encoded_step = 0;  ///< number of the most recent encoded step
     /// Number of steps since the most recent key step, including the key step.
     std::uint32_t run = 0;
     std::optional<std::uint64_t> base;  ///< number of the most recent step that refers to no other
-    StepMemory values;
     /// Reference that choose_terms() chose most recently.
     StepReference liked = StepReference::nothing;
     /// Coded size in bytes of the first group at the step at which `liked` was chosen; 0 if the
     /// next step must choose again.
     std::size_t liked_bytes = 0;
+  };
+  /// The values of a group at one step, coded with `terms`. `refers` is true if any value is
+  /// predicted from the reference values.
+  struct StepTerms {
+    bool refers = false;
+    EncodedColumn column;
   };
   /// A step of an array that waits.
   struct Waiting {
@@ -185,20 +193,20 @@ class StepEncoder {
   Result<void> encode_parts(WaitingArray& array);
   Result<void> begin_group();
   Result<void> end_group();
-  void remember(std::uint32_t array, std::size_t offset, std::span<const std::byte> values,
-                bool is_base);
+  Result<void> remember(std::uint32_t array, std::uint64_t offset,
+                        std::span<const std::byte> values, bool is_base);
   Result<EncodedColumn> encode();
   Result<EncodedColumn> encode_plain();
-  EncodedColumn choose_codec(const ColumnElements& elements);
-  EncodedColumn encode_in_terms();
-  EncodedColumn choose_terms();
+  Result<EncodedColumn> choose_codec(const ColumnElements& elements);
+  Result<StepTerms> encode_terms(StepReference kind);
+  Result<EncodedColumn> encode_in_terms();
+  Result<EncodedColumn> choose_terms();
   /// Returns the values to which the current group may refer.
-  std::span<const std::byte> stored_reference(StepReference kind) {
-    return before_[*array_].values.reference(kind, schema_->arrays[*array_],
-                                             static_cast<std::size_t>(first_) * stride(),
+  Result<std::span<const std::byte>> stored_reference(StepReference kind) {
+    return before_[*array_].values.reference(kind, schema_->arrays[*array_], first_ * stride(),
                                              pending_.size());
   }
-  std::span<const std::byte> reference(StepReference kind);
+  Result<std::span<const std::byte>> reference(StepReference kind);
   /// Returns the values of the current group without special values.
   std::span<const std::byte> values() const { return special_ ? plain_ : pending_; }
   std::size_t stride() const {
@@ -217,7 +225,8 @@ class StepEncoder {
   std::optional<StepReference> given_reference_;
   std::optional<Codec> given_codec_;
   std::uint64_t steps_ = 0;
-  std::vector<Before> before_;  // state of each array
+  std::unique_ptr<StepStore> store_;  // shared by the memories of all arrays
+  std::vector<Before> before_;        // state of each array
 
   // State of the current array and step.
   std::optional<std::uint32_t> array_;

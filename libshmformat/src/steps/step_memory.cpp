@@ -43,26 +43,6 @@ void go_on_of_floats(std::span<const std::byte> last, std::span<const std::byte>
 
 }  // namespace
 
-StepReference most_reference(const Schema& schema, std::span<const std::uint64_t> elements) {
-  if (schema.step_references == StepReference::nothing) return StepReference::nothing;
-  std::uint64_t bytes = 0;
-  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
-    const ArrayInfo& info = schema.arrays[a];
-    if (!info.per_step) continue;
-    if (elements[a] > kMostReferenceBytes)
-      return StepReference::nothing;  // avoids an overflow of the product below
-    bytes += elements[a] * scalar_bytes(info.type) * info.components;
-    if (bytes > kMostReferenceBytes) return StepReference::nothing;
-  }
-  return std::min(schema.step_references,
-                  static_cast<StepReference>(std::clamp<std::uint64_t>(
-                      kMostReferenceBytes / std::max<std::uint64_t>(bytes, 1), 1, 3)));
-}
-
-StepMemory memory_of(const ArrayInfo& array, StepReference most) {
-  return StepMemory(array.per_step ? most : StepReference::nothing);
-}
-
 void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std::byte> before,
            std::vector<std::byte>& out) {
   out.resize(last.size());
@@ -80,30 +60,46 @@ void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std
   }
 }
 
-void StepMemory::take(std::size_t offset, std::span<const std::byte> values, bool is_base) {
-  if (most_ == StepReference::nothing) return;
-  const auto put = [&](std::vector<std::byte>& to, std::span<const std::byte> from) {
-    if (to.size() < offset + from.size()) to.resize(offset + from.size());
-    std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(offset));
-  };
-  if (most_ >= StepReference::trend && last_.size() >= offset + values.size())
-    put(before_last_, std::span(last_).subspan(offset, values.size()));
-  put(last_, values);
-  if (is_base && most_ == StepReference::base) put(base_, values);
+StepMemory::StepMemory(StepStore& store, StepReference most, std::uint64_t bytes) {
+  const std::size_t recent = std::min<std::size_t>(static_cast<std::size_t>(most), 2);
+  recent_.reserve(recent);
+  for (std::size_t i = 0; i < recent; ++i) recent_.emplace_back(store, bytes);
+  if (most == StepReference::base) base_.emplace(store, bytes);
 }
 
-void StepMemory::take_base(std::span<const std::byte> values) {
-  if (most_ == StepReference::base) base_.assign(values.begin(), values.end());
+Result<void> StepMemory::take(std::uint64_t offset, std::span<const std::byte> values,
+                              bool is_base) {
+  if (recent_.empty()) return {};
+  if (offset == 0) ++steps_;
+  if (auto status = recent_[(steps_ - 1) % recent_.size()].write(offset, values); !status)
+    return status;
+  return is_base && base_ ? base_->write(offset, values) : Result<void>();
 }
 
-std::span<const std::byte> StepMemory::reference(StepReference kind, const ArrayInfo& info,
-                                                 std::size_t offset, std::size_t bytes) {
-  if (kind == StepReference::nothing) return {};
-  if (kind == StepReference::base) return std::span(base_).subspan(offset, bytes);
-  const auto last = std::span(last_).subspan(offset, bytes);
-  if (kind == StepReference::before) return last;
-  go_on(info.type, last, std::span(before_last_).subspan(offset, bytes), trend_);
-  return trend_;
+Result<void> StepMemory::take_base(std::span<const std::byte> values) {
+  return base_ ? base_->write(0, values) : Result<void>();
+}
+
+Result<std::span<const std::byte>> StepMemory::reference(StepReference kind, const ArrayInfo& info,
+                                                         std::uint64_t offset, std::size_t bytes) {
+  if (kind == StepReference::nothing) return std::span<const std::byte>();
+  if (kind == StepReference::base) return base_->read(offset, bytes);
+  // Number of steps that are stored completely.
+  const std::uint64_t complete = steps_ - (offset == 0 ? 0 : 1);
+  const auto last = recent_[(complete - 1) % recent_.size()].read(offset, bytes);
+  if (!last || kind == StepReference::before) return last;
+  const auto before = recent_[complete % recent_.size()].read(offset, bytes);
+  if (!before) return before;
+  go_on(info.type, *last, *before, trend_);
+  return std::span<const std::byte>(trend_);
+}
+
+StepMemory memory_of(StepStore& store, const ArrayInfo& array, std::uint64_t elements,
+                     StepReference most) {
+  if (!array.per_step || most == StepReference::nothing) return {};
+  const std::uint64_t stride = scalar_bytes(array.type) * array.components;
+  constexpr std::uint64_t kMost = ~std::uint64_t{0};
+  return StepMemory(store, most, elements > kMost / stride ? kMost : elements * stride);
 }
 
 }  // namespace shm

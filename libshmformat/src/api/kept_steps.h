@@ -1,0 +1,15 @@
+// kept_steps(): where readers and writers store values of earlier steps.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "steps/step_store.h"
+
+namespace shm {
+
+/// Stores up to `memory` bytes in memory, and the rest in a temporary file in `folder`; if `folder`
+/// is empty, in the system's folder for temporary files.
+KeptSteps kept_steps(std::uint64_t memory, const std::string& folder);
+
+}  // namespace shm
