@@ -40,6 +40,11 @@ def corpus_folder():
     return Path(os.environ.get("SHM_CORPUS") or ROOT.parent / "shared" / "corpus")
 
 
+def corpus_files(folder):
+    """Returns the meshes of the corpus, or nothing if its folder does not exist."""
+    return sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix not in (".md", ".tsv"))
+
+
 def make_mesh(family, cells, path, *options, tools=BIN):
     subprocess.run([tools / "shm_make_mesh", family, str(cells), path, *options], check=True,
                    stdout=subprocess.DEVNULL)

@@ -1,4 +1,5 @@
-"""Generates small result files for bench/results: Exodus files with few elements, and many arrays or time steps.
+"""Generates result files for bench/results: Exodus files with few elements, and many arrays or time steps; and files of
+14,000 hexahedra with one array whose values are hard to predict (HARD).
 
     bench/result_files.py FOLDER [--count N] [--seed S]
 
@@ -203,6 +204,86 @@ def write_all(folder, count=COUNT, seed=1):
     for source in sources(count, seed):
         made.append(folder / f"{source.name}.e")
         source.write(made[-1])
+    return made
+
+
+# --- one array on many cells
+
+
+def with_last_bits(values, most, random):
+    """Changes each number other than zero by up to `most` units in the last place."""
+    changes = random.integers(-most, most + 1, values.shape) * (values != 0)
+    return (values.view("i8") + changes).view("f8")
+
+
+def multiples(spread, factor, last_bits=0):
+    """Returns a kind of array: integers times a factor, with an error in the last bits."""
+    return lambda points, random, step: with_last_bits(np.round(random.normal(size=len(points)) * spread) * factor,
+                                                       last_bits, random)
+
+
+def round_off(points, random, step):
+    """The gradient of a field that is constant except for rounding errors, times a conductivity."""
+    field = 5 * (1 + 2.**-52 * np.round(random.normal(size=(len(points), 8))))
+    return (field[:, [1, 2, 5, 6]].sum(1) - field[:, [0, 3, 4, 7]].sum(1)) * .25 * 24 * -58e6
+
+
+def residual_of_waves(points, random, step):
+    """Rounding errors of a computation that would be exact in real numbers."""
+    wave = np.cos(points @ [3, 1, 2] + .1 * step) + np.cos(points @ [-2, 4, 1])
+    return (((wave * (3.3 + step)) + 1.7) / (3.3 + step) - 1.7 / (3.3 + step) - wave) * 71600
+
+
+def unchanged(smooth, change=None):
+    """Returns a kind of array that is equal at all steps, or changes once."""
+    def values(points, random, step):
+        random = np.random.default_rng(3 if change is None or step < change else 4)
+        noise = random.normal(size=len(points))
+        return np.cos(points @ [3, 1, 2]) * (1 + 1e-9 * noise) if smooth else noise
+    return values
+
+
+def velocity(points, random, step):
+    """A velocity on a mesh whose cells share no points, with jumps between the cells."""
+    cells = np.repeat(random.normal(size=len(points) // 8), 8)
+    return 10 + np.sin(points @ [5, 2, 3] - .2 * step) + 1e-3 * cells
+
+
+# The files: the number of steps, whether cells share points, and the kind of array.
+HARD = {
+    "integers_times_c": (8, True, multiples(3, 2.**-52 * 1.2345e-3)),
+    "many_integers_times_c": (8, True, multiples(300, 2.**-52 * 1.2345e-3)),
+    "multiples_one_last_bit": (8, True, multiples(30, 1.2345e-3, 1)),
+    "multiples_four_last_bits": (8, True, multiples(30, 1.2345e-3 * 2.**-7, 4)),
+    "round_off_of_gradient": (8, True, round_off),
+    "round_off_of_waves": (8, True, residual_of_waves),
+    "unchanged_20_steps": (20, True, unchanged(False)),
+    "unchanged_100_steps": (100, True, unchanged(False)),
+    "unchanged_smooth": (20, True, unchanged(True)),
+    "changed_once": (40, True, unchanged(False, 20)),
+    "velocity_discontinuous": (4, False, velocity),
+}
+
+
+def write_hard(folder):
+    """Writes the files of HARD. Returns their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    points, corners = mesh_of(24**3, np.random.default_rng(0))
+    made = []
+    for name, (steps, shares_points, values) in HARD.items():
+        its, cells, places = points, corners, points[corners].mean(axis=1)
+        if not shares_points:
+            its = places = points[corners].reshape(-1, 3)
+            cells = np.arange(len(its)).reshape(-1, 8)
+        made.append(folder / f"{name}.e")
+        kind = ("node_names", "cell_names")[shares_points]
+        file = Exodus(made[-1], name, its, [(1, "", cells)], times=np.arange(steps) / 7, **{kind: ["v"]})
+        random = np.random.default_rng(5)
+        for step in range(steps):
+            arrays = [{}, {}]
+            arrays[shares_points] = {"v": values(places, random, step)}
+            file.put_step(step, *arrays)
+        file.close()
     return made
 
 

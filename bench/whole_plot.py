@@ -1,4 +1,4 @@
-"""Draws each file of bench/whole as a dot. The vertical axis is the size of .shm divided by the smallest size of the
+"""Draws each file of bench/whole or bench/results as a dot. The vertical axis is the size of .shm divided by the smallest size of the
 other compressors; the horizontal axis is the size of the source file."""
 import matplotlib
 
@@ -8,7 +8,8 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from value_plots import FLOATS, OURS, STYLE, round_numbers
 
-COLOURS = {"corpus": OURS, "generated": FLOATS, "files": OURS}
+COLOURS = {"corpus": OURS, "generated": FLOATS, "files": OURS, "few elements": FLOATS, "hard to predict": "#e08a00",
+           "tests/steps/results": "#222222"}
 SIZES = [(1000**3, "GB"), (1000**2, "MB"), (1000, "kB"), (1, "B")]
 
 
@@ -17,8 +18,8 @@ def size_text(size, _):
     return f"{size / unit:g} {name}"
 
 
-def draw(collections, folder):
-    """Draws the plots. `collections` maps the name of a collection to a list with a pair for each file: the size of the
+def draw(collections, folder, name, title, axis_title):
+    """Draws name.svg and name.png. `collections` maps the name of a collection to a list with a pair for each file: the size of the
     source file in bytes, and the .shm size divided by the smallest size of the other compressors."""
     folder.mkdir(parents=True, exist_ok=True)
     sizes, ratios = zip(*(dot for dots in collections.values() for dot in dots))
@@ -36,14 +37,14 @@ def draw(collections, folder):
             axis.grid(True, color="#e4e4e4", linewidth=.8)
         axes.set_axisbelow(True)
         axes.axhline(1, color="#444444", linewidth=1)
-        for name, dots in collections.items():
-            axes.plot(*zip(*dots), "o", color=COLOURS[name], markersize=5, alpha=.65, markeredgewidth=0,
-                      label=f"{name}, {len(dots)} files")
+        for collection, dots in collections.items():
+            axes.plot(*zip(*dots), "o", color=COLOURS[collection], markersize=5, alpha=.65, markeredgewidth=0,
+                      label=f"{collection}, {len(dots)} files")
         axes.legend(frameon=False, loc="best")
         axes.set_xlabel("source file")
-        axes.set_ylabel("size of .shm / smallest size with xz or zstd")
-        axes.set_title("Whole files; below 1 .shm is the smallest", fontsize=12, loc="left")
+        axes.set_ylabel(axis_title)
+        axes.set_title(title, fontsize=12, loc="left")
         figure.tight_layout()
-        figure.savefig(folder / "whole.svg", metadata={"Date": None})
-        figure.savefig(folder / "whole.png", dpi=110)
+        figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+        figure.savefig(folder / f"{name}.png", dpi=110)
         plt.close(figure)
