@@ -47,13 +47,14 @@ module shmformat
   end type
 
   type, bind(c) :: shmf_array
-    integer(c_size_t) :: struct_size = 80
+    integer(c_size_t) :: struct_size = 88
     type(c_ptr) :: name = c_null_ptr, role = c_null_ptr
     integer(c_int32_t) :: location = SHMF_POINT_DATA, type = SHMF_FLOAT64, components = 1, per_step = 0
     integer(c_int64_t) :: elements = 0
     type(c_ptr) :: blocks = c_null_ptr
-    integer(c_int32_t) :: block_count = 0, reserved = 0
+    integer(c_int32_t) :: block_count = 0, fill_count = 0
     real(c_double) :: error = 0, relative_error = 0
+    type(c_ptr) :: fills = c_null_ptr
   end type
 
   type, bind(c) :: shmf_counts

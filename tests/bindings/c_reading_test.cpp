@@ -55,6 +55,7 @@ void expect_same(shmf_file* file, const Mesh& mesh) {
     EXPECT_EQ(std::vector(told.blocks, told.blocks + told.block_count), array.blocks);
     EXPECT_EQ(told.error > 0 || told.relative_error > 0, array.quantization.lossy());
     EXPECT_EQ(told.relative_error, array.quantization.max_rel);
+    EXPECT_EQ(std::vector<double>(told.fills, told.fills + told.fill_count), array.fills);
     const auto type = static_cast<std::int32_t>(array.type);
     const std::uint64_t* steps = nullptr;
     std::uint64_t count = 0;

@@ -514,7 +514,15 @@ class Writing(FolderTest):
         self.assertLessEqual((np.abs(mesh.point_data["v"] - values) - .01 * np.abs(values)).max(), 0)
         self.assertFalse(np.array_equal(mesh.point_data["v"], values))
         self.assertEqual((mesh.point_data.error("v"), mesh.point_data.relative_error("v")), (0, .01))
-        for wrong in ({"relative_errors": {"v": .75}}, {"relative_errors": {"v": .1}, "errors": {"v": .1}}):
+        holes = np.where(np.arange(404) % 7 == 0, 9.97e36, values)
+        shmformat.write(self.path("d.shm"), points, cells, point_data={"v": holes}, errors={"v": 1e-3},
+                        fills={"v": [9.97e36, -9999]})
+        mesh = shmformat.open(self.path("d.shm"))
+        self.assertEqual(mesh.point_data.fills("v"), (9.97e36, -9999))
+        self.assertTrue(np.array_equal(mesh.point_data["v"] == 9.97e36, holes == 9.97e36))
+        self.assertLessEqual(np.abs(mesh.point_data["v"] - holes).max(), 1e-3)
+        for wrong in ({"relative_errors": {"v": .75}}, {"relative_errors": {"v": .1}, "errors": {"v": .1}},
+                      {"fills": {"v": [np.nan]}}, {"fills": {"v": [1] * 17}}):
             with self.assertRaises(shmformat.Error):
                 shmformat.write(self.path("c.shm"), points, cells, point_data={"v": values}, **wrong)
 

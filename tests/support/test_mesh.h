@@ -168,8 +168,7 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
   return writer->finish();
 }
 
-inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes,
-                                  const ReadLimits& limits = {}) {
+inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
   MemorySource source(bytes);
   auto reader = Reader::open(source, limits);
   if (!reader) return reader.error();

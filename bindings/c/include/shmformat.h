@@ -309,7 +309,7 @@ typedef struct shmf_array {
      kind. The sets of each kind are numbered from 0, in the order of shmf_get_set(). */
   const uint32_t* blocks;
   uint32_t block_count;
-  uint32_t reserved;
+  uint32_t fill_count; /* Number of elements of `fills`. */
   /* Error bound: largest possible difference between a value and the original value; 0: lossless.
    */
   double error;
@@ -317,6 +317,9 @@ typedef struct shmf_array {
      value, divided by the magnitude of the original value; at most 0.5. 0: no such bound. Writers
      must not set both bounds. */
   double relative_error;
+  /* Fill values, which mark missing values of a floating-point array: at most 16 finite
+     numbers of the type of the array. They are restored exactly under every bound. NULL: none. */
+  const double* fills;
 } shmf_array;
 SHMF_API shmf_status shmf_get_array(const shmf_file* file, uint32_t array, shmf_array* info,
                                     shmf_error* error);

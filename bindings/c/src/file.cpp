@@ -119,6 +119,8 @@ shm::Result<shmf_array> array_of(const shm::Schema& schema, std::uint32_t array)
   info.elements = from.elements;
   info.blocks = from.blocks.empty() ? nullptr : from.blocks.data();
   info.block_count = static_cast<std::uint32_t>(from.blocks.size());
+  info.fills = from.fills.empty() ? nullptr : from.fills.data();
+  info.fill_count = static_cast<std::uint32_t>(from.fills.size());
   info.relative_error = from.quantization.max_rel;
   if (from.quantization.lossy() && info.relative_error == 0)
     info.error = from.quantization.max_error(from.type);

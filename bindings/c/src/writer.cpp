@@ -509,6 +509,7 @@ shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array, shmf
       return misuse("no location " + std::to_string(own->location));
     if (shmf_type_bytes(own->type) == 0) return misuse("no type " + std::to_string(own->type));
     if (own->block_count > 0 && own->blocks == nullptr) return misuse("the blocks are NULL");
+    if (own->fill_count > 0 && own->fills == nullptr) return misuse("the fill values are NULL");
     shm::ArrayInfo info;
     info.name = shmf::text_of(own->name);
     info.role = shmf::text_of(own->role);
@@ -519,6 +520,8 @@ shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array, shmf
     if (!is_on_mesh(info.location)) info.elements = own->elements;
     const auto blocks = shmf::list_of(own->blocks, own->block_count);
     info.blocks.assign(blocks.begin(), blocks.end());
+    const auto fills = shmf::list_of(own->fills, own->fill_count);
+    info.fills.assign(fills.begin(), fills.end());
     auto bound = own->relative_error != 0
                      ? shmf::relative_bound_of(own->relative_error, own->error, info.type)
                      : shmf::bound_of(own->error, info.type, info.components);

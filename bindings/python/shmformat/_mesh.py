@@ -114,13 +114,15 @@ class _Array:
     per_step: bool
     error: float
     relative_error: float
+    fills: tuple[float, ...]
     elements: int
     blocks: list[int] | None  # blocks whose cells have values, or numbers of sets; None: all
 
     @staticmethod
     def of(info: Any) -> _Array:
         return _Array(text(info.name), text(info.role), info.location, info.type, info.components,
-                      bool(info.per_step), info.error, info.relative_error, info.elements,
+                      bool(info.per_step), info.error, info.relative_error,
+                      tuple(info.fills[0:info.fill_count]) if info.fill_count else (), info.elements,
                       list(info.blocks[0:info.block_count]) if info.block_count else None)
 
 
@@ -187,6 +189,11 @@ class Data(Mapping):
         """Returns the error bound relative to each value: the largest possible difference between a value and the
         original value, divided by the magnitude of the original value; 0 if there is no such bound."""
         return self._mesh._arrays[self._arrays[name]].relative_error
+
+    def fills(self, name: str) -> tuple[float, ...]:
+        """Returns the fill values, which mark missing values of the array. They are restored exactly under every
+        bound."""
+        return self._mesh._arrays[self._arrays[name]].fills
 
     def on_sets(self, name: str) -> list[int] | None:
         """For data of sets: returns the numbers of the sets whose members have values, in order; None if all sets of

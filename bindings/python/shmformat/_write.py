@@ -117,7 +117,8 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
           side_set_data: Mapping[str, Steps] | None = None, element_set_data: Mapping[str, Steps] | None = None,
           step_times: Sequence[float] | None = None, sets: Sequence[Set] = (), extras: Sequence[Extra] = (),
           order: str = "keep", level: str = "default", threads: int = 1, coordinate_error: float = 0,
-          errors: Mapping[str, float] | None = None, relative_errors: Mapping[str, float] | None = None, source_format: str = "", replace: bool = False) -> int:
+          errors: Mapping[str, float] | None = None, relative_errors: Mapping[str, float] | None = None,
+          fills: Mapping[str, Sequence[float]] | None = None, source_format: str = "", replace: bool = False) -> int:
     """Writes a mesh, and returns the size of the file in bytes.
 
     to: a path, or a file object open for writing. A file appears under its path only when it is complete. If the path
@@ -130,7 +131,8 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
     "keep", "stream" or "free". level: "fast", "default" or "best". threads: number of encoding threads; 0: one per
     core. coordinate_error: the largest allowed error of a coordinate; 0: lossless. errors: for each array name, the
     largest allowed error of its values. relative_errors: for each array name, the largest allowed error of a value
-    divided by the value, at most 0.5.
+    divided by the value, at most 0.5. fills: for each array name, the fill values, which mark missing values. They are
+    restored exactly under every bound.
     """
     options = struct("write_options")
     options.order, options.level = _ORDERS[order], _LEVELS[level]
@@ -164,6 +166,8 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
                 made.elements = len(one)
                 made.error = (errors or {}).get(key, 0)
                 made.relative_error = (relative_errors or {}).get(key, 0)
+                fill_values = ffi.new("double[]", [float(value) for value in (fills or {}).get(key, ())])
+                made.fills, made.fill_count = fill_values, len(fill_values)
                 writer(lib.shmf_writer_array, made)
                 if isinstance(values, Mapping):
                     stepped.append((index, values))

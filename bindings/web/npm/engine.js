@@ -363,6 +363,8 @@ export class Engine {
           : Array.from(this.wasm.copied(Uint32Array, info.blocks, info.block_count)),
         error: info.error,
         relativeError: info.relative_error,
+        fills: info.fills === 0 ? []
+          : Array.from(this.wasm.copied(Float64Array, info.fills, info.fill_count)),
         steps: info.per_step === 0 ? null
           : Array.from(this.listed(scratch, "shmf_get_steps", BigUint64Array, i), toNumber),
       };

@@ -112,6 +112,8 @@ export interface ArrayInfo {
   /** Error bound relative to the value: largest possible difference between a value and the original
    *  value, divided by the magnitude of the original value; 0: no such bound. */
   readonly relativeError: number;
+  /** Fill values, which mark missing values; they are restored exactly under every bound. */
+  readonly fills: number[];
   /** Time steps at which the array has values, ascending; null: the array is static. */
   readonly steps: number[] | null;
 }

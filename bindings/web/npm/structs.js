@@ -39,7 +39,7 @@ export const LAYOUTS = {
     "u32 nodes_per_cell", "u64 cells"),
   shmf_array: layout("u32 struct_size", "pointer name", "pointer role", "i32 location",
     "i32 type", "u32 components", "i32 per_step", "u64 elements", "pointer blocks",
-    "u32 block_count", "u32 reserved", "f64 error", "f64 relative_error"),
+    "u32 block_count", "u32 fill_count", "f64 error", "f64 relative_error", "pointer fills"),
   shmf_segment: layout("u32 struct_size", "u64 first_cell", "u64 cells", "u64 first_vertex",
     "u64 vertices", "u64 bytes", "f64[6] box"),
   shmf_extra: layout("u32 struct_size", "pointer key", "i32 type", "i32 refers", "pointer shape",
