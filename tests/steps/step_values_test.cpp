@@ -199,6 +199,25 @@ TEST(StepValues, StepsReferToTheOneBefore) {
   }
 }
 
+/// Reads the values of the array 0 at these steps, in this order.
+Values values_at(const Bytes& file, std::span<const std::uint64_t> steps,
+                 const ReadLimits& limits = {}) {
+  MemoryRandomSource source(file);
+  auto reader = StepReader::open(source, limits);
+  EXPECT_TRUE(reader);
+  Values out;
+  for (const std::uint64_t step : steps) {
+    const auto groups = reader->read({0, step, {}, false});
+    EXPECT_TRUE(groups);
+    if (!groups) continue;
+    Bytes all;
+    for (const StepValues& group : *groups)
+      all.insert(all.end(), group.values.begin(), group.values.end());
+    out[{0, step}] = std::move(all);
+  }
+  return out;
+}
+
 /// Returns `steps` steps of random values on all vertices of waves(1). The values change at the
 /// steps in `changes`.
 Stepped random_waves(std::uint64_t steps, const std::set<std::uint64_t>& changes) {
@@ -241,25 +260,11 @@ TEST(StepValues, KeyStepsReferToTheirBase) {
       if (change) expected.insert(alone.contains(20) ? 20 : 24);
       EXPECT_EQ(alone, expected);
       // The same values, read at random steps.
-      MemoryRandomSource source(bytes);
-      auto reader = StepReader::open(source);
-      ASSERT_TRUE(reader);
       PlainRandom random(5);
-      for (int i = 0; i < 30; ++i) {
-        StepRequest request;
-        request.step = random.below(40);
-        ASSERT_TRUE(reader->begin(request));
-        const Bytes& wanted = stepped.values[{0, request.step}];
-        while (true) {
-          const auto values = reader->next();
-          ASSERT_TRUE(values);
-          if (*values == nullptr) break;
-          EXPECT_EQ(std::memcmp((*values)->values.data(), wanted.data() + 8 * (*values)->first,
-                                (*values)->values.size()),
-                    0)
-              << request.step;
-        }
-      }
+      std::vector<std::uint64_t> wanted(30);
+      for (std::uint64_t& step : wanted) step = random.below(40);
+      for (const auto& [key, values] : values_at(bytes, wanted))
+        EXPECT_EQ(values, stepped.values.at(key)) << key.second;
     }
 }
 
@@ -413,27 +418,6 @@ ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {
   return {};
 }
 
-/// Reads the values of the array 0 at all steps, the last one first.
-Values values_backwards(const Bytes& file, std::uint64_t steps, const ReadLimits& limits) {
-  MemoryRandomSource source(file);
-  auto reader = StepReader::open(source, limits);
-  EXPECT_TRUE(reader);
-  Values out;
-  for (std::uint64_t step = steps; step-- > 0;) {
-    StepRequest request;
-    request.step = step;
-    EXPECT_TRUE(reader->begin(request));
-    while (true) {
-      const auto values = reader->next();
-      EXPECT_TRUE(values);
-      if (!values || *values == nullptr) break;
-      Bytes& all = out[{0, step}];
-      all.insert(all.end(), (*values)->values.begin(), (*values)->values.end());
-    }
-  }
-  return out;
-}
-
 // Values of earlier steps that exceed the memory limit are in a temporary file. The bytes of the
 // file do not depend on the limit.
 TEST(StepValues, EarlierStepsMayBeInATemporaryFile) {
@@ -443,6 +427,8 @@ TEST(StepValues, EarlierStepsMayBeInATemporaryFile) {
     stepped.options.waiting_bytes = 0;  // no bundles
     stepped.options.group_cells = 330;
     const Bytes in_memory = written(stepped);
+    std::vector<std::uint64_t> last_first(20);
+    std::iota(last_first.rbegin(), last_first.rend(), 0);
     // No step fits into the memory; or one of three steps does.
     for (const std::uint64_t memory : {std::uint64_t{0}, stepped.values[{0, 0}].size() * 3 / 2}) {
       stepped.options.kept_steps_bytes = memory;
@@ -450,7 +436,7 @@ TEST(StepValues, EarlierStepsMayBeInATemporaryFile) {
       ReadLimits limits;
       limits.max_kept_steps_bytes = memory;
       EXPECT_EQ(read_values(in_memory, limits), stepped.values);
-      EXPECT_EQ(values_backwards(in_memory, 20, limits), stepped.values);
+      EXPECT_EQ(values_at(in_memory, last_first, limits), stepped.values);
     }
     ReadLimits limits;
     limits.max_kept_steps_bytes = 0;

@@ -27,7 +27,7 @@ struct AppendOptions {
   /// number of earlier steps to which a new step may refer (Schema::step_references).
   std::uint32_t key_steps = 0;
   /// Folder of the temporary file for values of earlier steps that exceed
-  /// ReadLimits::max_kept_steps_bytes; empty: the system's folder.
+  /// ReadLimits::max_kept_steps_bytes, as ReadLimits::temporary_folder.
   std::string temporary_folder;
   /// Memory limit in bytes for steps that wait, as in WriteOptions::waiting_bytes.
   std::uint64_t waiting_bytes = std::uint64_t{8} << 20;

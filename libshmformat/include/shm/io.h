@@ -99,11 +99,11 @@ class SHM_API FileSink final : public ByteSink {
   static Result<std::unique_ptr<FileSink>> create(const std::string& path,
                                                   Temporary how = Temporary::unnamed,
                                                   Existing existing = Existing::replace);
-  /// Creates a scratch file in `folder`, or in the system's folder for temporary files if `folder`
-  /// is empty. Only the current user may access this file, and the file never appears under a final
-  /// name. If the operating system does not support unnamed files, or if `how` is `named`, the file
-  /// has a temporary name that contains `name`, so that users can recognize the file. commit() does
-  /// nothing.
+  /// Creates a scratch file in `folder`; if `folder` is empty, in /var/tmp (on Windows, in the
+  /// folder for temporary files). Only the current user may access this file, and the file never
+  /// appears under a final name. If the operating system does not support unnamed files, or if
+  /// `how` is `named`, the file has a temporary name that contains `name`, so that users can
+  /// recognize the file. commit() does nothing.
   static Result<std::unique_ptr<FileSink>> create_scratch(const std::string& folder,
                                                           const std::string& name,
                                                           Temporary how = Temporary::unnamed);

@@ -36,9 +36,9 @@ struct ReadLimits {
   std::uint64_t max_unpacked_bytes = std::uint64_t{1} << 26;
   /// Memory limit in bytes for values of earlier time steps, to which later steps refer. Up to
   /// three steps of each stepped array are kept. Values beyond the limit are kept in a temporary
-  /// file in `temporary_folder`; if that is empty, in the system's folder for temporary files. Only
-  /// the current user may access this file. Exceeding this limit is no error, except in
-  /// WebAssembly, which has no files.
+  /// file in `temporary_folder`; if that is empty, in /var/tmp (on Windows, in the folder for
+  /// temporary files). Only the current user may access this file. WebAssembly has no files; there,
+  /// reading a file that exceeds the limit fails with ErrorCode::over_limit.
   std::uint64_t max_kept_steps_bytes = std::uint64_t{1} << 27;
   std::string temporary_folder;
   std::uint32_t max_arrays = 65536;

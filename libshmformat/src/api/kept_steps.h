@@ -8,8 +8,8 @@
 
 namespace shm {
 
-/// Stores up to `memory` bytes in memory, and the rest in a temporary file in `folder`; if `folder`
-/// is empty, in the system's folder for temporary files.
+/// Returns a description of a store that keeps up to `memory` bytes in memory, and the rest in a
+/// temporary file in `folder` (see ReadLimits::temporary_folder).
 KeptSteps kept_steps(std::uint64_t memory, const std::string& folder);
 
 }  // namespace shm

@@ -1,9 +1,9 @@
 // SegmentSteps: reads one stepped array in one segment, from a key step or its base to the wanted
 // step, through an IndexedFile and its StepIndex. It reads group by group, and returns the values
 // of the wanted step for each group. It reads all steps of a group together, so that the topology
-// of the group is decoded only once. It keeps in memory the values of the most recently decoded
-// step. If trends are allowed, it also keeps the values of the step before that. spec: "Step
-// values"
+// of the group is decoded only once. It keeps the values of the most recently decoded step. If
+// trends are allowed, it also keeps the values of the step before that.
+// spec: "Step values"
 #pragma once
 
 #include <cstddef>
