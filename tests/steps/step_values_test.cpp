@@ -496,6 +496,24 @@ TEST(StepValues, ATrendIsFollowed) {
     EXPECT_EQ(headers[s].reference == StepReference::trend, s >= 2) << s;
 }
 
+// The codec shuffled_zstd makes random bits smaller than predictions do.
+TEST(StepValues, NoiseIsLeftToZstd) {
+  Stepped stepped;
+  stepped.mesh = grid(20, 20, 20);
+  const auto a = add_stepped(stepped.mesh, array_of("a", Location::point, ScalarType::float64, 1));
+  stepped.options.level = Level::standard;
+  stepped.options.group_cells = 4000;
+  PlainRandom random(6);
+  Bytes& values = stepped.values[{a, 0}];
+  for (std::size_t i = 0; i < 21 * 21 * 21; ++i)
+    append(values, (static_cast<double>(random.below(1ull << 62)) * 0x1p-62 + .1) *
+                       (random.below(2) ? 1 : -1));
+  const auto headers = step_headers_of(expect_values_back(stepped));
+  EXPECT_GT(headers.size(), 1u);
+  for (const StepHeader& header : headers)
+    EXPECT_EQ(header.codec, Codec::shuffled_zstd) << header.group;
+}
+
 TEST(StepValues, ManyComponentsAreLeftToZstd) {
   Stepped stepped;
   stepped.mesh = grid(2, 1, 1);

@@ -31,8 +31,8 @@ constexpr std::size_t kBytesAroundPart = 7;
 /// The same for a bundle.
 constexpr std::size_t kBytesAroundBundle = 40;
 
-// Zstd compression level for arrays that have too many components for the codec `columns`.
-constexpr int kWideArrayZstdLevel = 9;
+// Zstd compression level of steps that are coded with shuffled_zstd.
+constexpr int kShuffledZstdLevel = 9;
 // Zstd compression level with which repeated values are found.
 constexpr int kQuickZstdLevel = 1;
 constexpr std::size_t kUnlimitedBytes = ~std::size_t{0};
@@ -41,6 +41,15 @@ constexpr std::size_t kShareForSpeed = 32;
 /// A reference to the base must save at least this share, 1/N, because readers of the step also
 /// decode the base.
 constexpr std::size_t kShareForBase = 8;
+/// Except at level best, a reference to the previous steps must save at least this share, 1/N.
+/// Otherwise a step without a reference is better, because it is a base for the key steps after it.
+constexpr std::size_t kShareForReference = 64;
+
+/// Returns true if `bytes` saves enough of `alone`, the size without a reference, for a reference
+/// to the previous steps.
+bool saves_enough(std::size_t bytes, std::size_t alone) {
+  return bytes < alone - alone / kShareForReference;
+}
 
 }  // namespace
 
@@ -81,7 +90,8 @@ namespace {
 
 // A StepBasis consists of a StepReference, of one of the numbers below, and of the number of values
 // that the codec `columns` was tried for.
-constexpr std::uint64_t kNoCodecChosen = 0, kColumnsChosen = 1, kWeightedChosen = 2;
+constexpr std::uint64_t kNoCodecChosen = 0, kColumnsChosen = 1, kWeightedChosen = 2,
+                        kShuffledChosen = 3;
 
 }  // namespace
 
@@ -91,14 +101,16 @@ void StepEncoder::choose(StepBasis basis) {
   given_codec_.reset();
   if ((bits >> 2 & 3) == kColumnsChosen) given_codec_ = Codec::columns;
   if ((bits >> 2 & 3) == kWeightedChosen) given_codec_ = Codec::weighted;
+  if ((bits >> 2 & 3) == kShuffledChosen) given_codec_ = Codec::shuffled_zstd;
   slow_values_ = std::max(slow_values_, bits >> 4);
 }
 
 std::optional<StepBasis> StepEncoder::chosen() const {
   if (!array_ || !reference_ || waits_) return std::nullopt;
-  const std::uint64_t codec = weighted_ ? kWeightedChosen
-                              : column_ ? kColumnsChosen
-                                        : kNoCodecChosen;
+  const std::uint64_t codec = weighted_      ? kWeightedChosen
+                              : column_      ? kColumnsChosen
+                              : is_shuffled_ ? kShuffledChosen
+                                             : kNoCodecChosen;
   return StepBasis{static_cast<std::uint64_t>(*reference_) | codec << 2 | slow_values_ << 4};
 }
 
@@ -181,6 +193,7 @@ void StepEncoder::begin_encoding(std::uint32_t array, std::uint64_t step) {
   count_ = 0;
   reference_ = std::exchange(given_reference_, std::nullopt);
   codec_ = std::exchange(given_codec_, std::nullopt);
+  is_shuffled_ = codec_ == Codec::shuffled_zstd;
   column_.reset();
   weighted_.reset();
 }
@@ -278,12 +291,9 @@ Result<std::span<const std::byte>> StepEncoder::reference(StepReference kind) {
 /// Encodes the values of the current group without special values.
 Result<EncodedColumn> StepEncoder::encode_plain() {
   const ArrayInfo& info = schema_->arrays[*array_];
-  if (info.components > kMostStepComponents) {
-    reference_ = StepReference::nothing;
-    return EncodedColumn{
-        Codec::shuffled_zstd,
-        pack_shuffled(shuffled(values(), scalar_bytes(info.type)), kWideArrayZstdLevel)};
-  }
+  if (info.components > kMostStepComponents) reference_ = StepReference::nothing;
+  if (info.components > kMostStepComponents || is_shuffled_)
+    return encode_shuffled(kShuffledZstdLevel);
   if (level_ == Level::fast || !mesh_.has_neighbourhoods(*array_, group_)) return encode_in_terms();
   const auto elements = mesh_.elements(*array_, group_);
   if (!elements) return elements.error();
@@ -299,15 +309,29 @@ Result<EncodedColumn> StepEncoder::encode_plain() {
   return column_->encode(*elements, values(), level_, *referred);
 }
 
+EncodedColumn StepEncoder::encode_shuffled(int zstd_level) const {
+  const std::size_t width = scalar_bytes(schema_->arrays[*array_].type);
+  return {Codec::shuffled_zstd, pack_shuffled(shuffled(values(), width), zstd_level)};
+}
+
 /// Chooses the codec and the reference for all groups of a step. Encodes the first group in all
 /// ways that are tried, and chooses the way with the smallest result. The codec `columns` is slow.
 /// It is tried only for the first values, and for values that zstd makes smaller than the codec
-/// `weighted` does: they repeat in a way that `columns` may recognize.
+/// `weighted` does: they repeat in a way that `columns` may recognize, or they are noise, which
+/// shuffled_zstd makes smallest.
 Result<EncodedColumn> StepEncoder::choose_codec(const ColumnElements& elements) {
   const std::uint32_t segment = mesh_.segment_of(group_);
   const std::optional<StepReference> given = reference_;
+  const bool is_best = level_ == Level::best;
   EncodedColumn best;
   Result<void> status;
+  // Returns the number of bytes that this kind of reference must save, of a way that needs `limit`
+  // bytes.
+  const auto least_saving = [&](StepReference kind, std::size_t limit) -> std::size_t {
+    if (limit == kUnlimitedBytes || kind == reference_ || kind == StepReference::nothing) return 0;
+    if (kind == StepReference::base) return limit / kShareForBase;
+    return reference_ == StepReference::nothing && !is_best ? limit / kShareForReference : 0;
+  };
   // Encodes with each permitted reference. A result replaces `best` if it is smaller than `limit`
   // bytes.
   const auto try_all = [&](auto& chosen, std::size_t limit, auto&& encode) {
@@ -322,8 +346,7 @@ Result<EncodedColumn> StepEncoder::choose_codec(const ColumnElements& elements) 
         return;
       }
       EncodedColumn coded = encode(column, *referred);
-      const std::size_t grace = !given && kind == StepReference::base ? limit / kShareForBase : 0;
-      if (coded.bytes.size() >= limit - grace) continue;
+      if (coded.bytes.size() >= limit - (given ? 0 : least_saving(kind, limit))) continue;
       limit = coded.bytes.size();
       reference_ = kind;
       best = std::move(coded);
@@ -332,30 +355,37 @@ Result<EncodedColumn> StepEncoder::choose_codec(const ColumnElements& elements) 
       chosen = std::move(column);
     }
   };
-  if (codec_ != Codec::columns)
-    try_all(weighted_, kUnlimitedBytes,
-            [&](StepWeightedEncoder& column, std::span<const std::byte> values_before) {
-              return column.encode(elements, values(), values_before);
+  const auto try_columns = [&](std::size_t limit) {
+    try_all(column_, limit,
+            [&](StepColumnEncoder& column, std::span<const std::byte> values_before) {
+              slow_values_ += values().size() / scalar_bytes(schema_->arrays[*array_].type);
+              return column.encode(elements, values(), level_, values_before);
             });
+  };
+  if (codec_ == Codec::columns) {
+    try_columns(kUnlimitedBytes);
+    if (!status) return status.error();
+    return best;
+  }
+  try_all(weighted_, kUnlimitedBytes,
+          [&](StepWeightedEncoder& column, std::span<const std::byte> values_before) {
+            return column.encode(elements, values(), values_before);
+          });
   if (!status) return status.error();
   if (codec_ == Codec::weighted) return best;
   const std::size_t weighted = best.bytes.size();
-  const std::size_t width = scalar_bytes(schema_->arrays[*array_].type);
-  const bool is_best = level_ == Level::best;
-  if (codec_ == Codec::columns) {
-    try_all(column_, kUnlimitedBytes,
-            [&](StepColumnEncoder& column, std::span<const std::byte> values_before) {
-              return column.encode(elements, values(), level_, values_before);
-            });
-  } else if (is_best || slow_values_ < most_slow_values_ ||
-             pack_shuffled(shuffled(values(), width), kQuickZstdLevel).size() < weighted)
-    try_all(column_, is_best ? weighted : weighted - weighted / kShareForSpeed,
-            [&](StepColumnEncoder& column, std::span<const std::byte> values_before) {
-              slow_values_ += values().size() / width;
-              return column.encode(elements, values(), level_, values_before);
-            });
+  const bool packs_well = encode_shuffled(kQuickZstdLevel).bytes.size() < weighted;
+  if (is_best || slow_values_ < most_slow_values_ || packs_well)
+    try_columns(is_best ? weighted : weighted - weighted / kShareForSpeed);
   if (!status) return status.error();
-  return best;
+  if (!packs_well) return best;
+  EncodedColumn packed = encode_shuffled(kShuffledZstdLevel);
+  if (packed.bytes.size() >= best.bytes.size()) return best;
+  reference_ = given.value_or(StepReference::nothing);
+  column_.reset();
+  weighted_.reset();
+  is_shuffled_ = true;
+  return packed;
 }
 
 Result<StepEncoder::StepTerms> StepEncoder::encode_terms(StepReference kind) {
@@ -381,6 +411,7 @@ Result<EncodedColumn> StepEncoder::encode_in_terms() {
   auto coded = encode_terms(kind);
   if (!coded) return coded.error();
   reference_ = coded->refers ? kind : StepReference::nothing;
+  if (!coded->refers) before_[*array_].base_bytes = coded->column.bytes.size();
   return std::move(coded->column);
 }
 
@@ -407,6 +438,17 @@ Result<EncodedColumn> StepEncoder::choose_terms() {
     if (trend->column.bytes.size() < best->column.bytes.size()) {
       *best = std::move(*trend);
       before.liked = StepReference::trend;
+    }
+  }
+  if (!saves_enough(best->column.bytes.size(), before.base_bytes)) {
+    // The values differ so much from those before that this step may become a base.
+    auto alone = encode_terms(StepReference::nothing);
+    if (!alone) return alone.error();
+    if (!saves_enough(best->column.bytes.size(), alone->column.bytes.size())) {
+      before.liked_bytes = 0;
+      before.base_bytes = alone->column.bytes.size();
+      reference_ = StepReference::nothing;
+      return std::move(alone->column);
     }
   }
   // If one of the kinds of references was not allowed at this step, the next step compares all

@@ -142,6 +142,8 @@ class StepEncoder {
     /// Number of steps since the most recent key step, including the key step.
     std::uint32_t run = 0;
     std::optional<std::uint64_t> base;  ///< number of the most recent step that refers to no other
+    /// Coded size in bytes of the first group of the base, if it is coded with `terms`.
+    std::size_t base_bytes = 0;
     /// Reference that choose_terms() chose most recently.
     StepReference liked = StepReference::nothing;
     /// Coded size in bytes of the first group at the step at which `liked` was chosen; 0 if the
@@ -198,6 +200,7 @@ class StepEncoder {
   Result<EncodedColumn> encode();
   Result<EncodedColumn> encode_plain();
   Result<EncodedColumn> choose_codec(const ColumnElements& elements);
+  EncodedColumn encode_shuffled(int zstd_level) const;
   Result<StepTerms> encode_terms(StepReference kind);
   Result<EncodedColumn> encode_in_terms();
   Result<EncodedColumn> choose_terms();
@@ -235,9 +238,11 @@ class StepEncoder {
   // Reference of the current step, once it has been chosen.
   std::optional<StepReference> reference_;
   std::optional<Codec> codec_;  // codec of the current step that choose() has set
-  // The column of the chosen codec; both are empty until the codec of the step has been chosen.
+  // The column of the chosen codec. Both are empty until the codec of the step has been chosen, or
+  // if it is shuffled_zstd.
   std::optional<StepColumnEncoder> column_;
   std::optional<StepWeightedEncoder> weighted_;
+  bool is_shuffled_ = false;
   // Number of groups with elements of the array so far at this step, including the current group.
   std::size_t groups_ = 0;
   std::size_t group_ = 0;    // index of the current group
