@@ -244,11 +244,23 @@ Result<void> StepEncoder::end_group() {
 /// may refer to them. `is_base` is true if the step refers to no other step.
 Result<void> StepEncoder::remember(std::uint32_t array, std::uint64_t offset,
                                    std::span<const std::byte> values, bool is_base) {
-  const ArrayInfo& info = schema_->arrays[array];
   StepMemory& memory = before_[array].values;
-  if (!info.quantization.lossy() || most_ == StepReference::nothing ||
-      info.components > kMostStepComponents)
+  if (most_ == StepReference::nothing || !is_rounded(array))
     return memory.take(offset, values, is_base);
+  return memory.take(offset, rounded(array, values), is_base);
+}
+
+/// Returns true if a reader restores rounded values of an array. Arrays with too many components
+/// are stored exactly.
+bool StepEncoder::is_rounded(std::uint32_t array) const {
+  const ArrayInfo& info = schema_->arrays[array];
+  return info.quantization.lossy() && info.components <= kMostStepComponents;
+}
+
+/// Returns the values that a reader of the array restores.
+std::vector<std::byte> StepEncoder::rounded(std::uint32_t array,
+                                            std::span<const std::byte> values) const {
+  const ArrayInfo& info = schema_->arrays[array];
   const std::size_t width = scalar_bytes(info.type), stride = width * info.components;
   std::vector<std::byte> restored(values.size());
   std::vector<std::uint64_t> words(values.size() / stride);
@@ -257,7 +269,7 @@ Result<void> StepEncoder::remember(std::uint32_t array, std::uint64_t offset,
     round_quantized(info, c, words);
     save(words, restored.data() + c * width, stride, width);
   }
-  return memory.take(offset, restored, is_base);
+  return restored;
 }
 
 /// Encodes the pending values of the current group.
@@ -311,7 +323,9 @@ Result<EncodedColumn> StepEncoder::encode_plain() {
 
 EncodedColumn StepEncoder::encode_shuffled(int zstd_level) const {
   const std::size_t width = scalar_bytes(schema_->arrays[*array_].type);
-  return {Codec::shuffled_zstd, pack_shuffled(shuffled(values(), width), zstd_level)};
+  const std::vector<std::byte> planes =
+      is_rounded(*array_) ? shuffled(rounded(*array_, values()), width) : shuffled(values(), width);
+  return {Codec::shuffled_zstd, pack_shuffled(planes, zstd_level)};
 }
 
 /// Chooses the codec and the reference for all groups of a step. Encodes the first group in all

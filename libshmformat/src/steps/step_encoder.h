@@ -197,6 +197,8 @@ class StepEncoder {
   Result<void> end_group();
   Result<void> remember(std::uint32_t array, std::uint64_t offset,
                         std::span<const std::byte> values, bool is_base);
+  bool is_rounded(std::uint32_t array) const;
+  std::vector<std::byte> rounded(std::uint32_t array, std::span<const std::byte> values) const;
   Result<EncodedColumn> encode();
   Result<EncodedColumn> encode_plain();
   Result<EncodedColumn> choose_codec(const ColumnElements& elements);
