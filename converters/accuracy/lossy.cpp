@@ -1,4 +1,4 @@
-#include "mesh/lossy.h"
+#include "accuracy/lossy.h"
 
 #include <algorithm>
 #include <array>
@@ -10,10 +10,12 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <set>
 #include <span>
 #include <system_error>
 #include <utility>
 
+#include "accuracy/block_bounds.h"
 #include "base/failure.h"
 #include "mesh/array_names.h"
 
@@ -381,7 +383,7 @@ Accuracy parse_accuracy(std::string_view text, const std::string& option) {
 }
 
 NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& option) {
-  const std::size_t colon = last_colon(text);
+  const std::size_t colon = last_unescaped(text, ':');
   if (colon == std::string::npos || colon == 0)
     wrong_use(option + ": '" + text +
               "' is not NAME:abs=E, :rel=E, :rms=E, :psnr=DB, :pwrel=E, :digits=N, :bits=N or "
@@ -398,7 +400,7 @@ double parse_fill(std::string_view text, const std::string& option) {
 
 std::optional<NamedFill> parse_named_fill(const std::string& text, const std::string& option) {
   constexpr std::string_view kFill = "fill=";
-  const std::size_t colon = last_colon(text);
+  const std::size_t colon = last_unescaped(text, ':');
   if (colon == std::string::npos || colon == 0) return std::nullopt;
   const auto how = std::string_view(text).substr(colon + 1);
   if (!how.starts_with(kFill)) return std::nullopt;
@@ -414,12 +416,40 @@ void add_fill(double fill, ArrayInfo& array) {
   if (std::isfinite(fill) && !is_fill(array.fills, fill)) array.fills.push_back(fill);
 }
 
+// A name that may end with "@BLOCK".
+struct OfBlock {
+  std::string name;
+  std::optional<std::string> block;
+};
+
+// Splits a name at its last @, unless a backslash precedes the @, or an array has the whole name.
+OfBlock split_at_block(const Schema& schema, const std::string& name) {
+  const std::size_t at = last_unescaped(name, '@');
+  const std::vector<std::string> paths = paths_of(schema);
+  for (std::size_t a = 0; a < paths.size(); ++a)
+    if (name == paths[a] || name == schema.arrays[a].name) return {name, {}};
+  if (at == std::string::npos) return {name, {}};
+  return {name.substr(0, at), unescaped(std::string_view(name).substr(at + 1))};
+}
+
+// Returns true if the accuracy can apply to the array. Throws Failure (misuse) if the array is an
+// integer array with a name that is not a pattern.
+bool applies(const Accuracy& accuracy, const ArrayInfo& array, const std::string& name,
+             bool is_pattern) {
+  if (!is_lossy(accuracy) || is_float(array.type)) return true;
+  if (!is_pattern)
+    wrong_use("--array: '" + name + "' holds " + std::string(scalar_name(array.type)) +
+              ", and integers are never rounded");
+  return false;
+}
+
 // Sets the accuracies of selected arrays: first those with wildcards, then those of single arrays.
 void select(const Lossy& lossy, const Schema& schema, Accuracy& of_coordinates,
             std::vector<Accuracy>& of_arrays) {
   constexpr std::size_t kOfCoordinates = ~std::size_t{0};
   std::vector<std::pair<std::size_t, Accuracy>> exact;
   for (const auto& [name, accuracy] : lossy.named) {
+    if (split_at_block(schema, name).block) continue;
     CalledArrays called;
     if (name == kCoordinates && accuracy.kind == Accuracy::Kind::pointwise)
       wrong_use("--array: coordinates cannot have a bound relative to each value");
@@ -435,13 +465,8 @@ void select(const Lossy& lossy, const Schema& schema, Accuracy& of_coordinates,
           wrong_use("--array: '" + name + "' comes twice");
         exact.emplace_back(a, accuracy);
       }
-      if (a == kOfCoordinates) continue;
-      const ArrayInfo& array = schema.arrays[a];
-      if (is_lossy(accuracy) && !is_float(array.type)) {
-        if (called.is_pattern) continue;
-        wrong_use("--array: '" + name + "' holds " + std::string(scalar_name(array.type)) +
-                  ", and integers are never rounded");
-      }
+      if (a == kOfCoordinates || !applies(accuracy, schema.arrays[a], name, called.is_pattern))
+        continue;
       has_any = true;
       if (called.is_pattern) of_arrays[a] = accuracy;
     }
@@ -471,6 +496,53 @@ void add_fills(const Lossy& lossy, Schema& schema) {
   }
 }
 
+bool has_block_bounds(const Schema& schema, const Lossy& lossy) {
+  return std::any_of(lossy.named.begin(), lossy.named.end(), [&](const NamedAccuracy& it) {
+    return split_at_block(schema, it.name).block.has_value();
+  });
+}
+
+std::vector<std::vector<BlockAccuracy>> accuracies_of_blocks(const Schema& schema,
+                                                             const Lossy& lossy) {
+  std::vector<Accuracy> of_arrays = accuracy_of_arrays(schema, lossy.fields);
+  Accuracy of_coordinates;
+  select(lossy, schema, of_coordinates, of_arrays);
+  std::vector<std::vector<BlockAccuracy>> all(schema.arrays.size());
+  std::set<std::pair<std::size_t, std::uint32_t>> exact;
+  const auto set = [&](const NamedAccuracy& named, const OfBlock& split, bool patterns) {
+    const CalledArrays called = arrays_called(schema, split.name, "--array");
+    if (called.is_pattern != patterns) return;
+    bool has_any = false;
+    for (const std::size_t a : called.arrays) {
+      const ArrayInfo& array = schema.arrays[a];
+      if (array.location != Location::cell) continue;
+      if (!applies(named.accuracy, array, split.name, called.is_pattern)) continue;
+      for (const std::uint32_t block : blocks_called(schema.blocks, *split.block, "--array")) {
+        if (!array.blocks.empty() &&
+            !std::binary_search(array.blocks.begin(), array.blocks.end(), block))
+          continue;
+        has_any = true;
+        if (!patterns && !exact.emplace(a, block).second)
+          wrong_use("--array: '" + named.name + "' comes twice");
+        if (all[a].empty()) all[a].resize(schema.blocks.size(), {of_arrays[a], false});
+        all[a][block] = {named.accuracy, true};
+      }
+    }
+    if (!has_any) wrong_use("--array: no array '" + named.name + "' has cell data in the block");
+  };
+  for (const bool patterns : {true, false})
+    for (const NamedAccuracy& named : lossy.named)
+      if (const OfBlock split = split_at_block(schema, named.name); split.block)
+        set(named, split, patterns);
+  for (const auto& blocks : all)
+    for (const BlockAccuracy& it : blocks)
+      if (it.accuracy.kind != Accuracy::Kind::lossless &&
+          it.accuracy.kind != Accuracy::Kind::absolute &&
+          it.accuracy.kind != Accuracy::Kind::relative)
+        wrong_use("--array: arrays with NAME@BLOCK need abs=E, rel=E or lossless in all blocks");
+  return all;
+}
+
 void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Progress& progress) {
   const MeshInfo& info = mesh.info();
   Accuracy of_coordinates = lossy.coordinates;
@@ -487,8 +559,11 @@ void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Pr
                        [&](std::uint64_t, std::uint64_t first, std::uint64_t count,
                            std::byte* out) { mesh.read_points(first, count, out); }},
                       true, progress);
+  const BlockBounds of_blocks =
+      has_block_bounds(schema, lossy) ? block_bounds_in(info) : BlockBounds(schema.arrays.size());
   for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
     ArrayInfo& array = schema.arrays[a];
+    if (!of_blocks[a].empty()) of_arrays[a] = {};
     const std::uint64_t steps = array.per_step ? info.step_times.size() : 1;
     array.quantization = quantization_of(
         of_arrays[a],

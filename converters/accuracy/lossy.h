@@ -40,8 +40,8 @@ struct Accuracy {
 // throws Failure (misuse) with `option` in the message.
 Accuracy parse_accuracy(std::string_view text, const std::string& option);
 
-// The accuracy of some arrays, given as "NAME:ACCURACY". NAME is "coordinates" or selects arrays,
-// see arrays_called().
+// The accuracy of some arrays, given as "NAME:ACCURACY" or "NAME@BLOCK:ACCURACY". NAME is
+// "coordinates" or selects arrays, see arrays_called(). BLOCK is the name or the id of a block.
 struct NamedAccuracy {
   std::string name;
   Accuracy accuracy;
@@ -78,13 +78,28 @@ struct Lossy {
 // arrays, and for names that match no array.
 void add_fills(const Lossy& lossy, Schema& schema);
 
+// Returns true if `lossy` contains an accuracy of a block.
+bool has_block_bounds(const Schema& schema, const Lossy& lossy);
+
+// The accuracy of an array in a block. `is_of_block` is false if it applies to the whole array.
+struct BlockAccuracy {
+  Accuracy accuracy;
+  bool is_of_block = false;
+};
+// Returns the accuracy in each block, for each array that has an accuracy of a block; the lists of
+// other arrays are empty. Throws Failure (misuse) for names that match nothing, and for accuracies
+// other than absolute, relative and lossless.
+std::vector<std::vector<BlockAccuracy>> accuracies_of_blocks(const Schema& schema,
+                                                             const Lossy& lossy);
+
 // Stores the quantizations that `lossy` requests in `schema`, whose arrays must be those of the
 // mesh. Reads the values of each lossy array once, at all steps, in bounded memory. The range of an
 // array covers all its components, blocks and steps, without fill values. The range of the
 // coordinates is the longest side of their bounding box. Prints a warning if a range seems to
 // contain values that mark missing data. An array is stored losslessly if its values are so large,
 // or if its bound is so small, that rounding would not reduce its encoded size. Throws Failure
-// (misuse) for integer arrays, and for names that match no array or several arrays.
+// (misuse) for integer arrays, and for names that match no array or several arrays. Arrays with
+// block bounds (block_bounds.h) stay lossless, because their values are rounded already.
 void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Progress& progress);
 
 }  // namespace shm::converters

@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "accuracy/block_bounds.h"
 #include "archive/appended_extras.h"
 #include "archive/damage_report.h"
 #include "archive/foreign_steps.h"
@@ -137,6 +138,11 @@ class Appending {
     const Schema& schema = old().schema;
     std::optional<CoveredOrder> covered;
     if (cell_order() != nullptr) covered.emplace(*steps_, *cell_order(), spool_);
+    // Values are rounded in the same way as those of the old steps.
+    std::unique_ptr<RoundedMesh> rounded;
+    if (BlockBounds bounds = block_bounds_in(old()); has_any(bounds))
+      rounded = std::make_unique<RoundedMesh>(*steps_, std::move(bounds), schema);
+    MeshSource& steps = rounded ? *rounded : *steps_;
     for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
       if (!schema.arrays[a].per_step) continue;
       const Location location = schema.arrays[a].location;
@@ -145,7 +151,7 @@ class Appending {
                                                                   : nullptr;
       for (std::size_t i = 0; i < outcome_.steps.size(); ++i) {
         const std::uint64_t to = old().step_times.size() + i;
-        feed_step(*steps_, a, outcome_.steps[i], order, kCacheBytes,
+        feed_step(steps, a, outcome_.steps[i], order, kCacheBytes,
                   [&](std::span<const std::byte> values) {
                     unwrap(appender_.add_step_values(a, to, values), path_);
                   });

@@ -1,10 +1,13 @@
 #include "archive/appended_extras.h"
 
+#include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <map>
 #include <string>
 #include <utility>
 
+#include "accuracy/block_bounds.h"
 #include "base/failure.h"
 #include "formats/formats.h"
 #include "interface/format.h"
@@ -41,16 +44,31 @@ AppendedExtras same_extras(const MeshInfo& old, const std::vector<Extra>& extras
   return {};
 }
 
-}  // namespace
-
-AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
-                               const std::vector<Extra>& extras,
-                               std::span<const std::uint64_t> steps) {
+// Does the same as appended_extras(), for `extras` without bounds of blocks.
+AppendedExtras extras_of_source(const MeshInfo& old, const MeshInfo& more,
+                                const std::vector<Extra>& extras,
+                                std::span<const std::uint64_t> steps) {
   const SourceFormat& format = source_format(old);
   if (!format.counts_steps(old) && old.extras == extras) return {};
   if (goes_on_from_the_start(old, more, steps)) return {true, extras, {}};
   if (auto joined = format.joined_extras(old, more, extras, steps)) return std::move(*joined);
   return same_extras(old, extras);
+}
+
+bool is_about_bounds(const Extra& extra) { return is_block_bounds(extra.key); }
+
+}  // namespace
+
+AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more, std::vector<Extra> extras,
+                               std::span<const std::uint64_t> steps) {
+  std::erase_if(extras, is_about_bounds);
+  AppendedExtras appended = extras_of_source(old, more, extras, steps);
+  // The new steps are rounded within the same bounds as the old steps.
+  std::erase_if(appended.extras, is_about_bounds);
+  if (appended.changed)
+    std::copy_if(old.extras.begin(), old.extras.end(), std::back_inserter(appended.extras),
+                 is_about_bounds);
+  return appended;
 }
 
 }  // namespace shm::converters

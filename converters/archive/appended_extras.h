@@ -21,8 +21,7 @@ namespace shm::converters {
 //   the new values are appended to the old values.
 //
 // Throws Failure (unsupported) if the extras cannot be combined.
-AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
-                               const std::vector<Extra>& extras,
+AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more, std::vector<Extra> extras,
                                std::span<const std::uint64_t> steps);
 
 }  // namespace shm::converters

@@ -11,6 +11,7 @@
 #include <span>
 #include <utility>
 
+#include "accuracy/block_bounds.h"
 #include "base/spool.h"
 #include "base/stored_value.h"
 #include "compare/extras.h"
@@ -56,7 +57,10 @@ class Comparison {
     source_ = &numbers_.source();
     compare_points();
     compare_cells();
-    const std::vector<std::string> names = array_names(restored_->info().schema);
+    bounds_ = block_bounds_in(restored_->info());
+    if (same_arrays_ && has_any(bounds_))
+      rounded_ = std::make_unique<RoundedMesh>(*source_, bounds_, schema);
+    const std::vector<std::string> names = array_names(schema);
     for (std::size_t a = 0; same_arrays_ && a < schema.arrays.size(); ++a)
       if (with_steps_ || !schema.arrays[a].per_step) compare_array(a, names[a]);
     if (with_steps_) compare_extras();
@@ -106,6 +110,9 @@ class Comparison {
   NumberingSearch numbers_;
   CompareReport report_;
   bool same_counts_ = true, same_arrays_ = true;
+  // Bounds of blocks that the restored mesh records, and the source rounded within these bounds.
+  BlockBounds bounds_;
+  std::unique_ptr<RoundedMesh> rounded_;
 };
 
 void Comparison::compare_structure() {
@@ -244,10 +251,26 @@ void Comparison::compare_array(std::size_t array, const std::string& name) {
     const char* element = data.location == Location::point                         ? "vertex"
                           : data.location == Location::cell && data.blocks.empty() ? "cell"
                                                                                    : "element";
-    compare_column(
-        {name, std::move(what), element, data.type, data.components, info.array_elements(array),
-         data.quantization, data.fills, from(source_), from(restored_)},
-        order);
+    Column column{name,
+                  std::move(what),
+                  element,
+                  data.type,
+                  data.components,
+                  info.array_elements(array),
+                  data.quantization,
+                  data.fills,
+                  from(source_),
+                  from(restored_)};
+    if (!bounds_[array].empty()) {
+      // The source, rounded in the same way, must be equal. The error is measured as well.
+      column.source = from(rounded_.get());
+      compare_column(column, order);
+      column.source = from(source_);
+      const double most = *std::max_element(bounds_[array].begin(), bounds_[array].end());
+      if (!(most > 0)) continue;
+      column.quantization = Quantization::absolute(most, data.components);
+    }
+    compare_column(column, order);
   }
 }
 
@@ -352,7 +375,7 @@ void Comparison::compare_extras() {
       differ("extra '" + (*a)->key + "' is missing from the restored mesh");
       ++a;
     } else if (a == source.end() || (*b)->key < (*a)->key) {
-      differ("extra '" + (*b)->key + "' is not in the source");
+      if (!is_block_bounds((*b)->key)) differ("extra '" + (*b)->key + "' is not in the source");
       ++b;
     } else {
       compare_extra(renumbered(**a, to), **b);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "mesh/lossy.h"
+#include "accuracy/lossy.h"
 
 namespace shm::converters {
 

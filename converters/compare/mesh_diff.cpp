@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "accuracy/block_bounds.h"
 #include "base/spool.h"
 #include "compare/extras.h"
 #include "compare/field_pairs.h"
@@ -473,7 +474,9 @@ void Diff::compare_extras() {
   ExtrasComparison how;
   how.is_ignored = [&](const std::string& key) {
     // Lists of strings are compared together with the arrays that refer to them, not as extras.
-    return source_format(a_).is_list_of_strings(key) || names_.is_ignored_extra(key);
+    // Bounds of blocks describe a .shm file, and are not data of the mesh.
+    return source_format(a_).is_list_of_strings(key) || is_block_bounds(key) ||
+           names_.is_ignored_extra(key);
   };
   how.accuracy = options_.tolerance.fields;
   how.in_any_order = options_.match;

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "accuracy/block_accuracy.h"
 #include "base/failure.h"
 #include "compression/compress.h"
 #include "compression/step_feeder.h"
@@ -330,6 +331,8 @@ Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
 }
 
 Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& spool) {
+  if (has_block_bounds(mesh.info().schema, options.lossy) && !has_any(block_bounds_in(mesh.info())))
+    throw Failure(ErrorCode::unsupported, "bounds of blocks need shm compress");
   Schema schema = schema_for(mesh, options);
   remove_useless_rounding(mesh, schema, [&](MeshSource& part, const Schema& tried) {
     if (options.progress) options.progress("trying bounds", 0, 1);
@@ -353,13 +356,28 @@ WriteOptions write_options_for(const MeshSource& mesh, const CompressOptions& op
   return write_options;
 }
 
-SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
-                         Spool& spool) {
+namespace {
+
+// Compresses a mesh whose arrays with block bounds are rounded already.
+SizeReport compress_rounded(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
+                            Spool& spool) {
   const Schema schema = schema_to_write(mesh, options, spool);
   if (options.order == Order::free) return compress_free(mesh, sink, schema, options, spool);
   return code_mesh(mesh, schema, sink,
                    heard_by(options.coding_order, write_options_for(mesh, options)),
                    options.progress, spool, usual_cache(schema, spool));
+}
+
+}  // namespace
+
+SizeReport compress_mesh(MeshSource& mesh, ByteSink& sink, const CompressOptions& options,
+                         Spool& spool) {
+  if (!has_block_bounds(mesh.info().schema, options.lossy))
+    return compress_rounded(mesh, sink, options, spool);
+  Schema schema = mesh.info().schema;
+  add_fills(options.lossy, schema);
+  RoundedMesh rounded(mesh, block_bounds_of(mesh, options.lossy, options.progress), schema);
+  return compress_rounded(rounded, sink, options, spool);
 }
 
 std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const CompressOptions& options,

@@ -17,10 +17,10 @@
 #include <utility>
 #include <vector>
 
+#include "accuracy/lossy.h"
 #include "base/failure.h"
 #include "base/progress.h"
 #include "base/spool.h"
-#include "mesh/lossy.h"
 #include "mesh/mesh_source.h"
 #include "mesh/vertex_compaction.h"
 #include "order/cell_orders.h"

@@ -95,14 +95,32 @@ CalledArrays arrays_called(const Schema& schema, const std::string& name,
   return matching;
 }
 
-std::size_t last_colon(const std::string& text) {
+std::vector<std::uint32_t> blocks_called(const std::vector<BlockInfo>& blocks,
+                                         const std::string& name, const std::string& option) {
+  std::vector<std::uint32_t> found;
+  const auto take = [&](auto&& text_of) {
+    for (std::uint32_t b = 0; b < blocks.size() && !name.empty(); ++b)
+      if (text_of(blocks[b]) == name) found.push_back(b);
+  };
+  take([](const BlockInfo& block) { return block.name; });
+  if (found.empty()) take([](const BlockInfo& block) { return std::to_string(block.id); });
+  if (found.empty())
+    wrong_use(
+        option + ": the mesh has no block '" + name + "'; ids are " +
+        listed(blocks, [](const BlockInfo& block) { return with_name(block.id, block.name); }));
+  return found;
+}
+
+std::size_t last_unescaped(const std::string& text, char character) {
   for (std::size_t i = text.size(); i-- > 0;) {
-    if (text[i] != ':') continue;
+    if (text[i] != character) continue;
     std::size_t backslashes = 0;
     while (backslashes < i && text[i - 1 - backslashes] == '\\') ++backslashes;
     if (backslashes % 2 == 0) return i;
   }
   return std::string::npos;
 }
+
+std::string unescaped(std::string_view text) { return Pattern(text).literal(); }
 
 }  // namespace shm::converters

@@ -5,12 +5,15 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <utility>
 
+#include "accuracy/block_bounds.h"
 #include "base/failure.h"
 #include "base/stored_value.h"
 #include "formats/formats.h"
 #include "interface/format.h"
+#include "mesh/array_names.h"
 #include "shm/segment_reader.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
@@ -121,6 +124,7 @@ Json schema_json(const MeshInfo& info) {
                               {"cells", info.block_cells[b]}});
   }
   json["arrays"] = Json::array();
+  const BlockBounds bounds = block_bounds_in(info);
   for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
     const ArrayInfo& array = schema.arrays[a];
     Json entry = {{"name", array.name},
@@ -136,6 +140,7 @@ Json schema_json(const MeshInfo& info) {
       entry["sets"] = array.blocks;
     }
     add_quantization(entry, "", array.quantization, array.type);
+    if (!bounds[a].empty()) entry["max_error_of_blocks"] = bounds[a];
     entry["fills"] = array.fills;
     json["arrays"].push_back(std::move(entry));
   }
@@ -267,7 +272,18 @@ std::string block_text(const BlockInfo& block, std::uint64_t cells) {
                                     : plural(block.nodes_per_cell, "node", "nodes"));
 }
 
-std::string array_text(const ArrayInfo& array, const FoundRange* range) {
+// Returns the bounds of blocks of an array as text. `bounds` is empty if the array has none.
+std::string block_bounds_text(const Schema& schema, const std::vector<double>& bounds) {
+  if (bounds.empty()) return {};
+  std::vector<std::size_t> blocks(bounds.size());
+  std::iota(blocks.begin(), blocks.end(), std::size_t{0});
+  return ", rounded, error at most " + listed(blocks, [&](std::size_t b) {
+           return number_text(bounds[b]) + " in block " +
+                  with_name(schema.blocks[b].id, schema.blocks[b].name);
+         });
+}
+
+std::string array_text(const ArrayInfo& array, const std::string& bounds, const FoundRange* range) {
   std::string location(location_name(array.location));
   std::replace(location.begin(), location.end(), '_', ' ');
   std::string text = quoted(array.name) + ": " + location + " data, " +
@@ -280,7 +296,7 @@ std::string array_text(const ArrayInfo& array, const FoundRange* range) {
   if (!on_mesh && array.location != Location::global)
     text += ", " + plural(array.elements, "member", "members");
   if (!array.role.empty()) text += ", " + array.role;
-  text += quantization_text(array.quantization, array.type);
+  text += quantization_text(array.quantization, array.type) + bounds;
   for (const double fill : array.fills) text += ", fill value " + number_text(fill);
   if (range == nullptr) return text;
   text += range->is_empty ? ", no finite value"
@@ -424,10 +440,12 @@ std::string info_text(const InfoReport& report, bool verbose) {
             return block_text(schema.blocks[b], info.block_cells[b]);
           });
   const auto& ranges = report.extent.ranges;
+  const BlockBounds bounds = block_bounds_in(info);
   if (!schema.arrays.empty())
     text += "\narrays" + std::string(ranges_hint(report.extent)) + "\n" +
             first_of(schema.arrays, [&](std::size_t a) {
-              return array_text(schema.arrays[a], ranges.empty() ? nullptr : &ranges[a]);
+              return array_text(schema.arrays[a], block_bounds_text(schema, bounds[a]),
+                                ranges.empty() ? nullptr : &ranges[a]);
             });
   const std::vector<NamedGroup> sets = named_groups_of(info);
   if (!sets.empty())

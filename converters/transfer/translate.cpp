@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "accuracy/block_bounds.h"
 #include "base/failure.h"
 #include "formats/formats.h"
 #include "mesh/array_names.h"
@@ -126,6 +127,9 @@ Translation::Translation(MeshSource& source, const std::string& format, const Ca
   report_blocks();
   carry_title();
   carry_sets(spool);
+  // Bounds of blocks describe the .shm file, and are not data of the mesh.
+  for (const Extra& extra : from_.extras)
+    if (is_block_bounds(extra.key)) used_.insert(extra.key);
   add(std::make_unique<WithExtras>(*mesh_, std::move(extras_)));
   for (std::string& loss : source_.losses(from_, used_)) losses_.push_back(std::move(loss));
 }

@@ -219,6 +219,91 @@ class BoundsTest(FolderTest):
         for wrong in ("x*:abs=1", "stress_id:abs=1", "*_id:abs=1", "cell/*:abs=1"):
             self.shm("compress", "--array", wrong, self.write_mesh(), "-o", "no.shm", code=2)
 
+    # Hexahedra and tetrahedra alternate. They are the blocks 12 and 10.
+    def write_two_blocks(self, values):
+        points, cells = [], []
+        for i in range(len(values)):
+            corners = [(x, y, z) for z in (0, 1) for y, x in ((0, 0), (0, 1), (1, 1), (1, 0))][:8 if i % 2 == 0 else 4]
+            if i % 2 == 1:
+                corners[2:] = [(0, 1, 0), (0, 0, 1)]
+            cells.append([len(points) + c for c in range(len(corners))])
+            points += [(x + 2 * i, y, z) for x, y, z in corners]
+        text = ["# vtk DataFile Version 3.0", "two blocks", "ASCII", "DATASET UNSTRUCTURED_GRID",
+                f"POINTS {len(points)} double", *(" ".join(map(str, point)) for point in points),
+                f"CELLS {len(cells)} {sum(map(len, cells)) + len(cells)}",
+                *(" ".join(map(str, [len(cell), *cell])) for cell in cells), f"CELL_TYPES {len(cells)}",
+                *("12" if len(cell) == 8 else "10" for cell in cells), f"CELL_DATA {len(cells)}"]
+        for name, type_ in (("heat", "float"), ("a@b", "double"), ("id", "int")):
+            text += [f"SCALARS {name} {type_} 1", "LOOKUP_TABLE default",
+                     " ".join(str(i) if type_ == "int" else repr(v) for i, v in enumerate(values))]
+        return self.write("two.vtk", "\n".join(text) + "\n")
+
+    def test_bounds_of_blocks(self):
+        values = [0.0 if i % 17 == 0 else FILL if i % 50 == 3 else temperature(i) * (1 if i % 3 else -1e-3)
+                  for i in range(400)]
+        mesh = self.write_two_blocks(values)
+
+        def bounds(*options):
+            words = [word for option in options for word in ("--array", option)]
+            self.shm("compress", *words, "--fill", str(FILL), mesh, "-o", "two.shm", "-f")
+            report = json.loads(self.shm("verify", "two.shm", "--against", mesh, "--json"))
+            self.assertTrue(report["equal"])
+            arrays = {array["name"]: array for array in json.loads(self.shm("info", "two.shm", "--json"))["arrays"]}
+            self.shm("decompress", "two.shm", "-o", "back.vtk", "-f")
+            self.shm("diff", "two.shm", "back.vtk")
+            words, largest = self.bytes("back.vtk").decode().split(), {}
+            for name in ("heat", "a@b"):
+                at = words.index("default", words.index(name)) + 1
+                errors = [[], []]
+                for i, (value, word) in enumerate(zip(values, words[at:])):
+                    errors[i % 2].append(abs(float(word) - value))
+                    if value in (0, FILL):
+                        self.assertLessEqual(errors[i % 2][-1], value * 1e-6)
+                        errors[i % 2][-1] = 0
+                largest[name] = [max(errors[0]), max(errors[1])]
+            return largest, arrays
+
+        largest, arrays = bounds("heat@12:abs=.5", "heat@10:abs=1e-3", "a@b:abs=.01")
+        self.assertEqual(sorted(arrays["heat"]["max_error_of_blocks"]), [1e-3, .5])
+        self.assertEqual(arrays["a@b"]["max_error"], .01)
+        self.assertLessEqual(largest["heat"][0], .5001)
+        self.assertGreater(largest["heat"][0], .1)
+        self.assertLessEqual(largest["heat"][1], 1.1e-3)
+        self.assertGreater(largest["heat"][1], 1e-4)
+        text = self.shm("info", "two.shm").decode()
+        self.assertRegex(text, "'heat'.*rounded, error at most [^,]* in block 1[02], [^,]* in block 1[02]")
+        # Blocks without a bound of their own have that of the array.
+        largest, _ = bounds("heat:abs=.01", "heat@12:lossless", "a@b@10:rel=.01")
+        self.assertLessEqual(largest["heat"][0], 1e-4)  # decimal text of float32 values
+        self.assertGreater(largest["heat"][1], 1e-3)
+        self.assertEqual(largest["a@b"][0], 0)
+        self.assertGreater(largest["a@b"][1], .1)
+        self.assertLessEqual(largest["a@b"][1], .01 * 310)
+        # A backslash removes the meaning of @, patterns select arrays, and exact names take precedence over them.
+        largest, _ = bounds("a\\@b:abs=.5", "h*@10:abs=.5", "heat@10:abs=1e-3")
+        self.assertGreater(max(largest["a@b"]), .1)
+        self.assertLessEqual(largest["heat"][1], 1.1e-3)
+        for wrong in (["heat@11:abs=1"], ["nix@10:abs=1"], ["id@10:abs=1"], ["heat@10:pwrel=.1"], ["heat@10:abs=0"],
+                      ["heat@10:abs=1", "heat@10:abs=2"], ["heat@10:abs=1", "heat:digits=3"], ["coordinates@10:abs=1"]):
+            words = [word for option in wrong for word in ("--array", option)]
+            self.shm("compress", *words, mesh, "-o", "no.shm", code=2)
+        # The errors are checked, block by block.
+        changed = self.write("other.vtk", self.bytes(mesh).decode().replace(repr(values[11]), repr(values[11] + .1)))
+        self.shm("verify", "two.shm", "--against", changed, code=1)
+
+    def test_appended_steps_keep_the_bounds_of_blocks(self):
+        self.ncgen("all.e", exodus_text(range(4), 6))
+        self.ncgen("first.e", exodus_text(range(2), 6))
+        block = json.loads(self.shm("info", "first.e", "--json"))["blocks"][1]["id"]
+        for order in ("keep", "stream", "free"):
+            self.shm("compress", "first.e", "--array", f"heat@{block}:abs=.2", "-o", "run.shm", "-f", "--order", order)
+            self.shm("append", "run.shm", "all.e")
+            report = json.loads(self.shm("verify", "run.shm", "--against", "all.e", "--json"))
+            self.assertTrue(report["equal"])
+            self.assertEqual([(error["what"], error["promised_error"]) for error in report["quantized"]],
+                             [("array 'heat'", .2)])
+            self.assertGreater(report["quantized"][0]["largest_error"], .05)
+
 
 if __name__ == "__main__":
     FolderTest.tool = os.path.abspath(sys.argv.pop(1))

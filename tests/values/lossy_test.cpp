@@ -1,6 +1,7 @@
 // Tests of the options --abs, --rel, --bits and --array: their syntax, the names of arrays,
 // precedence, bounds that depend on ranges, and complete round trips through a .shm file.
-#include "mesh/lossy.h"
+#include "accuracy/lossy.h"
+#include "accuracy/block_bounds.h"
 
 #include <gtest/gtest.h>
 
@@ -194,6 +195,39 @@ TEST(Lossy, ThroughAFileInEveryOrder) {
       for (const MeasuredError& error : report.measured)
         EXPECT_LE(error.largest, error.promised) << error.what;
     }
+}
+
+// Values stay within the bound, zeros stay zeros, and values that cannot be rounded stay as they
+// are.
+TEST(Lossy, RoundedWithinABound) {
+  std::mt19937 random(8);
+  for (int i = 0; i < 20000; ++i) {
+    const auto magnitude = [&](unsigned most) {
+      const auto exponent = static_cast<int>(random() % (2 * most)) - static_cast<int>(most);
+      return std::ldexp(static_cast<double>(random()) + 1, exponent - 32);
+    };
+    double value = magnitude(120) * (random() % 2 ? 1 : -1);
+    const double bound = magnitude(130);
+    for (const ScalarType type : {ScalarType::float64, ScalarType::float32}) {
+      if (type == ScalarType::float32) value = static_cast<double>(static_cast<float>(value));
+      const double rounded = rounded_within(bound, value, type);
+      EXPECT_LE(std::fabs(rounded - value), bound);
+      if (type == ScalarType::float32) {
+        EXPECT_EQ(rounded, static_cast<double>(static_cast<float>(rounded)));
+      }
+      EXPECT_EQ(rounded_within(bound, rounded, type), rounded);
+    }
+  }
+  EXPECT_EQ(rounded_within(.5, 2.25, ScalarType::float64), 2);
+  EXPECT_EQ(rounded_within(.4, 2.3, ScalarType::float64), 2.5);
+  EXPECT_EQ(rounded_within(0, 2.3, ScalarType::float64), 2.3);
+  EXPECT_TRUE(std::signbit(rounded_within(1, -0.0, ScalarType::float64)));
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(rounded_within(1, -kInfinity, ScalarType::float64), -kInfinity);
+  EXPECT_TRUE(std::isnan(rounded_within(1, std::nan(""), ScalarType::float32)));
+  for (const double value : {1e-310, 1e308})
+    for (const double bound : {5e-324, 1e-308, 1e299})
+      EXPECT_LE(std::fabs(rounded_within(bound, value, ScalarType::float64) - value), bound);
 }
 
 TEST(Lossy, ThroughShifts) {

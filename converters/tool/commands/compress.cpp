@@ -71,7 +71,8 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       "box\n"
       "  shm compress flow.e --rel 1e-4           coordinates and fields within 1e-4 of their "
       "range\n"
-      "  shm compress flow.e --abs 1e-6 --array coordinates:lossless --array point/T:abs=0.01");
+      "  shm compress flow.e --abs 1e-6 --array coordinates:lossless --array point/T:abs=0.01\n"
+      "  shm compress flow.e --array stress:abs=100 --array stress@notch:abs=1");
   add_files(*command, *this, mesh_file_text() + ",\nplain or compressed with gzip, xz or zstd");
   add_output(*command, *this, "File to write, or folder for IN.shm (default: IN.shm next to IN)",
              "OUT.shm");
@@ -121,7 +122,9 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
           "of an array;\nif several arrays have that name, write LOCATION/NAME, e.g. point/NAME "
           "(locations: point, cell,\nglobal, node_set, side_set, element_set). * and ? match any "
           "characters or one; a\nbackslash before a character removes its special meaning. Exact "
-          "names take precedence over\npatterns. May be repeated")
+          "names take precedence over\npatterns. NAME@BLOCK:abs=E, NAME@BLOCK:rel=E and "
+          "NAME@BLOCK:lossless set the accuracy of cell data\nin one block, by its name or id. May "
+          "be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
   command

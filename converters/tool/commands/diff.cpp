@@ -5,9 +5,9 @@
 #include <memory>
 #include <utility>
 
+#include "accuracy/lossy.h"
 #include "base/failure.h"
 #include "compare/mesh_diff.h"
-#include "mesh/lossy.h"
 #include "series/open_series.h"
 #include "tool/diff_report.h"
 #include "tool/input.h"

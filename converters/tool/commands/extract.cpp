@@ -35,22 +35,6 @@
 namespace shm::converters {
 namespace {
 
-// Formats a list of items, such as "1 'left', 2". If there are more than 40 items, only the first
-// 40 are listed, followed by the total number of items.
-template <class Items, class Name>
-std::string listed(const Items& items, Name&& name) {
-  constexpr std::size_t kMost = 40;
-  std::string text;
-  for (std::size_t i = 0; i < items.size() && i < kMost; ++i)
-    text += (i > 0 ? ", " : "") + name(items[i]);
-  if (items.size() > kMost) text += ", ... (" + std::to_string(items.size()) + ")";
-  return text.empty() ? "none" : text;
-}
-
-std::string with_name(std::int64_t id, const std::string& name) {
-  return name.empty() ? std::to_string(id) : std::to_string(id) + " '" + name + "'";
-}
-
 // --- values of options
 
 CellSelection::Range range_of(const std::string& text, std::uint64_t cells) {
@@ -88,22 +72,8 @@ std::array<double, 6> box_of(const std::string& text) {
 std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
                                      const std::vector<BlockInfo>& blocks) {
   std::set<std::uint32_t> found;
-  for (const std::string& text : wanted) {
-    bool any = false;
-    const auto take = [&](auto&& word) {
-      for (std::uint32_t b = 0; b < blocks.size() && !text.empty(); ++b)
-        if (word(blocks[b]) == text) {
-          found.insert(b);
-          any = true;
-        }
-    };
-    take([](const BlockInfo& block) { return block.name; });
-    if (!any) take([](const BlockInfo& block) { return std::to_string(block.id); });
-    if (!any)
-      wrong_use(
-          "there is no block " + text + "; ids are " +
-          listed(blocks, [](const BlockInfo& block) { return with_name(block.id, block.name); }));
-  }
+  for (const std::string& name : wanted)
+    for (const std::uint32_t block : blocks_called(blocks, name, "--block")) found.insert(block);
   return {found.begin(), found.end()};
 }
 
