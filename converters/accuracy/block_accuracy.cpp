@@ -39,12 +39,13 @@ std::vector<Range> ranges_of(MeshSource& mesh, std::size_t a, const ArrayInfo& a
       const std::uint64_t end = std::min(first + kPieceElements, elements);
       bytes.resize(static_cast<std::size_t>(end - first) * stride);
       mesh.read_array(a, step, first, end - first, bytes.data());
-      for_each_run(runs, first, end, [&](std::uint32_t block, std::uint64_t from, std::uint64_t to) {
-        for (std::size_t at = (from - first) * stride; at < (to - first) * stride; at += width)
-          if (const double value = as_double(&bytes[at], array.type);
-              std::isfinite(value) && !is_fill_value(array, value))
-            ranges[block].add(value);
-      });
+      for_each_run(
+          runs, first, end, [&](std::uint32_t block, std::uint64_t from, std::uint64_t to) {
+            for (std::size_t at = (from - first) * stride; at < (to - first) * stride; at += width)
+              if (const double value = as_double(&bytes[at], array.type);
+                  std::isfinite(value) && !is_fill_value(array, value))
+                ranges[block].add(value);
+          });
     }
     if (progress) progress("measuring " + array.name, step + 1, steps);
   }

@@ -1,9 +1,9 @@
 // Determines the error bounds of blocks (block_bounds.h) that options request.
 #pragma once
 
-#include "base/progress.h"
 #include "accuracy/block_bounds.h"
 #include "accuracy/lossy.h"
+#include "base/progress.h"
 #include "mesh/mesh_source.h"
 
 namespace shm::converters {

@@ -1,6 +1,6 @@
-// Error bounds of single blocks. The format has one bound for each array. An array whose blocks have
-// different bounds is therefore rounded before it is compressed, and stored without loss. Values are
-// rounded to multiples of a power of two, which take few bits. Extras record the bounds:
+// Error bounds of single blocks. The format has one bound for each array. An array whose blocks
+// have different bounds is therefore rounded before it is compressed, and stored without loss.
+// Values are rounded to multiples of a power of two, which take few bits. Extras record the bounds:
 //
 //   mesh/block_bounds/<path>   float64, one number for each block: the largest error in this block;
 //                              0 if values are exact. <path> is the path of the array (paths_of())
@@ -58,8 +58,8 @@ void for_each_run(const std::vector<BlockRun>& runs, std::uint64_t first, std::u
   }
 }
 
-// A mesh whose arrays with block bounds are rounded. Has the extras that record the bounds. The fill
-// values of the arrays in `schema`, which do not change, are also those of the mesh.
+// A mesh whose arrays with block bounds are rounded. Has the extras that record the bounds. The
+// fill values of the arrays in `schema`, which do not change, are also those of the mesh.
 class RoundedMesh final : public ForwardingMesh {
  public:
   RoundedMesh(MeshSource& source, BlockBounds bounds, const Schema& schema);

@@ -294,6 +294,7 @@ Bytes drifting_values(const ArrayInfo& info, std::uint64_t elements, std::uint64
   for (std::uint64_t i = 0; i < elements * info.components; ++i) {
     const double x = static_cast<double>(i % 977) * .01;
     double v = 100 * std::sin(x + .02 * static_cast<double>(step)) +
+               static_cast<double>(i * 7919 % 1009) * .1 +
                static_cast<double>(random.below(1000)) * 1e-4;
     switch (random.below(300)) {
       case 0: v = std::numeric_limits<double>::quiet_NaN(); break;

@@ -44,6 +44,8 @@ constexpr std::size_t kShareForBase = 8;
 /// Except at level best, a reference to the previous steps must save at least this share, 1/N.
 /// Otherwise a step without a reference is better, because it is a base for the key steps after it.
 constexpr std::size_t kShareForReference = 64;
+/// While references do not pay, they are tried at one of so many steps. Only for the codec `terms`.
+constexpr std::uint32_t kStepsAlone = 4;
 
 /// Returns true if `bytes` saves enough of `alone`, the size without a reference, for a reference
 /// to the previous steps.
@@ -434,6 +436,16 @@ Result<EncodedColumn> StepEncoder::encode_in_terms() {
 /// 25 % more bytes than it needed when that reference was chosen.
 Result<EncodedColumn> StepEncoder::choose_terms() {
   Before& before = before_[*array_];
+  // After two steps for which references did not pay, only some of the next steps try them again.
+  const bool tries = before.alone < 2 || before.alone % kStepsAlone == 0;
+  if (before.alone >= 2) ++before.alone;
+  if (!tries) {
+    auto alone = encode_terms(StepReference::nothing);
+    if (!alone) return alone.error();
+    before.base_bytes = alone->column.bytes.size();
+    reference_ = StepReference::nothing;
+    return std::move(alone->column);
+  }
   if (before.liked_bytes > 0 && may_refer(*array_, before.liked)) {
     auto coded = encode_terms(before.liked);
     if (!coded) return coded.error();
@@ -461,10 +473,12 @@ Result<EncodedColumn> StepEncoder::choose_terms() {
     if (!saves_enough(best->column.bytes.size(), alone->column.bytes.size())) {
       before.liked_bytes = 0;
       before.base_bytes = alone->column.bytes.size();
+      if (before.alone < 2) ++before.alone;
       reference_ = StepReference::nothing;
       return std::move(alone->column);
     }
   }
+  before.alone = 0;
   // If one of the kinds of references was not allowed at this step, the next step compares all
   // kinds again.
   before.liked_bytes =

@@ -144,6 +144,8 @@ class StepEncoder {
     std::optional<std::uint64_t> base;  ///< number of the most recent step that refers to no other
     /// Coded size in bytes of the first group of the base, if it is coded with `terms`.
     std::size_t base_bytes = 0;
+    /// Number of the most recent steps that choose_terms() coded without a reference.
+    std::uint32_t alone = 0;
     /// Reference that choose_terms() chose most recently.
     StepReference liked = StepReference::nothing;
     /// Coded size in bytes of the first group at the step at which `liked` was chosen; 0 if the
