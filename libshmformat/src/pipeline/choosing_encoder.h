@@ -100,7 +100,7 @@ class ChoosingEncoder {
   Result<bool> shifts_are_as_small(Runner& shifts, Runner& other) const;
   bool lies_in_a_layer() const;
   std::uint64_t value_bytes(std::size_t pieces) const;
-  std::vector<ConnectivityCodec> candidates() const;
+  std::vector<ConnectivityCodec> candidates(bool is_over) const;
   static std::size_t have_values_of_their_own(std::span<const Runner> runners);
   static Runner* find(std::span<Runner> runners, ConnectivityCodec codec);
   static std::uint64_t coded_values(Runner& runner);
