@@ -337,8 +337,9 @@ Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& 
   remove_useless_rounding(mesh, schema, [&](MeshSource& part, const Schema& tried) {
     if (options.progress) options.progress("trying bounds", 0, 1);
     NullSink nowhere;
-    return code_mesh(part, tried, nowhere, write_options_for(mesh, options), {}, spool,
-                     usual_cache(tried, spool));
+    WriteOptions trial = write_options_for(mesh, options);
+    if (&part != &mesh) trial.slow_step_values = 0;  // a sample of a large mesh
+    return code_mesh(part, tried, nowhere, trial, {}, spool, usual_cache(tried, spool));
   });
   if (options.order == Order::stream && !options.delay && options.level != Level::fast)
     schema.delay = tried_delay(mesh, schema, options, spool);

@@ -10,7 +10,7 @@ namespace shm::converters {
 namespace {
 
 // A mesh with at most kMostBytes of coordinates and values is encoded as a whole.
-constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 20;
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 20;
 // The sample of a larger mesh: runs of consecutive cells, spread over the mesh.
 constexpr std::uint64_t kTrialRuns = 4, kTrialRunCells = 4096;
 

@@ -14,6 +14,9 @@ namespace shm {
 namespace {
 
 constexpr int kTrialZstdLevel = 1;
+/// The predictor and the domain of a column with more stored elements are chosen with a sample of
+/// so many elements.
+constexpr std::size_t kSampledElements = 1024;
 /// Approximate number of bytes of the description of a coded column, and of its prediction.
 constexpr std::size_t kDescriptionBytes = 3, kPredictionBytes = 4;
 /// Approximate number of bytes of a scaled copy.
@@ -107,6 +110,15 @@ std::vector<BundlePredictor> predictors_for(const StoredValues& stored) {
   if (stored.elements > 1) all.push_back(BundlePredictor::element);
   if (stored.elements > 1 && stored.steps > 1) all.push_back(BundlePredictor::both);
   return all;
+}
+
+/// Returns words one after the other, each little-endian in `width` bytes.
+std::vector<std::byte> bytes_of(std::span<const std::uint64_t> words, std::uint32_t width) {
+  std::vector<std::byte> bytes;
+  for (const std::uint64_t word : words)
+    for (std::uint32_t b = 0; b < width; ++b)
+      bytes.push_back(static_cast<std::byte>(word >> 8 * b));
+  return bytes;
 }
 
 /// Returns the shape of a column that is not constant. `words` contains its words, step after step.
@@ -205,6 +217,17 @@ std::size_t BundlePlanner::size_of(std::span<const std::byte> bytes) {
   return std::min(bytes.size(), trial_.compress(bytes, kTrialZstdLevel).size());
 }
 
+/// Returns the approximate number of bytes of a column with residuals. Stops at `most` bytes.
+std::size_t BundlePlanner::size_of_residuals(const PlannedColumn& column, std::size_t most) {
+  std::size_t bytes = kDescriptionBytes;
+  if (column.predictor != BundlePredictor::nothing) bytes += kPredictionBytes;
+  for (std::uint32_t b = 0; b < column.width && bytes < most; ++b)
+    bytes += size_of(
+        std::span(column.stored)
+            .subspan(b * column.stored.size() / column.width, column.stored.size() / column.width));
+  return bytes;
+}
+
 /// Chooses the shape, the domain and the predictor of a coded column.
 void BundlePlanner::choose(const ArrayInfo& info, std::size_t component,
                            std::span<const std::uint64_t> words, PlannedColumn& column) {
@@ -218,18 +241,34 @@ void BundlePlanner::choose(const ArrayInfo& info, std::size_t component,
     for (std::size_t s = 0; s < stored.steps; ++s)
       by_element[e * stored.steps + s] = words[s * elements + e];
 
+  // A sample of a large array: the elements in the middle
+  const bool has_sample = stored.elements > 2 * kSampledElements;
+  StoredValues of_sample = stored;
+  if (has_sample) of_sample.elements = kSampledElements;
+  const auto sample =
+      std::span<const std::uint64_t>(by_element)
+          .subspan((stored.elements - of_sample.elements) / 2 * stored.steps, of_sample.count());
+
+  std::vector<ValueDomain> domains = {is_float(info.type) ? ValueDomain() : widest_domain(info)};
+  if (is_float(info.type)) {
+    ValueDomain even = evenly_spaced_domain(info, component, sample);
+    if (has_sample && !(even == ValueDomain()))
+      even = evenly_spaced_domain(info, component, by_element);
+    if (!(even == ValueDomain())) domains.push_back(even);
+  }
   column.predictor = BundlePredictor::words;
-  column.stored.clear();
-  for (const std::uint64_t word : by_element)
-    for (std::uint32_t b = 0; b < column.value_bytes; ++b)
-      column.stored.push_back(static_cast<std::byte>(word >> 8 * b));
+  column.stored = bytes_of(sample, column.value_bytes);
   column.bytes = size_of(column.stored) + kDescriptionBytes;
-  choose_prediction(info, component, by_element,
-                    is_float(info.type) ? ValueDomain() : widest_domain(info), stored, column);
-  if (!is_float(info.type)) return;
-  const ValueDomain even = evenly_spaced_domain(info, component, by_element);
-  if (!(even == ValueDomain()))
-    choose_prediction(info, component, by_element, even, stored, column);
+  for (const ValueDomain& domain : domains)
+    choose_prediction(info, component, sample, domain, of_sample, column);
+  if (!has_sample) return;
+  if (column.predictor == BundlePredictor::words) {
+    column.stored = bytes_of(by_element, column.value_bytes);
+    column.bytes = size_of(column.stored) + kDescriptionBytes;
+  } else {
+    store_residuals(info, component, by_element, stored, column);
+    column.bytes = size_of_residuals(column, ~std::size_t{0});
+  }
 }
 
 /// Tries all predictors in a domain. Changes the column if it becomes smaller.
@@ -237,43 +276,49 @@ void BundlePlanner::choose_prediction(const ArrayInfo& info, std::size_t compone
                                       std::span<const std::uint64_t> words,
                                       const ValueDomain& domain, const StoredValues& stored,
                                       PlannedColumn& column) {
-  const std::size_t count = words.size();
-  std::vector<std::int64_t> indices(count);
-  with_translation(info, component, domain, [&](auto&& index_of, auto&&) {
-    for (std::size_t i = 0; i < count; ++i) indices[i] = index_of(words[i]);
-  });
-  const auto index = [&](std::size_t s, std::size_t e) { return indices[e * stored.steps + s]; };
-  std::vector<std::uint64_t> residuals(count);
-  std::vector<std::byte> planes;
   for (const BundlePredictor predictor : predictors_for(stored)) {
-    std::uint64_t all = 0;
-    with_differences(info.type, domain.kind, [&](const auto& differences) {
-      for (std::size_t e = 0; e < stored.elements; ++e)
-        for (std::size_t s = 0; s < stored.steps; ++s) {
-          const std::size_t i = e * stored.steps + s;
-          residuals[i] = differences.residual(
-              indices[i], predict(differences, predictor, indices[0], s, e, index));
-          all |= residuals[i];
-        }
-    });
-    const std::uint32_t width = bytes_for(all);
-    planes.resize(width * count);
-    std::size_t bytes = kDescriptionBytes;
-    if (predictor != BundlePredictor::nothing) bytes += kPredictionBytes;
-    for (std::uint32_t b = 0; b < width && bytes < column.bytes; ++b) {
-      const std::span plane = std::span(planes).subspan(b * count, count);
-      for (std::size_t i = 0; i < count; ++i)
-        plane[i] = static_cast<std::byte>(residuals[i] >> 8 * b);
-      bytes += size_of(plane);
-    }
-    if (bytes >= column.bytes) continue;
-    column.bytes = bytes;
+    PlannedColumn tried;
+    tried.predictor = predictor;
+    tried.domain = domain;
+    store_residuals(info, component, words, stored, tried);
+    tried.bytes = size_of_residuals(tried, column.bytes);
+    if (tried.bytes >= column.bytes) continue;
+    column.bytes = tried.bytes;
     column.predictor = predictor;
     column.domain = domain;
-    column.width = width;
-    column.base = static_cast<std::uint64_t>(indices[0]);
-    column.stored = planes;
+    column.width = tried.width;
+    column.base = tried.base;
+    column.stored = std::move(tried.stored);
   }
+}
+
+/// Stores the residuals of a column, with its predictor and domain.
+void BundlePlanner::store_residuals(const ArrayInfo& info, std::size_t component,
+                                    std::span<const std::uint64_t> words,
+                                    const StoredValues& stored, PlannedColumn& column) {
+  const std::size_t count = words.size();
+  indices_.resize(count);
+  residuals_.resize(count);
+  with_translation(info, component, column.domain, [&](auto&& index_of, auto&&) {
+    for (std::size_t i = 0; i < count; ++i) indices_[i] = index_of(words[i]);
+  });
+  const auto index = [&](std::size_t s, std::size_t e) { return indices_[e * stored.steps + s]; };
+  std::uint64_t all = 0;
+  with_differences(info.type, column.domain.kind, [&](const auto& differences) {
+    for (std::size_t e = 0; e < stored.elements; ++e)
+      for (std::size_t s = 0; s < stored.steps; ++s) {
+        const std::size_t i = e * stored.steps + s;
+        residuals_[i] = differences.residual(
+            indices_[i], predict(differences, column.predictor, indices_[0], s, e, index));
+        all |= residuals_[i];
+      }
+  });
+  column.width = bytes_for(all);
+  column.base = static_cast<std::uint64_t>(indices_[0]);
+  column.stored.resize(column.width * count);
+  for (std::uint32_t b = 0; b < column.width; ++b)
+    for (std::size_t i = 0; i < count; ++i)
+      column.stored[b * count + i] = static_cast<std::byte>(residuals_[i] >> 8 * b);
 }
 
 bool BundleEncoder::needs_no_values(const PlannedColumns& columns) const {

@@ -73,13 +73,19 @@ class BundlePlanner {
   void choose_prediction(const ArrayInfo& info, std::size_t component,
                          std::span<const std::uint64_t> words, const ValueDomain& domain,
                          const StoredValues& stored, PlannedColumn& column);
+  void store_residuals(const ArrayInfo& info, std::size_t component,
+                       std::span<const std::uint64_t> words, const StoredValues& stored,
+                       PlannedColumn& column);
   std::size_t size_of(std::span<const std::byte> bytes);
+  std::size_t size_of_residuals(const PlannedColumn& column, std::size_t most);
 
   std::size_t steps_;
   std::unordered_multimap<std::uint64_t, Known> known_;  // coded columns by hash of their words
   // Coded columns by their outline, which is usually equal for multiples of the same values
   std::unordered_multimap<std::uint64_t, Known> outlines_;
   ZstdCompressor trial_;
+  std::vector<std::int64_t> indices_;     // of the column whose residuals are stored
+  std::vector<std::uint64_t> residuals_;  // its residuals
 };
 
 class BundleEncoder {
