@@ -266,7 +266,8 @@ void BundlePlanner::choose(const ArrayInfo& info, std::size_t component,
     column.stored = bytes_of(by_element, column.value_bytes);
     column.bytes = size_of(column.stored) + kDescriptionBytes;
   } else {
-    store_residuals(info, component, by_element, stored, column);
+    translate(info, component, by_element, column.domain);
+    store_residuals(info, stored, column);
     column.bytes = size_of_residuals(column, ~std::size_t{0});
   }
 }
@@ -276,11 +277,12 @@ void BundlePlanner::choose_prediction(const ArrayInfo& info, std::size_t compone
                                       std::span<const std::uint64_t> words,
                                       const ValueDomain& domain, const StoredValues& stored,
                                       PlannedColumn& column) {
+  translate(info, component, words, domain);
+  PlannedColumn tried;
+  tried.domain = domain;
   for (const BundlePredictor predictor : predictors_for(stored)) {
-    PlannedColumn tried;
     tried.predictor = predictor;
-    tried.domain = domain;
-    store_residuals(info, component, words, stored, tried);
+    store_residuals(info, stored, tried);
     tried.bytes = size_of_residuals(tried, column.bytes);
     if (tried.bytes >= column.bytes) continue;
     column.bytes = tried.bytes;
@@ -288,20 +290,25 @@ void BundlePlanner::choose_prediction(const ArrayInfo& info, std::size_t compone
     column.domain = domain;
     column.width = tried.width;
     column.base = tried.base;
-    column.stored = std::move(tried.stored);
+    column.stored.swap(tried.stored);
   }
 }
 
-/// Stores the residuals of a column, with its predictor and domain.
-void BundlePlanner::store_residuals(const ArrayInfo& info, std::size_t component,
-                                    std::span<const std::uint64_t> words,
-                                    const StoredValues& stored, PlannedColumn& column) {
-  const std::size_t count = words.size();
-  indices_.resize(count);
-  residuals_.resize(count);
-  with_translation(info, component, column.domain, [&](auto&& index_of, auto&&) {
-    for (std::size_t i = 0; i < count; ++i) indices_[i] = index_of(words[i]);
+/// Stores the indices of words in a domain.
+void BundlePlanner::translate(const ArrayInfo& info, std::size_t component,
+                              std::span<const std::uint64_t> words, const ValueDomain& domain) {
+  indices_.resize(words.size());
+  with_translation(info, component, domain, [&](auto&& index_of, auto&&) {
+    for (std::size_t i = 0; i < words.size(); ++i) indices_[i] = index_of(words[i]);
   });
+}
+
+/// Stores the residuals of a column, with its predictor and domain. Its indices must have been
+/// stored.
+void BundlePlanner::store_residuals(const ArrayInfo& info, const StoredValues& stored,
+                                    PlannedColumn& column) {
+  const std::size_t count = indices_.size();
+  residuals_.resize(count);
   const auto index = [&](std::size_t s, std::size_t e) { return indices_[e * stored.steps + s]; };
   std::uint64_t all = 0;
   with_differences(info.type, column.domain.kind, [&](const auto& differences) {

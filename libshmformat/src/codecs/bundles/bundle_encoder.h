@@ -73,9 +73,9 @@ class BundlePlanner {
   void choose_prediction(const ArrayInfo& info, std::size_t component,
                          std::span<const std::uint64_t> words, const ValueDomain& domain,
                          const StoredValues& stored, PlannedColumn& column);
-  void store_residuals(const ArrayInfo& info, std::size_t component,
-                       std::span<const std::uint64_t> words, const StoredValues& stored,
-                       PlannedColumn& column);
+  void translate(const ArrayInfo& info, std::size_t component, std::span<const std::uint64_t> words,
+                 const ValueDomain& domain);
+  void store_residuals(const ArrayInfo& info, const StoredValues& stored, PlannedColumn& column);
   std::size_t size_of(std::span<const std::byte> bytes);
   std::size_t size_of_residuals(const PlannedColumn& column, std::size_t most);
 
