@@ -16,7 +16,7 @@ namespace {
 constexpr int kTrialZstdLevel = 1;
 /// The predictor and the domain of a column with more stored elements are chosen with a sample of
 /// so many elements.
-constexpr std::size_t kSampledElements = 1024;
+constexpr std::size_t kSampledElements = 2048;
 /// Approximate number of bytes of the description of a coded column, and of its prediction.
 constexpr std::size_t kDescriptionBytes = 3, kPredictionBytes = 4;
 /// Approximate number of bytes of a scaled copy.
