@@ -25,7 +25,7 @@ struct Range {
   }
 };
 
-// `array` is array `a` of the mesh, with all fill values.
+// Returns the range in each block. `array` is array `a` of the mesh, with all fill values.
 std::vector<Range> ranges_of(MeshSource& mesh, std::size_t a, const ArrayInfo& array,
                              const std::vector<BlockRun>& runs, const Progress& progress) {
   const MeshInfo& info = mesh.info();
@@ -43,7 +43,7 @@ std::vector<Range> ranges_of(MeshSource& mesh, std::size_t a, const ArrayInfo& a
           runs, first, end, [&](std::uint32_t block, std::uint64_t from, std::uint64_t to) {
             for (std::size_t at = (from - first) * stride; at < (to - first) * stride; at += width)
               if (const double value = as_double(&bytes[at], array.type);
-                  std::isfinite(value) && !is_fill_value(array, value))
+                  std::isfinite(value) && !is_fill_value(array.fills, value))
                 ranges[block].add(value);
           });
     }

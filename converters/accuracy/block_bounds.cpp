@@ -25,10 +25,6 @@ void put_value(double value, ScalarType type, std::byte* at) {
 
 }  // namespace
 
-bool is_fill_value(const ArrayInfo& array, double value) {
-  return std::find(array.fills.begin(), array.fills.end(), value) != array.fills.end();
-}
-
 bool has_any(const BlockBounds& bounds) {
   return std::any_of(bounds.begin(), bounds.end(), [](const auto& it) { return !it.empty(); });
 }
@@ -72,7 +68,6 @@ double rounded_within(double bound, double value, ScalarType type) {
 
 std::vector<BlockRun> cell_runs(MeshSource& mesh) {
   std::vector<BlockRun> runs;
-  mesh.rewind_cells();
   CellCursor cursor(mesh);
   for (std::uint64_t cell = 0; cursor.next(); ++cell)
     if (runs.empty() || runs.back().block != cursor.block()) runs.push_back({cell, cursor.block()});
@@ -128,7 +123,7 @@ void RoundedMesh::read_array(std::size_t a, std::uint64_t step, std::uint64_t fi
                    const double value = as_double(at, array.type);
                    const double rounded = rounded_within(bounds_[a][block], value, array.type);
                    // A rounded value must not become a fill value.
-                   if (!is_fill_value(array, value) && !is_fill_value(array, rounded))
+                   if (!is_fill_value(array.fills, value) && !is_fill_value(array.fills, rounded))
                      put_value(rounded, array.type, at);
                  }
                });

@@ -19,8 +19,6 @@ namespace shm::converters {
 // For each array: the bound in each block, or an empty list if the array has no such bounds.
 using BlockBounds = std::vector<std::vector<double>>;
 
-// Returns true if the number is a fill value of the array.
-bool is_fill_value(const ArrayInfo& array, double value);
 // Returns true if any array has bounds of blocks.
 bool has_any(const BlockBounds& bounds);
 // Returns true if extras with this key record bounds of blocks.
@@ -28,9 +26,9 @@ bool is_block_bounds(std::string_view key);
 // Returns the bounds that the extras of a mesh record. Ignores invalid extras, and those of arrays
 // that have been rounded again.
 BlockBounds block_bounds_in(const MeshInfo& info);
-// A value of the type float32 or float64, rounded to a multiple of the largest power of two that is
-// at most twice the bound. The value stays as it is if it is not finite, if it is 0, or if it would
-// change by more than the bound.
+// Rounds a value of the type float32 or float64 to a multiple of the largest power of two that is
+// at most twice the bound. Returns the value unchanged if it is not finite, if it is 0, or if it
+// would change by more than the bound.
 double rounded_within(double bound, double value, ScalarType type);
 
 // Consecutive cells, or elements of a cell array, of the same block.
@@ -38,7 +36,7 @@ struct BlockRun {
   std::uint64_t first = 0;  // index of the first cell or element
   std::uint32_t block = 0;
 };
-// Reads all cells of a mesh, and returns the runs of cells. Long runs take little memory.
+// Reads all cells of a mesh, and returns the runs of cells, at 16 bytes a run.
 std::vector<BlockRun> cell_runs(MeshSource& mesh);
 // Returns the runs of the elements of a cell array.
 std::vector<BlockRun> element_runs(const std::vector<BlockRun>& cells, std::uint64_t cell_count,
@@ -49,6 +47,7 @@ std::vector<BlockRun> element_runs(const std::vector<BlockRun>& cells, std::uint
 template <class Visit>
 void for_each_run(const std::vector<BlockRun>& runs, std::uint64_t first, std::uint64_t end,
                   Visit&& visit) {
+  if (runs.empty()) return;
   auto run = std::upper_bound(runs.begin(), runs.end(), first,
                               [](std::uint64_t at, const BlockRun& it) { return at < it.first; });
   for (--run; first < end; ++run) {

@@ -17,6 +17,7 @@
 
 #include "accuracy/block_bounds.h"
 #include "base/failure.h"
+#include "base/stored_value.h"
 #include "mesh/array_names.h"
 
 namespace shm::converters {
@@ -47,10 +48,6 @@ double binary_log(double number) {
   return exponent +
          kTwoOverLog2 * x *
              (1 + square * (1.0 / 3 + square * (1.0 / 5 + square * (1.0 / 7 + square / 9))));
-}
-
-bool is_fill(std::span<const double> fills, double value) {
-  return std::find(fills.begin(), fills.end(), value) != fills.end();
 }
 
 // Returns 10^x for -300 <= x <= 0, accurate to 1e-12 and identical on every machine.
@@ -172,7 +169,7 @@ class Statistics {
     return exact * (bits_ + 4) - (1 - exact) * binary_log(step / bound);
   }
   void add(double value, std::size_t c) {
-    if (!(std::fabs(value) < kLargest) || is_fill(fills_, value)) return;
+    if (!(std::fabs(value) < kLargest) || is_fill_value(fills_, value)) return;
     if (number_++ % distance_ == 0) add_to_sample(value);
     minimum_[c] = std::min(minimum_[c], value);
     maximum_[c] = std::max(maximum_[c], value);
@@ -286,7 +283,7 @@ Quantization within_rms(double rms, const Values& values, const Statistics& stat
       auto value = zero;
       std::memcpy(&value, bytes.data() + at, sizeof value);
       const auto wide = static_cast<double>(value);
-      if (!(std::fabs(wide) < kLargest) || is_fill(values.fills, wide)) continue;
+      if (!(std::fabs(wide) < kLargest) || is_fill_value(values.fills, wide)) continue;
       ++number;
       for (SquaredErrors& candidate : candidates) candidate.add(value);
     }
@@ -413,7 +410,7 @@ namespace {
 // adds nothing, because the array cannot contain it.
 void add_fill(double fill, ArrayInfo& array) {
   if (array.type == ScalarType::float32) fill = static_cast<double>(static_cast<float>(fill));
-  if (std::isfinite(fill) && !is_fill(array.fills, fill)) array.fills.push_back(fill);
+  if (std::isfinite(fill) && !is_fill_value(array.fills, fill)) array.fills.push_back(fill);
 }
 
 // A name that may end with "@BLOCK".

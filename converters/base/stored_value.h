@@ -1,11 +1,13 @@
 // Converts stored scalar values of any type to text, and computes the distance between two values.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "shm/schema.h"
@@ -24,6 +26,11 @@ template <class T>
 std::string number_text(T value) {
   char text[64];
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+// Returns true if `value` is one of the fill values `fills`.
+inline bool is_fill_value(std::span<const double> fills, double value) {
+  return std::find(fills.begin(), fills.end(), value) != fills.end();
 }
 
 // Returns the same text as number_text(), but adds the bits of a NaN, e.g. "nan (0x7fc00000)".

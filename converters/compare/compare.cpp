@@ -342,8 +342,7 @@ void Comparison::compare_values(const Column& column, std::uint64_t first, std::
     const std::byte* b = restored + i * bytes;
     const double value = as_double(a, column.type);
     const double error = std::fabs(value - as_double(b, column.type));
-    const bool is_fill =
-        std::find(column.fills.begin(), column.fills.end(), value) != column.fills.end();
+    const bool is_fill = is_fill_value(column.fills, value);
     const bool is_measured = measured != nullptr && std::isfinite(error) && !is_fill;
     if (is_measured) measure(value, error, *measured);
     if (std::memcmp(a, b, bytes) == 0) continue;

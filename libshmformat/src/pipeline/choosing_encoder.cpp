@@ -50,7 +50,7 @@ constexpr std::uint64_t kShiftPatience = 2;
 constexpr std::uint64_t kClearly = 2;
 
 /// Except at level best, only segments with fewer cells may use the codec `mixed`. It saves about 3
-/// % of the bytes of irregular meshes, but they take 1.5 to 1.8 times as long to decode.
+/// % of the bytes of irregular meshes, but they take 1.5 times as long to decode.
 constexpr std::size_t kMostMixed = 20000;
 
 /// Largest total number of components of static arrays for which several codecs are tried. Each

@@ -44,7 +44,7 @@ constexpr std::size_t kShareForBase = 8;
 /// Except at level best, a reference to the previous steps must save at least this share, 1/N.
 /// Otherwise a step without a reference is better, because it is a base for the key steps after it.
 constexpr std::size_t kShareForReference = 64;
-/// While references do not pay, they are tried at one of so many steps. Only for the codec `terms`.
+/// With the codec `terms`: while references do not pay, only every kStepsAlone-th step tries them.
 constexpr std::uint32_t kStepsAlone = 4;
 
 /// Returns true if `bytes` saves enough of `alone`, the size without a reference, for a reference

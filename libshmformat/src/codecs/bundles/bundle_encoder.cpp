@@ -14,8 +14,8 @@ namespace shm {
 namespace {
 
 constexpr int kTrialZstdLevel = 1;
-/// The predictor and the domain of a column with more stored elements are chosen with a sample of
-/// so many elements.
+/// Number of elements in the sample with which the predictor and the domain of a large column are
+/// chosen. A column is large if it stores more than twice this number of elements.
 constexpr std::size_t kSampledElements = 2048;
 /// Approximate number of bytes of the description of a coded column, and of its prediction.
 constexpr std::size_t kDescriptionBytes = 3, kPredictionBytes = 4;
