@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "accuracy/block_bounds.h"
+#include "accuracy/value_sample.h"
 #include "base/failure.h"
 #include "base/stored_value.h"
 #include "mesh/array_names.h"
@@ -103,16 +104,7 @@ class Statistics {
     return std::max(0.0, *std::max_element(maximum_.begin(), maximum_.end()) -
                              *std::min_element(minimum_.begin(), minimum_.end()));
   }
-  // Returns true if the range is so much larger than the middle 90 percent of the values that a few
-  // values probably mark missing data.
-  bool has_outliers() const {
-    constexpr double kFar = 1e6;
-    if (sample_.empty()) return false;
-    std::vector<double> sorted = sample_;
-    std::sort(sorted.begin(), sorted.end());
-    const double low = sorted[sorted.size() / 20], high = sorted[sorted.size() * 19 / 20];
-    return high > low && range() > kFar * (high - low);
-  }
+  bool has_outliers() const { return sample_.has_outliers(range()); }
   // Returns the quantization step with the lowest cost for an error bound. Normally the best step
   // is about twice the bound. However, a restored value is rounded to the stored type, so its error
   // is a whole multiple of the distance between neighbouring numbers of this type. If the bound is
@@ -170,7 +162,7 @@ class Statistics {
   }
   void add(double value, std::size_t c) {
     if (!(std::fabs(value) < kLargest) || is_fill_value(fills_, value)) return;
-    if (number_++ % distance_ == 0) add_to_sample(value);
+    sample_.add(value);
     minimum_[c] = std::min(minimum_[c], value);
     maximum_[c] = std::max(maximum_[c], value);
     if (value == 0) return;
@@ -178,20 +170,8 @@ class Statistics {
     ++counts_[std::bit_cast<std::uint64_t>(value) << 1 >> 53];
   }
 
-  // Keeps every n-th value. If the sample becomes too large, drops every other value, and doubles
-  // n.
-  void add_to_sample(double value) {
-    sample_.push_back(value);
-    if (sample_.size() < kMostSampled) return;
-    for (std::size_t i = 0; 2 * i < sample_.size(); ++i) sample_[i] = sample_[2 * i];
-    sample_.resize(sample_.size() / 2);
-    distance_ *= 2;
-  }
-  static constexpr std::size_t kMostSampled = 1 << 16;
-
   std::span<const double> fills_;
-  std::vector<double> sample_;
-  std::uint64_t number_ = 0, distance_ = 1;
+  ValueSample sample_;
   double bits_;       // number of bits of a value in the stored type
   int ulp_exponent_;  // base-2 logarithm of the distance between neighbouring numbers in [1, 2)
   std::vector<double> minimum_, maximum_;
@@ -301,14 +281,6 @@ Quantization within_rms(double rms, const Values& values, const Statistics& stat
   return candidates.back().quantization();
 }
 
-void warn_of_outliers(const Values& values) {
-  std::fputs(("shm: warning: the range of '" + values.name +
-              "' is more than a million times that of most of its values. If it contains fill "
-              "values, give them with --fill or --array NAME:fill=VALUE\n")
-                 .c_str(),
-             stderr);
-}
-
 Quantization quantization_of(const Accuracy& accuracy, const Values& values, bool is_box,
                              const Progress& progress) {
   if (accuracy.kind == Accuracy::Kind::lossless) return {};
@@ -322,7 +294,7 @@ Quantization quantization_of(const Accuracy& accuracy, const Values& values, boo
   if (accuracy.kind == Accuracy::Kind::psnr) bound = range * power_of_ten(-bound / 20) * (1 - 1e-9);
   if (accuracy.kind == Accuracy::Kind::relative || accuracy.kind == Accuracy::Kind::psnr) {
     bound = std::min(bound, kLargest / 2);
-    if (statistics.has_outliers()) warn_of_outliers(values);
+    if (statistics.has_outliers()) warn_of_outliers(values.name);
   }
   // If all values are equal, their range is 0, and so is the bound. The values are then stored
   // losslessly, which needs no more space, because equal values compress well in any case.

@@ -291,6 +291,20 @@ class BoundsTest(FolderTest):
         changed = self.write("other.vtk", self.bytes(mesh).decode().replace(repr(values[11]), repr(values[11] + .1)))
         self.shm("verify", "two.shm", "--against", changed, code=1)
 
+    def test_a_range_of_a_block_that_seems_to_contain_fill_values(self):
+        mesh = self.write_two_blocks([FILL if i % 50 == 3 else temperature(i) for i in range(400)])
+
+        def warning(*options):
+            words = [word for option in options for word in ("--array", option)]
+            said = self.run_with_errors("compress", *words, mesh, "-o", "two.shm", "-f")
+            return said[:said.find("is more than a million times")]
+
+        # Odd values, and therefore the fill values, are in block 10.
+        self.assertEqual(warning("heat@10:rel=1e-4", "heat:abs=1"), "shm: warning: the range of 'heat@10' ")
+        self.assertEqual(warning("heat@12:rel=1e-4", "heat:abs=1"), "")
+        self.assertEqual(warning("heat@12:abs=1", "heat:rel=1e-4"), "shm: warning: the range of 'heat' ")
+        self.assertEqual(warning("heat@10:rel=1e-4", "heat:abs=1", f"heat:fill={FILL}"), "")
+
     def test_appended_steps_keep_the_bounds_of_blocks(self):
         self.ncgen("all.e", exodus_text(range(4), 6))
         self.ncgen("first.e", exodus_text(range(2), 6))
