@@ -431,7 +431,7 @@ TEST(StepValues, EarlierStepsMayBeInATemporaryFile) {
     std::vector<std::uint64_t> last_first(20);
     std::iota(last_first.rbegin(), last_first.rend(), 0);
     // No step fits into the memory; or one of three steps does.
-    for (const std::uint64_t memory : {std::uint64_t{0}, stepped.values[{0, 0}].size() * 3 / 2}) {
+    for (const std::uint64_t memory : {std::size_t{0}, stepped.values[{0, 0}].size() * 3 / 2}) {
       stepped.options.kept_steps_bytes = memory;
       EXPECT_EQ(written(stepped), in_memory);
       ReadLimits limits;

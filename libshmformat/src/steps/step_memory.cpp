@@ -71,8 +71,7 @@ Result<void> StepMemory::take(std::uint64_t offset, std::span<const std::byte> v
                               bool is_base) {
   if (recent_.empty()) return {};
   if (offset == 0) ++steps_;
-  if (auto status = recent_[(steps_ - 1) % recent_.size()].write(offset, values); !status)
-    return status;
+  if (auto status = recent_step(steps_ - 1).write(offset, values); !status) return status;
   return is_base && base_ ? base_->write(offset, values) : Result<void>();
 }
 
@@ -86,9 +85,9 @@ Result<std::span<const std::byte>> StepMemory::reference(StepReference kind, con
   if (kind == StepReference::base) return base_->read(offset, bytes);
   // Number of steps that are stored completely.
   const std::uint64_t complete = steps_ - (offset == 0 ? 0 : 1);
-  const auto last = recent_[(complete - 1) % recent_.size()].read(offset, bytes);
+  const auto last = recent_step(complete - 1).read(offset, bytes);
   if (!last || kind == StepReference::before) return last;
-  const auto before = recent_[complete % recent_.size()].read(offset, bytes);
+  const auto before = recent_step(complete).read(offset, bytes);
   if (!before) return before;
   go_on(info.type, *last, *before, trend_);
   return std::span<const std::byte>(trend_);

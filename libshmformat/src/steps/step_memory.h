@@ -43,7 +43,11 @@ class StepMemory {
                                                std::uint64_t offset, std::size_t bytes);
 
  private:
-  // Steps are stored in these sequences in turn.
+  /// Returns the memory of a step. Steps are stored in the sequences in turn.
+  StepBytes& recent_step(std::uint64_t step) {
+    return recent_[static_cast<std::size_t>(step % recent_.size())];
+  }
+
   std::vector<StepBytes> recent_;
   std::optional<StepBytes> base_;
   std::uint64_t steps_ = 0;  // number of steps of which take() has stored values
