@@ -13,8 +13,8 @@ class ValueSample {
   void add(double value) {
     if (number_++ % distance_ == 0) keep(value);
   }
-  // Returns true if `range`, the range of all values, is so much larger than the range of the middle
-  // 90 percent of the values that a few values probably mark missing data.
+  // Returns true if `range`, the range of all values, is so much larger than the range of the
+  // middle 90 percent of the values that a few values probably mark missing data.
   bool has_outliers(double range) const;
 
  private:
