@@ -368,6 +368,7 @@ class Column:
         self.last_mode = PARTNER if self.earlier_values else PARTNER - 1
         self.type, self.width = array.type, SCALAR_BYTES[array.type]
         self.reach_models, self.matches_model = Bits(), Bit()
+        self.sources_model, self.source_models = Bit(), Bits()
         self.components = [Component(Domain(array.type, array.quantization, c)) for c in range(array.components)]
         self.keys, self.families = {}, []  # the number of each key; of each number the family
 
@@ -381,18 +382,27 @@ class Column:
         self.matching = bool(self.source.bit(self.matches_model)) and self.with_tables
         copying = self.may_copy and self.source.bit(self.copies_model)
         self.copies = (self.copies or Copies(len(self.components))) if copying else None
+        self._read_sources()
         most_entries = decoded_bytes // self.array.element_bytes()
         domains = []
         for component in self.components:
             component.domain.read(self.source, component.models, domains, most_entries, self.earlier_values,
                                   component.translate)
             domains.append(component.domain)
-            
         found, first = [], 0
         for elements, skipped in tiles:
             found.append(self._tile(elements, skipped, references, first))
             first += len(elements)
         return found
+
+    def _read_sources(self):
+        """The component whose values modes 25 and 26 take."""
+        count = len(self.components)
+        self.sources = [c - 1 for c in range(count)]
+        if self.earlier_values and count >= 4 and self.source.bit(self.sources_model):
+            for c in range(2, count):
+                self.sources[c] = tree(self.source, self.source_models, 4)
+                reject_unless(self.sources[c] < c, "a source that is no earlier component")
 
     def _tile(self, elements, skipped, references, first):
         count = len(self.components)
@@ -537,7 +547,7 @@ class Column:
                 value, was_negative = component.matches[mode - 22].get(place, (0.0, False))
                 p = domain.from_value(value if negative == was_negative else -value)
             else:
-                p = domain.from_value(self.before[c - 1][e][0])
+                p = domain.from_value(self.before[self.sources[c]][e][0])
             if differs:
                 p -= then
             return -p if mode == 26 else p

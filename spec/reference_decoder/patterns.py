@@ -9,7 +9,7 @@ from .domains import FLOATS, INTEGERS, NARROW, as_double, nearest
 from .mid_nodes import BODY, EDGE, mid_nodes_of
 from .other_cells import corners_of, sides_of
 from .schema import KEEP, Block
-from .shifts import domain_of_differences, from_residual, signed_of, widest_residual
+from .shifts import COPY, domain_of_differences, from_residual, signed_of, widest_residual
 from .surface import CORNER_BITS
 
 TERMS = 14  # codec of values
@@ -290,6 +290,13 @@ class Component:
         return values
 
 
+    def copy(self, source, elements):
+        for slot, _ in elements:
+            if slot is not None:
+                self.states[slot] = source.states[slot]
+        self.last = source.last
+
+
 class ComponentGroup:
     """A component in the group at hand: what its states are there; with a table ranks."""
 
@@ -371,7 +378,13 @@ class Terms:
                       "values of another number of elements")
         heads = []
         for c in range(array.components):
-            head, exponent, width = cursor.u8(), cursor.svarint(), cursor.u8()
+            head = cursor.u8()
+            if head == COPY:
+                source = cursor.varint()
+                reject_unless(source < c, "a copy of no earlier component")
+                heads.append(source)
+                continue
+            exponent, width = cursor.svarint(), cursor.u8()
             predictor, has_table = head >> 3 & 7, head >> 6 & 1
             reject_unless(head < 128 and predictor < 5, "a component of no such kind")
             reject_unless(predictor < 3 or references, "values that refer to nothing")
@@ -379,7 +392,12 @@ class Terms:
             reject_unless(width <= (8 if has_table else widest_residual(domain)), "residuals that are too wide")
             heads.append((domain, predictor, has_table, width))
         columns = []
-        for c, (domain, predictor, has_table, width) in enumerate(heads):
+        for c, head in enumerate(heads):
+            if isinstance(head, int):
+                columns.append(columns[head])
+                self.components[c].copy(self.components[head], elements)
+                continue
+            domain, predictor, has_table, width = head
             domain.table = self._table(cursor, count) if has_table else None
             its = references[c :: array.components] if references else None
             residuals = numbers_of_planes(cursor, count, width)

@@ -6,6 +6,8 @@ from .neighbourhoods import BEYOND, FARTHER, FLAT, LATTICE, NEAR, Neighbourhood
 from .schema import KEEP
 from .surface import CORNER_BITS
 
+COPY = 7  # in place of the head of a component: it is a copy of an earlier component
+
 # ---------------------------------------------------------------------------- 34 Shifts
 
 
@@ -302,9 +304,18 @@ class Differences:
             lag, order = cursor.varint32(), cursor.u8()
             reject_unless(lag > 0 and 1 <= order <= 3, "a factor that cannot be")
             factors.append((lag, order))
-        domains, widths = [], []
+        domains, widths, sources = [], [], []
         for c in range(array.components):
-            kind, exponent, width = cursor.u8(), cursor.svarint(), cursor.u8()
+            kind = cursor.u8()
+            if kind == COPY:
+                source = cursor.varint()
+                reject_unless(source < c, "a copy of no earlier component")
+                domains.append(domains[source])
+                widths.append(0)
+                sources.append(source)
+                continue
+            sources.append(None)
+            exponent, width = cursor.svarint(), cursor.u8()
             domain = domain_of_differences(array, c, kind, exponent)
             reject_unless(width <= widest_residual(domain), "residuals that are too wide")
             domains.append(domain)
@@ -313,7 +324,7 @@ class Differences:
         reject_unless(len(kinds) == 1, "domains that do not go together")
         planes = zstd_frame(cursor.rest(), count * sum(widths))
         self._begin(domains, count)
-        return self._values(planes, widths, numbers, taps_of(factors))
+        return self._values(planes, widths, sources, numbers, taps_of(factors))
 
     def _begin(self, domains, count):
         same = self.domains and all((a.kind, a.exponent) == (b.kind, b.exponent)
@@ -329,7 +340,7 @@ class Differences:
         zero = 0 if domains[0].is_linear() else 0.0
         self.last = [zero] * len(domains)
 
-    def _values(self, planes, widths, numbers, taps):
+    def _values(self, planes, widths, sources, numbers, taps):
         domains, elements = self.domains, len(numbers)
         components, at = len(domains), 0
         residuals = []
@@ -354,12 +365,16 @@ class Differences:
                     guesses.append(p)
             else:
                 guesses = self.last
-            last = []
+            last, own = [], []
             for c in range(components):
-                value, kept = from_residual(domains[c], guesses[c], unzigzag(residuals[c][e]))
+                if sources[c] is None:
+                    value, kept = from_residual(domains[c], guesses[c], unzigzag(residuals[c][e]))
+                else:
+                    value, kept = own[sources[c]], last[sources[c]]
                 self.ring[c][n & mask] = kept
                 last.append(kept)
-                values.append(value)
+                own.append(value)
+            values += own
             self.last = last
             self.known[n & mask] = n
         return values

@@ -2,7 +2,7 @@
 
 from .basics import SCALAR_BYTES, Cursor, reject_unless, signed64
 from .domains import INTEGERS, QUANTIZED, Domain, as_double
-from .shifts import domain_of_differences
+from .shifts import COPY, domain_of_differences
 
 WEIGHTED = 16
 TERMS, NEIGHBOURS = 16, 13
@@ -178,14 +178,26 @@ class Weighted:
         self.numbers = [keys[item.kind, item.known] for item in elements]
         values = [0] * (len(elements) * self.array.components)
         for c in range(self.array.components):
+            head = cursor.u8()
+            if head == COPY:
+                source = cursor.varint()
+                reject_unless(source < c, "a copy of no earlier component")
+                values[c :: self.array.components] = values[source :: self.array.components]
+                self._copy(source, c, tiles)
+                continue
             of_component = references and references[c :: self.array.components]
-            values[c :: self.array.components] = self._component(cursor, c, tiles, classes, of_component)
+            values[c :: self.array.components] = self._component(cursor, head, c, tiles, classes, of_component)
         cursor.end()
         return values
 
-    def _component(self, cursor, c, tiles, classes, references):
+    def _copy(self, source, c, tiles):
+        for covered, skipped in tiles:
+            for item in (*skipped, *covered):
+                self.slots[c][item.slot] = self.slots[source][item.slot]
+        self.last[c] = self.last[source]
+
+    def _component(self, cursor, head, c, tiles, classes, references):
         count = len(self.numbers)
-        head = cursor.u8()
         reject_unless(head >> 3 <= NO_AXIS, "an axis that cannot be")
         domain = domain_of_differences(self.array, c, head & 7, cursor.svarint())
         space = Space(domain)

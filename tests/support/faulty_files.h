@@ -70,6 +70,7 @@ class FaultyFiles {
     arrays_beside_mesh();
     relative_bounds_of_schema();
     references_to_bases();
+    copied_components();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -990,6 +991,12 @@ class FaultyFiles {
       }
       list_anew(parts);
     });
+  }
+
+  void copied_components() {
+    WeightedPart part;
+    part.head = 7;
+    add(kCorrupt, "Weighted values: a component that is a copy of itself.", with_weighted(part));
   }
 
   void weighted_parts() {

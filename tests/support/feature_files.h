@@ -995,6 +995,70 @@ inline std::vector<std::byte> weighted_mirrored() {
       });
 }
 
+/// Returns a value of a tensor with nine components. It is symmetric, except in some elements. A
+/// tenth component is always 0, and so is an eleventh except in these elements.
+inline double value_of_tensor(std::uint64_t scalar, std::uint64_t step) {
+  constexpr std::uint64_t kComponents = 11;
+  constexpr std::array<std::uint64_t, kComponents> kSymmetric = {0, 1, 2, 1, 3, 4, 2, 4, 5, 9, 9};
+  const std::uint64_t element = scalar / kComponents, c = scalar % kComponents;
+  const bool is_symmetric = element < 50 || element >= 100;
+  const std::uint64_t own = is_symmetric ? kSymmetric[c] : c;
+  if (own == 9) return 0;
+  return 1 / (2 + double(own) + random_share(element, own) + .25 * double(step));
+}
+inline ArrayInfo tensor(Location location, ScalarType type) {
+  return array_of("t" + std::to_string(scalar_bytes(type)), location, type, 11);
+}
+
+/// Returns a grid with tensors on points and cells, some of which are rounded.
+inline TestMesh tensors() {
+  using enum Location;
+  using enum ScalarType;
+  TestMesh mesh = bent_grid(6, 5, 4);
+  for (const Location location : {point, cell})
+    for (const ScalarType type : {float32, float64, int16}) {
+      ArrayInfo info = tensor(location, type);
+      if (type == float32 && location == cell) {
+        info.quantization = {9, std::vector<double>(11, 0), std::vector<double>(11, 1)};
+        // Components with equal values that are rounded differently
+        info.quantization.maximum[3] = 2;
+      }
+      std::vector<std::byte> values;
+      const std::uint64_t count = location == point ? mesh.vertices : mesh.cells.size();
+      for (std::uint64_t i = 0; i < count * info.components; ++i) {
+        const double value = value_of_tensor(i, 0);
+        if (type == float64)
+          append(values, value);
+        else if (type == float32)
+          append(values, static_cast<float>(value));
+        else
+          append_scalar(values, type, static_cast<std::int64_t>(1000 * value));
+      }
+      mesh.schema.arrays.push_back(std::move(info));
+      mesh.arrays.push_back(std::move(values));
+    }
+  return mesh;
+}
+
+/// Returns a file with tensors at four steps. At one of them, no element is symmetric.
+inline std::vector<std::byte> tensors_at_steps(Level level) {
+  using enum Location;
+  using enum ScalarType;
+  WriteOptions options;
+  options.level = level;
+  options.waiting_bytes = 0;  // no bundles
+  options.slow_step_values = 0;
+  options.group_cells = 50;
+  options.segment_cells = 80;
+  ArrayInfo bounded = tensor(cell, float32);
+  bounded.quantization = Quantization::absolute(0x1p-10, bounded.components);
+  return written_with_steps(
+      bent_grid(6, 5, 4), {tensor(point, float64), bounded}, options, 4,
+      [](std::uint32_t, std::uint64_t scalar, std::uint64_t step) -> std::optional<double> {
+        return step == 2 ? 1 + random_share(scalar, step) : value_of_tensor(scalar, step);
+      });
+}
+
 /// Returns a file with stepped arrays of the whole mesh and of sets, beside a point array. There
 /// are several groups and segments. Without bundles, the arrays are coded as ordinary parts.
 inline std::vector<std::byte> steps_beside_mesh(Level level, std::uint64_t waiting_bytes = 0) {
@@ -1154,6 +1218,13 @@ inline std::vector<FeatureFile> feature_files() {
   add("filled_bundles", filled_steps(Level::standard, 1 << 20));
   add("weighted_steps", weighted_steps());
   add("weighted_mirrored", weighted_mirrored());
+  add("tensors", written(tensors(), 50));
+  add("tensors_best", written(tensors(), 50, ConnectivityCodec::mixed, Level::best));
+  add("tensors_shifts", written(tensors(), 50, ConnectivityCodec::shifts, Level::fast));
+  add("tensors_patterns", written(tensors(), 50, ConnectivityCodec::patterns, Level::fast));
+  add("tensor_steps", tensors_at_steps(Level::standard));
+  add("tensor_steps_best", tensors_at_steps(Level::best));
+  add("tensor_steps_fast", tensors_at_steps(Level::fast));
   add("steps_on_bases", steps_on_bases(Level::standard));
   add("steps_on_bases_fast", steps_on_bases(Level::fast));
   add("steps_beside_mesh", steps_beside_mesh(Level::standard));

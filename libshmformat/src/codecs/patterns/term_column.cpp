@@ -12,6 +12,7 @@
 #include "codecs/patterns/byte_planes.h"
 #include "codecs/patterns/float_values.h"
 #include "codecs/patterns/linear_indices.h"
+#include "codecs/shared/equal_components.h"
 #include "codecs/shared/shuffled_zstd.h"
 #include "codecs/shifts/difference_values.h"
 
@@ -36,8 +37,8 @@ constexpr std::uint64_t kMostReserved = std::uint64_t{4} << 20;
 
 // Layout of the first byte of a component: the low bits (kKinds) contain the kind of the domain,
 // the bits from kPredictorShift on contain the predictor, and kTableBit is set if the component has
-// a table.
-constexpr std::uint8_t kKinds = 7, kPredictorShift = 3, kTableBit = 0x40;
+// a table. kCopy: the component is a copy of an earlier component.
+constexpr std::uint8_t kKinds = 7, kPredictorShift = 3, kTableBit = 0x40, kCopy = 7;
 
 std::uint64_t gap(std::int64_t above, std::int64_t below) {
   return static_cast<std::uint64_t>(above) - static_cast<std::uint64_t>(below);
@@ -381,6 +382,16 @@ void TermColumn::make_room_for_slots(const Elements& elements) {
 /// Chooses the domain for the values of a component, and stores the index of each value. In a
 /// quantized array, a few values may be impossible to quantize; the remaining values are still
 /// rounded.
+/// Gives the component the states of its source for these elements.
+void TermColumn::copy_component(std::size_t c, const Elements& elements) {
+  const std::size_t source = *components_[c].source;
+  for (const VertexTerms& vertex : elements.vertices) {
+    std::uint64_t* const states = states_.data() + std::size_t{vertex.slot} * components_.size();
+    states[c] = states[source];
+  }
+  components_[c].last = components_[source].last;
+}
+
 ValueDomain TermColumn::choose_domain(std::size_t c, std::span<std::uint64_t> words,
                                       std::span<std::int64_t> indices) const {
   const bool lossless = info_->quantization.bits == 0;
@@ -441,6 +452,14 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
                                   std::size_t stride, ByteWriter& heads, ByteWriter& planes,
                                   TermScratch& scratch) {
   Component& component = components_[c];
+  component.source = equal_component(*info_, values, stride, elements.count, c);
+  if (component.source) {
+    component.domain = components_[*component.source].domain;
+    heads.put_u8(kCopy);
+    heads.put_varint(*component.source);
+    copy_component(c, elements);
+    return;
+  }
   std::vector<std::uint64_t>& words = scratch.words;
   std::vector<std::int64_t>& indices = scratch.indices;
   words.resize(elements.count);
@@ -589,26 +608,39 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
 /// Reads the header of each component: domain, predictor and size of a residual. If a component has
 /// a table, the function adds a placeholder entry to the table.
 bool TermColumn::read_heads(ByteReader& in) {
-  for (Component& component : components_) {
-    const std::uint8_t head = in.get_u8();
-    const std::int64_t exponent = in.get_signed();
-    const std::uint8_t width = in.get_u8();
-    const std::uint32_t kind = head & kKinds;
-    const std::uint32_t predictor = head >> kPredictorShift & 7u;
-    if (!in.ok() || kind >= kDomainKinds || predictor >= kPredictors || head >= 2 * kTableBit ||
-        exponent < -1074 || exponent > 1074)
-      return false;
-    component.domain = {static_cast<DomainKind>(kind), static_cast<std::int32_t>(exponent)};
-    component.predictor = static_cast<Predictor>(predictor);
-    component.width = width;
-    component.change = 0;
-    component.table.clear();
-    if (!may_be(*info_, component.domain)) return false;
-    if ((head & kTableBit) != 0) component.table.push_back(0);
-    if (width > (component.table.empty() ? most_bytes(info_->type, component.domain.kind) : 8))
-      return false;
-  }
+  for (std::size_t c = 0; c < components_.size(); ++c)
+    if (!read_head(in, c)) return false;
   return true;
+}
+
+bool TermColumn::read_head(ByteReader& in, std::size_t c) {
+  Component& component = components_[c];
+  component.source.reset();
+  component.table.clear();
+  component.width = 0;
+  component.change = 0;
+  const std::uint8_t head = in.get_u8();
+  if (head == kCopy) {
+    const std::uint64_t source = in.get_varint();
+    if (!in.ok() || source >= c) return false;
+    component.source = static_cast<std::size_t>(source);
+    component.domain = components_[*component.source].domain;
+    component.predictor = Predictor::nothing;
+    return true;
+  }
+  const std::int64_t exponent = in.get_signed();
+  const std::uint8_t width = in.get_u8();
+  const std::uint32_t kind = head & kKinds;
+  const std::uint32_t predictor = head >> kPredictorShift & 7u;
+  if (!in.ok() || kind >= kDomainKinds || predictor >= kPredictors || head >= 2 * kTableBit ||
+      exponent < -1074 || exponent > 1074)
+    return false;
+  component.domain = {static_cast<DomainKind>(kind), static_cast<std::int32_t>(exponent)};
+  component.predictor = static_cast<Predictor>(predictor);
+  component.width = width;
+  if (!may_be(*info_, component.domain)) return false;
+  if ((head & kTableBit) != 0) component.table.push_back(0);
+  return width <= (component.table.empty() ? most_bytes(info_->type, component.domain.kind) : 8);
 }
 
 bool TermColumn::read_table(ByteReader& in, std::vector<std::int64_t>& table,
@@ -653,6 +685,13 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
                                   TermScratch& scratch) {
   Component& component = components_[c];
   std::vector<std::uint64_t>& words = scratch.words;
+  if (component.source) {
+    words.resize(elements.count);
+    load(out - (c - *component.source) * width_, element_bytes(), width_, words);
+    save(words, out, element_bytes(), width_);
+    copy_component(c, elements);
+    return true;
+  }
   if (component.predictor >= Predictor::reference) {
     if (elements.reference.empty()) return false;
     if (component.table.empty() && component.domain.kind == DomainKind::floats) {

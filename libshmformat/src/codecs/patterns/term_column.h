@@ -100,6 +100,8 @@ class TermColumn {
     std::uint64_t last = 0;  // state of the previous element
     ValueDomain domain;
     // Data of the current group
+    // The component of which this component is a copy
+    std::optional<std::size_t> source;
     Predictor predictor = Predictor::last;
     std::vector<std::int64_t> table;  // indices that occur, ascending; empty: no table
     std::uint32_t width = 0;          // size of a residual in bytes
@@ -127,6 +129,7 @@ class TermColumn {
   void refer(std::size_t c, const Elements& elements, std::vector<std::int64_t>& references,
              std::vector<std::uint64_t>& words) const;
   void make_room_for_slots(const Elements& elements);
+  void copy_component(std::size_t c, const Elements& elements);
 
   ValueDomain choose_domain(std::size_t c, std::span<std::uint64_t> words,
                             std::span<std::int64_t> indices) const;
@@ -137,6 +140,7 @@ class TermColumn {
                         TermScratch& scratch);
   bool read_terms(std::span<const std::byte> bytes, std::uint64_t most, TermScratch& scratch);
   bool read_heads(ByteReader& in);
+  bool read_head(ByteReader& in, std::size_t c);
   bool read_table(ByteReader& in, std::vector<std::int64_t>& table, TermScratch& scratch) const;
   bool decode_component(std::size_t c, const Elements& elements, std::byte* out,
                         TermScratch& scratch);

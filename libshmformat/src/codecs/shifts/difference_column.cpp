@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "base/binary.h"
+#include "codecs/shared/equal_components.h"
 #include "codecs/shared/shuffled_zstd.h"
 #include "codecs/shared/value_domain.h"
 #include "codecs/shifts/difference_choice.h"
@@ -13,6 +14,8 @@ namespace shm {
 namespace {
 
 constexpr int kPlaneZstdLevel = 1;
+/// Stored instead of the kind of a domain if a component is a copy of an earlier component.
+constexpr std::uint8_t kCopy = 7;
 
 }  // namespace
 
@@ -102,6 +105,10 @@ std::vector<ValueDomain> DifferenceColumn::choose_domains(
     std::span<const std::vector<std::uint64_t>> bits) const {
   std::vector<ValueDomain> domains;
   for (std::size_t c = 0; c < bits.size(); ++c) {
+    if (const std::size_t source = components_[c].source; source != c) {
+      domains.push_back(domains[source]);
+      continue;
+    }
     const ValueDomain& before = components_[c].domain;
     const bool keeps = remembers_ && info_->quantization.bits == 0 &&
                        before.kind != DomainKind::floats && still_fits(*info_, c, before, bits[c]);
@@ -163,6 +170,11 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
   std::vector<std::byte>& planes = scratch.planes;
   planes.clear();
   for (std::size_t c = 0; c < components_.size(); ++c) {
+    if (components_[c].source != c) {
+      out.put_u8(kCopy);
+      out.put_varint(components_[c].source);
+      continue;
+    }
     std::uint64_t largest = 0;
     for (std::uint64_t word : words[c]) largest |= word;
     const std::uint32_t width = bytes_for(largest);
@@ -186,6 +198,7 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
   for (std::size_t c = 0; c < components_.size(); ++c) {
     scratch.words[c].resize(numbers.size());
     load(values + c * width_, stride, width_, scratch.words[c]);
+    components_[c].source = equal_component(*info_, values, stride, numbers.size(), c).value_or(c);
   }
   Encoded differences;
   if (may_differ_) {
@@ -236,7 +249,16 @@ bool DifferenceColumn::read_differences(std::span<const std::byte> bytes, std::u
   std::vector<ValueDomain> domains(components_.size());
   std::uint64_t planes = 0;
   for (std::size_t c = 0; c < components_.size(); ++c) {
+    components_[c].source = c;
     const std::uint8_t kind = in.get_u8();
+    if (kind == kCopy) {
+      const std::uint64_t source = in.get_varint();
+      if (!in.ok() || source >= c) return false;
+      components_[c].source = static_cast<std::size_t>(source);
+      components_[c].width = 0;
+      domains[c] = domains[components_[c].source];
+      continue;
+    }
     const std::int64_t exponent = in.get_signed();
     const std::uint8_t width = in.get_u8();
     if (!in.ok() || kind >= kDomainKinds || exponent < -1074 || exponent > 1074) return false;
@@ -273,15 +295,21 @@ bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vecto
     }
     for_each_value(numbers, [&](const auto& differences, std::size_t e, std::size_t c,
                                 std::int64_t predicted) {
-      const std::int64_t index = differences.value(words[c][e], predicted);
+      const std::size_t source = components_[c].source;
+      const std::int64_t index = source != c ? static_cast<std::int64_t>(words[source][e])
+                                             : differences.value(words[c][e], predicted);
       words[c][e] = static_cast<std::uint64_t>(index);
       return index;
     });
-    for (std::size_t c = 0; c < words.size(); ++c)
-      with_translation(*info_, c, components_[c].domain, [&](auto&&, auto&& bits_of) {
-        for (std::uint64_t& word : words[c]) word = bits_of(static_cast<std::int64_t>(word));
-        save(words[c], out.data() + offset + c * width_, bytes, width_);
-      });
+    for (std::size_t c = 0; c < words.size(); ++c) {
+      if (components_[c].source != c)
+        words[c] = words[components_[c].source];
+      else
+        with_translation(*info_, c, components_[c].domain, [&](auto&&, auto&& bits_of) {
+          for (std::uint64_t& word : words[c]) word = bits_of(static_cast<std::int64_t>(word));
+        });
+      save(words[c], out.data() + offset + c * width_, bytes, width_);
+    }
   }
   next_ += numbers.size();
   return true;

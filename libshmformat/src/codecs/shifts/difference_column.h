@@ -69,6 +69,7 @@ class DifferenceColumn {
  private:
   struct Component {
     ValueDomain domain;
+    std::size_t source = 0;   // the component itself, or the component of which it is a copy
     std::uint32_t width = 0;  // number of bytes of a residual
     std::size_t planes = 0;   // offset of the component's byte planes
   };

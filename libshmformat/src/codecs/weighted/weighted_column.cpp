@@ -198,6 +198,12 @@ std::vector<double> WeightedColumn::reference_of(std::span<const std::byte> refe
   return values;
 }
 
+void WeightedColumn::copy_component(std::size_t from, std::size_t to, const TiledItems& elements) {
+  for (const Neighbourhood& item : elements.items)
+    components_[to].slots[item.self] = components_[from].slots[item.self];
+  components_[to].last = components_[from].last;
+}
+
 // --- decoding
 
 bool WeightedDecoder::decode(const TiledItems& elements, std::span<const std::byte> bytes,
@@ -209,16 +215,25 @@ bool WeightedDecoder::decode(const TiledItems& elements, std::span<const std::by
   out.resize(offset + count * stride());
   std::vector<std::uint64_t> words(count);
   for (std::size_t c = 0; c < components_.size(); ++c) {
-    if (!decode_component(in, c, elements, reference, words)) return false;
+    const std::uint8_t head = in.get_u8();
+    if (head == kCopiedComponent) {
+      const std::uint64_t source = in.get_varint();
+      if (!in.ok() || source >= c) return false;
+      const auto from = static_cast<std::size_t>(source);
+      load(out.data() + offset + from * width_, stride(), width_, words);
+      copy_component(from, c, elements);
+    } else if (!decode_component(in, head, c, elements, reference, words)) {
+      return false;
+    }
     save(words, out.data() + offset + c * width_, stride(), width_);
   }
   return in.left() == 0;
 }
 
-bool WeightedDecoder::decode_component(ByteReader& in, std::size_t c, const TiledItems& elements,
+bool WeightedDecoder::decode_component(ByteReader& in, std::uint8_t head, std::size_t c,
+                                       const TiledItems& elements,
                                        std::span<const std::byte> reference,
                                        std::vector<std::uint64_t>& words) {
-  const std::uint8_t head = in.get_u8();
   const std::int64_t exponent = in.get_signed();
   const std::uint32_t kind = head & 7, axis = head >> 3;
   if (!in.ok() || kind >= kDomainKinds || axis > MatchedValues::kNoAxis || exponent < -1074 ||

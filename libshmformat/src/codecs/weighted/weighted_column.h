@@ -78,6 +78,9 @@ void for_each_term(std::uint32_t known, Visit&& visit) {
     if ((others >> k & 1) != 0) visit(k);
 }
 
+/// Head of a component that is a copy of an earlier component. Frozen: part of the format.
+inline constexpr std::uint8_t kCopiedComponent = 7;
+
 /// Sizes of elements whose residual is 0, and of elements whose value is a matched value.
 inline constexpr std::int32_t kZeroSize = std::numeric_limits<std::int32_t>::min(),
                               kMatchedSize = kZeroSize + 1;
@@ -216,6 +219,8 @@ class WeightedColumn {
   template <class Space, class Code>
   void walk(const Space& space, WeightedComponent& component, const TiledItems& elements,
             std::span<const double> reference, Code&& code);
+  /// Gives component `to` the data of component `from` for all elements of the group.
+  void copy_component(std::size_t from, std::size_t to, const TiledItems& elements);
   /// Calls visit(space) with the space of a domain.
   template <class Visit>
   void with_space(std::size_t component, const ValueDomain& domain, Visit&& visit) const;
@@ -251,8 +256,9 @@ class WeightedDecoder : public WeightedColumn {
   };
   [[gnu::cold]] bool read_exceptions(ByteReader& in);
   [[gnu::cold]] bool read_weights(ByteReader& in, bool has_reference);
-  bool decode_component(ByteReader& in, std::size_t c, const TiledItems& elements,
-                        std::span<const std::byte> reference, std::vector<std::uint64_t>& words);
+  bool decode_component(ByteReader& in, std::uint8_t head, std::size_t c,
+                        const TiledItems& elements, std::span<const std::byte> reference,
+                        std::vector<std::uint64_t>& words);
 
   std::vector<Exception> exceptions_;
   LengthDecoder lengths_;

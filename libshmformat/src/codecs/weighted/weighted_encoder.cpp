@@ -4,6 +4,7 @@
 #include <bit>
 #include <utility>
 
+#include "codecs/shared/equal_components.h"
 #include "codecs/shifts/difference_values.h"
 #include "codecs/weighted/length_encoder.h"
 
@@ -83,8 +84,16 @@ std::vector<std::byte> WeightedEncoder::encode(const TiledItems& elements,
   classes_.find(elements, blocks_);
   ByteWriter out;
   out.put_varint(classes_.covered());
-  for (std::size_t c = 0; c < components_.size(); ++c)
-    encode_component(values_of(values, c), c, elements, reference, out);
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    if (const auto source =
+            equal_component(*info_, values.data(), stride(), classes_.covered(), c)) {
+      out.put_u8(kCopiedComponent);
+      out.put_varint(*source);
+      copy_component(*source, c, elements);
+    } else {
+      encode_component(values_of(values, c), c, elements, reference, out);
+    }
+  }
   return std::move(out.bytes);
 }
 

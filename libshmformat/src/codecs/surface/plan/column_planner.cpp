@@ -356,6 +356,23 @@ DomainAndTable ColumnPlanner::choose_domain(std::size_t component, const TiledIt
   return chooser.choose(component, bits, reference, std::move(candidates));
 }
 
+/// Returns the source of each component: the first component with equal values, otherwise the
+/// previous component. Returns nothing if these are the previous components only.
+std::vector<std::uint8_t> ColumnPlanner::sources_of(const Bits& bits) const {
+  std::vector<std::uint8_t> sources;
+  if (!column_.has_earlier_values() || bits.size() < kFewestWithSources) return sources;
+  bool differ = false;
+  for (std::size_t c = 0; c < bits.size(); ++c) {
+    const auto own = bits.begin() + static_cast<std::ptrdiff_t>(c);
+    const auto equal = static_cast<std::size_t>(std::find(bits.begin(), own, *own) - bits.begin());
+    sources.push_back(
+        static_cast<std::uint8_t>(equal < c ? equal : std::max<std::size_t>(c, 1) - 1));
+    differ = differ || sources[c] + std::size_t{1} < c;
+  }
+  if (!differ) sources.clear();
+  return sources;
+}
+
 /// Returns the style of the group: whether far neighbours and matches are used for prediction. Both
 /// take time. At level `best` they are used, and at level `fast` they are not. At other levels,
 /// they are used if they save enough bytes in the first tile, and always in the first group of a
@@ -367,7 +384,8 @@ ColumnStyle ColumnPlanner::choose_style(std::span<const Neighbourhood> first_til
   full.mixes = level == Level::best && column_.has_tables();
   full.matches = column_.has_tables();
   full.copies = !back_.empty();
-  const ColumnStyle lean{Reach::lattice, false, false, full.copies};
+  full.sources = full.matches ? sources_of(bits) : std::vector<std::uint8_t>();
+  const ColumnStyle lean{Reach::lattice, false, false, full.copies, {}};
   if (level == Level::fast) return lean;
   if (level == Level::best || groups_ == 0 || first_tile.empty()) return full;
   const std::size_t least = size_with(full, first_tile, bits, reference, domains);
@@ -392,8 +410,9 @@ std::size_t ColumnPlanner::size_with(const ColumnStyle& style,
     component->begin_group(head, domains[c], components.first(c), bits[c].size());
     const auto own = std::span(bits[c]).first(first_tile.size());
     std::vector<std::uint64_t> values(own.begin(), own.end());
-    const ColumnTile tile{first_tile, classes, before, part_of(reference[c], 0, values.size()),
-                          part_of(back_, 0, values.size())};
+    ColumnTile tile{first_tile, classes, before, part_of(reference[c], 0, values.size()),
+                    part_of(back_, 0, values.size())};
+    if (c > 0) tile.source = before[style.source_of(c)];
     component->begin_tile(tile);
     component->code_tile(body, tile, values, tiles_.plan(*component, tile, values, nullptr, false));
     coded[c] = component->coded_tile();

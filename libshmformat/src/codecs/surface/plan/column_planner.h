@@ -82,6 +82,7 @@ class ColumnPlanner {
   ColumnStyle choose_style(std::span<const Neighbourhood> first_tile, const Bits& bits,
                            const Bits& reference, std::span<const DomainAndTable> domains,
                            Level level);
+  std::vector<std::uint8_t> sources_of(const Bits& bits) const;
   std::size_t size_with(const ColumnStyle& style, std::span<const Neighbourhood> first_tile,
                         const Bits& bits, const Bits& reference,
                         std::span<const DomainAndTable> domains);

@@ -368,11 +368,27 @@ bool ColumnCoder<Coder>::code_head(Coder& coder, const ColumnStyle& style,
   style_.matches = coder.bit(matches_, style.matches) && has_tables_;
   style_.copies = has_copies_ && coder.bit(copies_, style.copies);
   if (!style_.copies) forget_history();
+  if (!code_sources(coder, style.sources)) return false;
   for (std::size_t c = 0; c < components_.size(); ++c) {
     components_[c].set_style(style_);
     if (!components_[c].begin_group(coder, domains.empty() ? DomainAndTable() : domains[c],
                                     std::span(components_).first(c), most_entries))
       return false;
+  }
+  return true;
+}
+
+/// Codes the sources of the components. Returns false if a source is not an earlier component.
+template <class Coder>
+bool ColumnCoder<Coder>::code_sources(Coder& coder, const std::vector<std::uint8_t>& wanted) {
+  style_.sources.clear();
+  if (!has_earlier_values_ || components_.size() < kFewestWithSources) return true;
+  if (!coder.bit(has_sources_, !wanted.empty())) return true;
+  style_.sources.resize(components_.size());
+  for (std::size_t c = 2; c < components_.size(); ++c) {
+    const std::uint32_t source = code_tree(coder, source_, Coder::kDecodes ? 0u : wanted[c]);
+    if (source >= c) return false;
+    style_.sources[c] = static_cast<std::uint8_t>(source);
   }
   return true;
 }
@@ -399,6 +415,7 @@ ColumnTile ColumnCoder<Coder>::tile_of(std::size_t component, std::span<const Ne
   coded_tiles_.clear();
   for (std::size_t c = 0; c < component; ++c) coded_tiles_.push_back(&components_[c].coded_tile());
   ColumnTile tile{items, {classes_, class_numbers_.families()}, coded_tiles_, reference, back};
+  if (component > 0) tile.source = coded_tiles_[style_.source_of(component)];
   if (style_.copies) tile.history = history_[component];
   return tile;
 }

@@ -72,6 +72,9 @@ struct TiledItems {
 // for arrays with at most 16 components, and for at most 64 components of all static arrays
 // together. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTableComponents = 16, kMostTableComponentsInAll = 64;
+// If earlier values may be used, arrays with at least this number of components may name the source
+// of each component. Frozen: part of the format.
+inline constexpr std::size_t kFewestWithSources = 4;
 
 struct ColumnTraits {
   /// True if values may repeat so often that zstd compresses them better than predictions do; false
@@ -94,7 +97,13 @@ struct ColumnStyle {
   bool matches = true;           ///< whether predictions use matches and other components
   bool mixes = false;            ///< whether residuals are coded with mixed bits
   bool copies = false;           ///< true if elements may be coded as copies of earlier elements
+  /// For each component: the earlier component whose values may predict its values. If the list is
+  /// empty, this is the previous component.
+  std::vector<std::uint8_t> sources;
 
+  std::size_t source_of(std::size_t component) const {
+    return sources.empty() ? component - 1 : sources[component];
+  }
   /// Returns a bit mask of the neighbours that this style uses. The bits are those of
   /// Neighbourhood::known.
   std::uint32_t known() const {
@@ -328,6 +337,7 @@ class ColumnCoder {
   void forget_history();
 
  private:
+  bool code_sources(Coder& coder, const std::vector<std::uint8_t>& wanted);
   void keep_history(std::size_t component, std::span<const std::uint64_t> bits);
 
   std::shared_ptr<const ArrayInfo> info_;
@@ -337,7 +347,8 @@ class ColumnCoder {
   std::vector<ComponentCoder<Coder>> components_;
   ColumnStyle style_;
   TreeModel<2> reach_;
-  AdaptiveBit matches_, copies_;
+  AdaptiveBit matches_, copies_, has_sources_;
+  TreeModel<4> source_;
   ClassNumbers class_numbers_;
   CopiedElements<Coder> copied_;
   History history_;

@@ -59,6 +59,9 @@ struct ColumnTile {
   /// Used for decoding a tile with copies: bits of the elements before the tile; the most recent
   /// element comes last
   std::span<const std::uint64_t> history;
+  /// The component in `before` whose values may predict the values of this component. Null if
+  /// `before` is empty
+  const CodedTile* source = nullptr;
 };
 
 /// The element that is being coded.
@@ -508,13 +511,12 @@ class ColumnState {
   double match(std::uint32_t kind, const TileElement& element) const {
     return uses_matches_ ? translator_.from_value(matches_.find(kind, element.places[kind])) : 0.0;
   }
-  /// Returns the value of the previous component at this element. The value is converted to a state
+  /// Returns the value of the source component at this element. The value is converted to a state
   /// in the domain of this component.
   double other_value(const TileElement& element) const {
-    const auto before = element.tile.before;
-    return before.empty() || !uses_matches_
-               ? 0.0
-               : translator_.from_value(before.back()->values[element.i]);
+    const CodedTile* const source = element.tile.source;
+    return source == nullptr || !uses_matches_ ? 0.0
+                                               : translator_.from_value(source->values[element.i]);
   }
 
   std::shared_ptr<const ArrayInfo> info_;

@@ -118,7 +118,7 @@ enum Feature : std::uint32_t {
   kFBeforeLast = 17,
   kFMatch = 18,    // 18-20: matches (earlier values) found by three keys: the values of the near
                    // elements, the two most recent values, and the other components
-  kFOther = 21,    // value of the previous component of this element
+  kFOther = 21,    // value of the source component of this element
   kFPartner = 22,  // value of this component at the partner
   kFeatures = 23
 };
