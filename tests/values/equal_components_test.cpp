@@ -57,8 +57,7 @@ TEST(EqualComponents, NeedNextToNoSpace) {
        {std::pair(rows, Level::standard), std::pair(mixed, Level::best),
         std::pair(shifts, Level::standard), std::pair(shifts, Level::fast),
         std::pair(patterns, Level::fast)})
-    EXPECT_LT(with_tensor(kAll, codec, level).size(),
-              with_tensor(kSome, codec, level).size() + 100)
+    EXPECT_LT(with_tensor(kAll, codec, level).size(), with_tensor(kSome, codec, level).size() + 100)
         << codec_name(codec) << " at level " << static_cast<int>(level);
 }
 
@@ -110,10 +109,10 @@ TEST(EqualComponents, ACopyHasAnEarlierSource) {
     WeightedDecoder weighted(info, {});
     weighted.make_room(1);
     Bytes out;
-    EXPECT_EQ(weighted.decode(elements,
-                              copy_of(source, {1, 3 << 3, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0x80, 0, 0,
-                                               0, 0, 0}),
-                              {}, out),
+    EXPECT_EQ(weighted.decode(
+                  elements,
+                  copy_of(source, {1, 3 << 3, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0x80, 0, 0, 0, 0, 0}),
+                  {}, out),
               source == 0);
   }
 }

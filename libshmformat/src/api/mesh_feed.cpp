@@ -1,7 +1,7 @@
 #include "api/mesh_feed.h"
 
 #include <algorithm>
-#include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,24 +28,18 @@ class MeshFeed {
   }
 
  private:
-  struct Vertex {
-    // Entry that identifies the vertex in the encoder; kNone if the vertex has not been added yet.
-    std::uint32_t entry = kNone;
-    std::uint32_t uses = 0;  // number of uses of the vertex by cells that have not been added yet
-  };
-  /// Maximum value of the use counter. A vertex with at least this number of uses is never
-  /// finalized.
-  static constexpr std::uint32_t kEndless = std::numeric_limits<std::uint32_t>::max();
-
   std::uint32_t block_of(std::size_t cell) const {
     return mesh_->cell_blocks.empty() ? 0 : mesh_->cell_blocks[cell];
   }
   Result<void> check_cells();
   [[gnu::cold]] Result<void> check_arrays() const;
-  const std::byte* data_of_vertex(std::size_t v);
-  const std::byte* data_of_cell(std::uint32_t block);
-  std::uint64_t nodes_with(std::uint32_t entry, std::size_t last) const;
-  Result<void> add_cell(std::size_t cell);
+  /// Calls visit(values, bytes) with the values of each static point array for a vertex.
+  template <class Visit>
+  void for_each_value(std::size_t v, Visit&& visit) const;
+  std::span<const std::byte> data_of_vertex(std::size_t v);
+  std::span<const std::byte> data_of_cell(std::uint32_t block);
+  Result<void> add_vertex(std::size_t v);
+  Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners);
   Result<void> add_cells();
 
   MeshEncoder* encoder_;
@@ -53,11 +47,9 @@ class MeshFeed {
   const MeshArrays* mesh_;
   std::size_t xyz_bytes_;
   std::vector<std::uint64_t> block_cells_;
-  std::vector<Vertex> vertices_;
+  std::vector<FedVertex> vertices_;
   std::vector<std::size_t> next_element_;  // index of the next element of each cell array
-  std::size_t next_corner_ = 0;
-  std::vector<std::uint64_t> corners_;  // corners of the current cell
-  std::vector<std::uint32_t> entries_;  // the encoder's entries for the corners of the current cell
+  std::vector<std::uint64_t> corners_;     // corners of the current cell
   std::vector<std::byte> data_;
 };
 
@@ -100,7 +92,7 @@ Result<void> MeshFeed::check_cells() {
       if (v >= vertices_.size())
         return misuse("a cell uses a vertex that does not exist: " + std::to_string(v), "mesh");
       std::uint32_t& uses = vertices_[static_cast<std::size_t>(v)].uses;
-      uses += uses == kEndless ? 0 : 1;
+      uses += uses == FedVertex::kEndless ? 0 : 1;
     }
     corner += static_cast<std::size_t>(nodes);
   }
@@ -125,18 +117,25 @@ Result<void> MeshFeed::check_arrays() const {
   return {};
 }
 
-/// Returns the values of the static point arrays for a vertex, one array after the other.
-const std::byte* MeshFeed::data_of_vertex(std::size_t v) {
-  data_.clear();
+template <class Visit>
+void MeshFeed::for_each_value(std::size_t v, Visit&& visit) const {
   for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
     const ArrayInfo& info = schema_->arrays[a];
     if (info.location != Location::point || info.per_step) continue;
-    const std::byte* from = mesh_->arrays[a].data() + v * stride_of(info);
-    data_.insert(data_.end(), from, from + stride_of(info));
+    visit(mesh_->arrays[a].data() + v * stride_of(info), stride_of(info));
   }
-  return data_.data();
 }
-const std::byte* MeshFeed::data_of_cell(std::uint32_t block) {
+
+/// Returns the values of the static point arrays for a vertex, one array after the other.
+std::span<const std::byte> MeshFeed::data_of_vertex(std::size_t v) {
+  data_.clear();
+  for_each_value(v, [&](const std::byte* values, std::size_t bytes) {
+    data_.insert(data_.end(), values, values + bytes);
+  });
+  return data_;
+}
+/// Returns the values of the static cell arrays for the next cell of the block.
+std::span<const std::byte> MeshFeed::data_of_cell(std::uint32_t block) {
   data_.clear();
   for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
     const ArrayInfo& info = schema_->arrays[a];
@@ -145,56 +144,53 @@ const std::byte* MeshFeed::data_of_cell(std::uint32_t block) {
     const std::byte* from = mesh_->arrays[a].data() + next_element_[a]++ * stride_of(info);
     data_.insert(data_.end(), from, from + stride_of(info));
   }
-  return data_.data();
+  return data_;
 }
 
-/// Returns the bit mask of the nodes of the current cell, from node 0 to node `last`, that use the
-/// vertex with the entry `entry`.
-std::uint64_t MeshFeed::nodes_with(std::uint32_t entry, std::size_t last) const {
-  std::uint64_t nodes = 0;
-  if (entries_.size() == 8) {  // a loop with a fixed number of iterations, since that is faster
-    for (std::size_t i = 0; i < 8; ++i) nodes |= std::uint64_t{entries_[i] == entry} << i;
-    return nodes & ((std::uint64_t{2} << last) - 1);
-  }
-  for (std::size_t i = 0; i < std::min<std::size_t>(last + 1, kMaxLastUse); ++i)
-    nodes |= std::uint64_t{entries_[i] == entry} << i;
-  return nodes;
+Result<void> MeshFeed::add_vertex(std::size_t v) {
+  return encoder_->add_vertex(v, mesh_->xyz.subspan(v * xyz_bytes_, xyz_bytes_), data_of_vertex(v));
 }
 
-Result<void> MeshFeed::add_cell(std::size_t cell) {
-  const std::uint32_t block = block_of(cell);
-  const std::size_t nodes =
-      mesh_->corner_begin.empty()
-          ? schema_->blocks[block].nodes_per_cell
-          : static_cast<std::size_t>(mesh_->corner_begin[cell + 1] - mesh_->corner_begin[cell]);
-  const auto corners = mesh_->corners.part(next_corner_, nodes, corners_);
-  entries_.resize(nodes);
+/// Adds a cell to an encoder that delays cells.
+Result<void> MeshFeed::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners) {
   std::uint64_t last_use = 0;
-  for (std::size_t i = 0; i < nodes; ++i) {
+  for (std::size_t i = 0; i < corners.size(); ++i) {
     const auto v = static_cast<std::size_t>(corners[i]);
-    Vertex& vertex = vertices_[v];
-    if (vertex.entry == kNone)
-      vertex.entry =
-          encoder_->enter_vertex(v, mesh_->xyz.data() + v * xyz_bytes_, data_of_vertex(v));
-    entries_[i] = vertex.entry;
-    if (vertex.uses == kEndless || --vertex.uses > 0) continue;
-    last_use |= nodes_with(entries_[i], i);
+    FedVertex& vertex = vertices_[v];
+    if (vertex.segment == kNone) {
+      vertex.segment = 0;  // some segment
+      if (auto status = add_vertex(v); !status) return status;
+    }
+    if (vertex.uses == FedVertex::kEndless || --vertex.uses > 0) continue;
+    for (std::size_t j = 0; j < std::min<std::size_t>(i + 1, kMaxLastUse); ++j)
+      last_use |= std::uint64_t{corners[j] == corners[i]} << j;
   }
-  next_corner_ += nodes;
-  const std::byte* data = data_of_cell(block);
-  return encoder_->enter_cell(block, entries_, last_use, {data, data_.size()});
+  return encoder_->add_cell(block, corners, last_use, data_of_cell(block));
 }
 
 Result<void> MeshFeed::add_cells() {
-  for (std::size_t c = 0; c < static_cast<std::size_t>(mesh_->cells); ++c)
-    if (auto status = add_cell(c); !status) return status;
-  for (std::size_t v = 0; v < vertices_.size(); ++v) {
-    if (vertices_[v].entry != kNone) continue;  // a cell has used the vertex
-    const std::byte* data = data_of_vertex(v);
-    const auto status = encoder_->add_vertex(v, mesh_->xyz.subspan(v * xyz_bytes_, xyz_bytes_),
-                                             {data, data_.size()});
+  const auto put_values = [this](ShortRuns<std::byte>& runs, std::size_t v) {
+    runs.append(mesh_->xyz.data() + v * xyz_bytes_, xyz_bytes_);
+    for_each_value(v,
+                   [&](const std::byte* values, std::size_t bytes) { runs.append(values, bytes); });
+  };
+  const NumberSpan& begin = mesh_->corner_begin;
+  std::size_t next_corner = 0;
+  for (std::size_t c = 0; c < static_cast<std::size_t>(mesh_->cells); ++c) {
+    const std::uint32_t block = block_of(c);
+    const std::size_t nodes = begin.empty() ? schema_->blocks[block].nodes_per_cell
+                                            : static_cast<std::size_t>(begin[c + 1] - begin[c]);
+    const auto corners = mesh_->corners.part(next_corner, nodes, corners_);
+    next_corner += nodes;
+    const auto status =
+        encoder_->takes_fed_cells()
+            ? encoder_->feed_cell(block, corners, vertices_, data_of_cell(block), put_values)
+            : add_cell(block, corners);
     if (!status) return status;
   }
+  for (std::size_t v = 0; v < vertices_.size(); ++v)
+    if (vertices_[v].segment == kNone)
+      if (auto status = add_vertex(v); !status) return status;
   return {};
 }
 

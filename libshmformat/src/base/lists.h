@@ -86,10 +86,15 @@ class ShortRuns {
   const T& operator[](std::size_t i) const { return room_[i]; }
   /// Removes all elements, and keeps the memory for reuse.
   void clear() { size_ = 0; }
-  void append(const T* from, std::size_t count) {
+  /// Appends `count` elements, whose values the caller must set. The pointer is valid until the
+  /// next call.
+  T* append(std::size_t count) {
     if (room_.size() - size_ < count) make_room_for(count);
-    T* to = room_.data() + size_;
     size_ += count;
+    return room_.data() + (size_ - count);
+  }
+  void append(const T* from, std::size_t count) {
+    T* const to = append(count);
     if constexpr (sizeof(T) == 1)
       copy_few(to, from, count);
     else

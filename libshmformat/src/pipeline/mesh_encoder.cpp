@@ -41,7 +41,7 @@ Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::
                       std::to_string(xyz.size() + data.size()) +
                       " bytes of values, the schema has " + std::to_string(bytes),
                   "mesh");
-  if (vertices_.add_named(number, xyz.data(), data.data()) == kNone)
+  if (vertices_.add(number, xyz.data(), data.data()) == kNone)
     return misuse("vertex " + std::to_string(number) + " is added twice", "mesh");
   return {};
 }
@@ -88,6 +88,7 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
   return enter_cell(block, cell_entries_, last_use, data);
 }
 
+/// Adds a cell whose vertices are given by their entries in the vertex table.
 Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
                                      std::uint64_t last_use, std::span<const std::byte> data) {
   const VertexTable::Uses uses = vertices_.use(entries, start_.segment);
@@ -156,6 +157,7 @@ Result<void> MeshEncoder::end() {
   // Frees all data that is needed only for adding cells, so that coding of steps can use the
   // memory.
   vertices_ = VertexTable(*schema_);
+  let_go(free_handles_);
   delayed_.reset();
   queue_.let_go();
   return {};
@@ -199,6 +201,28 @@ void MeshEncoder::give_vertex(SegmentPiece& piece, std::uint32_t entry) {
   }
   piece.vertices.push_back(vertex);
   piece.vertex_values.append(vertices_.values(entry), vertices_.value_bytes());
+}
+
+/// Does the same as give_vertex() for a fed vertex. Returns the vertex, which the caller adds to
+/// the piece.
+SegmentPiece::Vertex MeshEncoder::feed_vertex(std::uint64_t number, FedVertex& vertex) {
+  SegmentPiece::Vertex given;
+  given.number = number;
+  given.imported = vertex.segment != kNone;
+  if (!given.imported) {
+    ++own_vertices_;
+    if (free_handles_.empty()) {
+      vertex.handle = handles_++;
+    } else {
+      vertex.handle = free_handles_.back();
+      free_handles_.pop_back();
+    }
+    if (has_stream_numbers()) vertex.ticket = stream_numbers_.new_ticket();
+  }
+  vertex.segment = start_.segment;
+  given.handle = vertex.handle;
+  given.ticket = vertex.ticket;
+  return given;
 }
 
 Result<void> MeshEncoder::code_unused(std::uint32_t entry) {

@@ -5,9 +5,11 @@
 // spec: "Segments", "Group"
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,6 +21,16 @@
 #include "shm/options.h"
 
 namespace shm {
+
+/// A vertex of a whole mesh, see MeshEncoder::feed_cell().
+struct FedVertex {
+  /// Largest value of `uses`. A vertex with at least this number of uses is never finalized.
+  static constexpr std::uint32_t kEndless = std::numeric_limits<std::uint32_t>::max();
+
+  std::uint32_t uses = 0;         ///< number of uses by cells that have not been added yet
+  std::uint32_t segment = kNone;  ///< most recent segment that uses the vertex; kNone if none does
+  std::uint32_t handle = 0, ticket = kNone;  ///< used by the encoder
+};
 
 class MeshEncoder {
  public:
@@ -50,18 +62,17 @@ class MeshEncoder {
   /// Returns true if nothing has been added.
   bool is_new() const { return totals_.cells == 0 && vertices_.empty(); }
 
-  /// Adds a vertex without looking up or checking its number. Returns the entry of the vertex in
-  /// the vertex table. enter_cell() identifies the vertex by this entry, so the caller must
-  /// remember it until the vertex's last use. `xyz` and `data` must have the sizes that the schema
-  /// requires.
-  std::uint32_t enter_vertex(std::uint64_t number, const std::byte* xyz, const std::byte* data) {
-    return vertices_.add(number, xyz, data);
-  }
-  /// Adds a cell, like add_cell(), but identifies its vertices by their entries instead of their
-  /// numbers. No vertex may be used after its last use. The sizes of `entries` and `data` must be
-  /// those that the block requires.
-  Result<void> enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
-                          std::uint64_t last_use, std::span<const std::byte> data);
+  /// Returns true if feed_cell() may be called: the mesh has no delay buffer.
+  bool takes_fed_cells() const { return !delayed_; }
+  /// Adds a cell of a mesh of which all cells are added by this function. This is faster than
+  /// add_vertex() and add_cell(), because vertices need not be looked up or stored. `vertices`: all
+  /// vertices of the mesh, by number; FedVertex::uses must count the uses by this cell and all
+  /// later cells. `corners` and `data` must have the sizes that the block requires.
+  /// put_values(runs, vertex) appends the coordinates and static point data of a vertex to `runs`.
+  template <class PutValues>
+  Result<void> feed_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
+                         std::span<FedVertex> vertices, std::span<const std::byte> data,
+                         PutValues&& put_values);
 
   Result<void> end();
   /// Writes all groups that are complete. Which groups these are depends only on the calls made so
@@ -79,6 +90,8 @@ class MeshEncoder {
   /// Returns true if groups list imported vertices by their stream numbers instead of the caller's
   /// numbers.
   bool has_stream_numbers() const { return schema_->order != Order::keep; }
+  Result<void> enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
+                          std::uint64_t last_use, std::span<const std::byte> data);
   Result<void> delay(std::uint64_t number, std::uint32_t block,
                      std::span<const std::uint32_t> entries, std::span<const std::byte> data);
   Result<void> code_waiting();
@@ -91,6 +104,7 @@ class MeshEncoder {
                     std::span<const std::uint32_t> entries, std::span<const std::byte> data,
                     bool may_give, std::uint64_t may_end);
   void give_vertex(SegmentPiece& piece, std::uint32_t entry);
+  SegmentPiece::Vertex feed_vertex(std::uint64_t number, FedVertex& vertex);
   Result<void> code_unused(std::uint32_t entry);
   Result<void> give_out(EncodedGroup& group);
   Result<void> finish_group(EncodedGroup& group);
@@ -101,6 +115,12 @@ class MeshEncoder {
   GroupSink sink_;
   std::vector<std::size_t> cell_data_bytes_;  // for each block: size in bytes of the data of a cell
   std::vector<std::uint32_t> cell_entries_;
+
+  // Handles of fed vertices: the number of handles so far, those that are free again, and those of
+  // the vertices that the current cell ends. The latter become free after the cell, since its later
+  // vertices need other handles.
+  std::uint32_t handles_ = 0;
+  std::vector<std::uint32_t> free_handles_, ended_handles_;
 
   VertexTable vertices_;
   std::optional<DelayBuffer> delayed_;  // set if cells may be delayed
@@ -120,6 +140,48 @@ class MeshEncoder {
 
   container::Index totals_;
 };
+
+template <class PutValues>
+Result<void> MeshEncoder::feed_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
+                                    std::span<FedVertex> vertices, std::span<const std::byte> data,
+                                    PutValues&& put_values) {
+  if (cutter_.is_due(block, totals_.cells))
+    if (auto status = cut(); !status) return status;
+  SegmentPiece& piece = queue_.piece();
+  SegmentPiece::Cell cell;
+  cell.number = totals_.cells;
+  cell.block = block;
+  cell.nodes = static_cast<std::uint32_t>(corners.size());
+  std::uint32_t* const handles = piece.nodes.append(corners.size());
+  std::uint64_t introduced = 0;
+  ended_handles_.clear();
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    FedVertex& vertex = vertices[static_cast<std::size_t>(corners[i])];
+    if (vertex.segment != start_.segment) {
+      introduced += vertex.segment == kNone ? 1 : 0;
+      ++cell.new_vertices;
+      piece.vertices.push_back(feed_vertex(corners[i], vertex));
+      put_values(piece.vertex_values, static_cast<std::size_t>(corners[i]));
+    }
+    handles[i] = vertex.handle;
+    if (vertex.uses == FedVertex::kEndless || --vertex.uses > 0) continue;
+    std::uint64_t nodes = 0;
+    for (std::size_t j = 0; j < std::min<std::size_t>(i + 1, kMaxLastUse); ++j)
+      nodes |= std::uint64_t{handles[j] == vertex.handle} << j;
+    if (nodes == 0) continue;  // only nodes that cannot be marked have the vertex
+    cell.last_use |= nodes;
+    ended_handles_.push_back(vertex.handle);
+    if (vertex.ticket != kNone) stream_numbers_.end_ticket(vertex.ticket, coded_cells_);
+  }
+  for (const std::uint32_t handle : ended_handles_) free_handles_.push_back(handle);
+  cutter_.add_cell(block, introduced, ended_handles_.size());
+  ++totals_.block_cells[block];
+  ++totals_.cells;
+  piece.cells.push_back(cell);
+  piece.cell_data.append(data.data(), data.size());
+  ++coded_cells_;
+  return queue_.added();
+}
 
 /// Returns the schema that is stored in a file written with these options. Fails with
 /// ErrorCode::misuse if the schema or the options are invalid.

@@ -10,6 +10,7 @@ VertexTable::VertexTable(const Schema& schema)
 
 std::uint32_t VertexTable::add(std::uint64_t number, const std::byte* xyz, const std::byte* data) {
   const std::uint32_t e = next_entry();
+  if (!by_number_.insert(number, e)) return kNone;
   if (free_.empty()) {
     push_tightly(entries_, Entry());
     push_tightly(in_segment_, kNone);
@@ -27,14 +28,6 @@ std::uint32_t VertexTable::add(std::uint64_t number, const std::byte* xyz, const
   return e;
 }
 
-std::uint32_t VertexTable::add_named(std::uint64_t number, const std::byte* xyz,
-                                     const std::byte* data) {
-  if (!by_number_.insert(number, next_entry())) return kNone;
-  const std::uint32_t e = add(number, xyz, data);
-  entries_[e].named = true;
-  return e;
-}
-
 std::uint64_t VertexTable::end(std::span<const std::uint32_t> entries, std::uint64_t last_use) {
   std::uint64_t ended = 0;
   for (; last_use != 0; last_use &= last_use - 1) {
@@ -43,7 +36,7 @@ std::uint64_t VertexTable::end(std::span<const std::uint32_t> entries, std::uint
     entry.ends = true;
     // From now on, the caller may use the number for another vertex, even if cells that use this
     // vertex are still in the delay buffer.
-    if (entry.named) by_number_.erase(entry.number);
+    by_number_.erase(entry.number);
     ++ended;
   }
   return ended;

@@ -27,14 +27,11 @@ class VertexTable {
   std::size_t value_bytes() const { return value_bytes_; }
   bool empty() const { return entries_.empty(); }
 
-  /// Adds a vertex and returns its entry. The vertex cannot be found by find(). `xyz` and `data`
-  /// must have the sizes that the schema requires.
-  std::uint32_t add(std::uint64_t number, const std::byte* xyz, const std::byte* data);
   /// Adds a vertex and returns its entry. From then on, find() also returns this entry, until end()
   /// is called for the vertex. Returns kNone if the table already contains a vertex with this
-  /// number.
-  std::uint32_t add_named(std::uint64_t number, const std::byte* xyz, const std::byte* data);
-  /// Returns the entry of a vertex that was added by add_named(). Returns kNone if the table does
+  /// number. `xyz` and `data` must have the sizes that the schema requires.
+  std::uint32_t add(std::uint64_t number, const std::byte* xyz, const std::byte* data);
+  /// Returns the entry of a vertex that was added by add(). Returns kNone if the table does
   /// not contain a vertex with this number.
   std::uint32_t find(std::uint64_t number) const { return by_number_.find(number); }
 
@@ -91,9 +88,9 @@ class VertexTable {
   template <class Freed>
   std::uint64_t free_ended(std::span<const std::uint32_t> entries, std::uint64_t may_end,
                            Freed&& freed);
-  /// Frees the entry of a vertex that was added by add_named() and that no cell has used.
+  /// Frees the entry of a vertex that was added by add() and that no cell has used.
   void free_unused(std::uint32_t entry);
-  /// Returns the vertices that were added by add_named() and that no cell has used, in ascending
+  /// Returns the vertices that were added by add() and that no cell has used, in ascending
   /// order of their numbers.
   std::vector<std::uint32_t> unused() const;
 
@@ -104,7 +101,6 @@ class VertexTable {
     std::uint32_t waiting : 30 = 0;  // number of uses by the cells in the delay buffer
     bool used : 1 = false;           // true: a cell has used the vertex
     bool ends : 1 = false;           // true if only waiting cells will still use the vertex
-    bool named = false;              // true: by_number_ contains the vertex
   };
 
   std::uint32_t next_entry() const {

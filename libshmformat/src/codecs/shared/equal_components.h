@@ -1,5 +1,5 @@
-// Components of an array that have equal values, for example the components xy and yx of a symmetric
-// tensor. Such a component is stored as a copy of an earlier component.
+// Components of an array that have equal values, for example the components xy and yx of a
+// symmetric tensor. Such a component is stored as a copy of an earlier component.
 #pragma once
 
 #include <cstddef>
