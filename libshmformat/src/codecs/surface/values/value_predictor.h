@@ -106,7 +106,7 @@ class ClassNumbers {
 /// near elements (0-2), diagonal elements (3-5), the opposite element (6), elements two steps away
 /// (7-9), elements three steps away (10-12), thirds (13-15, the residuals of the lattice prediction
 /// at near elements 0-2), the two most recently coded elements of the column (16, 17), matches
-/// (18-20), the previous component of this element (21), and the partner (22).
+/// (18-20), the source component of this element (21), and the partner (22).
 enum Feature : std::uint32_t {
   kFNear = 0,
   kFDiagonal = 3,
@@ -137,10 +137,9 @@ enum Mode : std::uint32_t {
   kMeanFaceMode = 19,
   kLastMode = 20,
   kLastLineMode = 21,
-  kMatchMode = 22,  // 22..24: matches (earlier values) found by three keys: the values of the near
-                    // elements, the two most recent values, and the other components
-  kOtherMode =
-      25,  // 25: the value of the previous component of this element; 26: the negated value
+  kMatchMode = 22,   // 22..24: matches (earlier values) found by three keys: the values of the near
+                     // elements, the two most recent values, and the other components
+  kOtherMode = 25,   // 25: the value of the source component of this element; 26: the negated value
   kFittedMode = 27,  // linear combination; the encoder determines the weights
   kStayMode = 28,    // prediction 0; with differences as input, this predicts the reference value
   kPartnerMode = 29,
