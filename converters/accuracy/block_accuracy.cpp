@@ -48,8 +48,10 @@ std::vector<Range> ranges_of(MeshSource& mesh, std::size_t a, const ArrayInfo& a
           runs, first, end, [&](std::uint32_t block, std::uint64_t from, std::uint64_t to) {
             for (std::size_t at = (from - first) * stride; at < (to - first) * stride; at += width)
               if (const double value = as_double(&bytes[at], array.type);
-                  std::isfinite(value) && !is_fill_value(array.fills, value))
-                ranges[block].add(value), ranges.back().add(value);
+                  std::isfinite(value) && !is_fill_value(array.fills, value)) {
+                ranges[block].add(value);
+                ranges.back().add(value);
+              }
           });
     }
     if (progress) progress("measuring " + array.name, step + 1, steps);

@@ -631,6 +631,16 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
   return std::move(sink.bytes);
 }
 
+/// Appends a number as a scalar of this type.
+inline void append_number(std::vector<std::byte>& values, ScalarType type, double number) {
+  if (type == ScalarType::float64)
+    append(values, number);
+  else if (type == ScalarType::float32)
+    append(values, static_cast<float>(number));
+  else
+    append_scalar(values, type, static_cast<std::int64_t>(number));
+}
+
 /// Returns a file of `mesh` with stepped arrays at the steps 0 to `steps` - 1.
 /// value(array, scalar, step) returns a value; `scalar` counts the components of all elements. If
 /// it returns nullopt for the first scalar, the array has no values at this step.
@@ -658,12 +668,7 @@ inline std::vector<std::byte> written_with_steps(
     for (std::uint64_t i = 0; i < elements * info.components; ++i) {
       const auto number = value(array, i, step);
       if (!number) return Result<void>();
-      if (info.type == ScalarType::float64)
-        append(values, *number);
-      else if (info.type == ScalarType::float32)
-        append(values, static_cast<float>(*number));
-      else
-        append_scalar(values, info.type, static_cast<std::int64_t>(*number));
+      append_number(values, info.type, *number);
     }
     return writer.add_step_values(array, step, values);
   };
@@ -861,10 +866,7 @@ inline TestMesh filled(int rows, int layers) {
     const std::uint64_t count = location == Location::point ? mesh.vertices : mesh.cells.size();
     for (std::uint64_t i = 0; i < count * components; ++i) {
       const double v = value(i, 300 + .03125 * static_cast<double>(i % 97) * double(i / 97));
-      if (type == ScalarType::float64)
-        append(values, v);
-      else
-        append(values, static_cast<float>(v));
+      append_number(values, type, v);
     }
     mesh.schema.arrays.push_back(std::move(info));
     mesh.arrays.push_back(std::move(values));
@@ -1027,12 +1029,7 @@ inline TestMesh tensors() {
       const std::uint64_t count = location == point ? mesh.vertices : mesh.cells.size();
       for (std::uint64_t i = 0; i < count * info.components; ++i) {
         const double value = value_of_tensor(i, 0);
-        if (type == float64)
-          append(values, value);
-        else if (type == float32)
-          append(values, static_cast<float>(value));
-        else
-          append_scalar(values, type, static_cast<std::int64_t>(1000 * value));
+        append_number(values, type, type == int16 ? 1000 * value : value);
       }
       mesh.schema.arrays.push_back(std::move(info));
       mesh.arrays.push_back(std::move(values));

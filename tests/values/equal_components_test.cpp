@@ -1,5 +1,5 @@
-// Tests of components that have the same values as an earlier component of their array: they need
-// next to no space, and a copy of a component that is not an earlier one is refused.
+// Tests of components that have the same values as an earlier component of their array: they make
+// files only slightly larger, and a copy of a component that is not an earlier one is refused.
 #include "codecs/shared/equal_components.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ Bytes with_tensor_at_steps(const std::vector<std::uint64_t>& components, Level l
       });
 }
 
-TEST(EqualComponents, NeedNextToNoSpace) {
+TEST(EqualComponents, NeedLittleSpace) {
   using enum ConnectivityCodec;
   for (const auto& [codec, level] :
        {std::pair(rows, Level::standard), std::pair(mixed, Level::best),
@@ -61,7 +61,7 @@ TEST(EqualComponents, NeedNextToNoSpace) {
         << codec_name(codec) << " at level " << static_cast<int>(level);
 }
 
-TEST(EqualComponents, NeedNextToNoSpaceAtTimeSteps) {
+TEST(EqualComponents, NeedLittleSpaceAtTimeSteps) {
   for (const Level level : {Level::fast, Level::standard, Level::best})
     for (const double bound : {0.0, 1e-3})
       EXPECT_LT(double(with_tensor_at_steps(kAll, level, bound).size()),

@@ -37,8 +37,8 @@ constexpr std::uint64_t kMostReserved = std::uint64_t{4} << 20;
 
 // Layout of the first byte of a component: the low bits (kKinds) contain the kind of the domain,
 // the bits from kPredictorShift on contain the predictor, and kTableBit is set if the component has
-// a table. kCopy: the component is a copy of an earlier component.
-constexpr std::uint8_t kKinds = 7, kPredictorShift = 3, kTableBit = 0x40, kCopy = 7;
+// a table.
+constexpr std::uint8_t kKinds = 7, kPredictorShift = 3, kTableBit = 0x40;
 
 std::uint64_t gap(std::int64_t above, std::int64_t below) {
   return static_cast<std::uint64_t>(above) - static_cast<std::uint64_t>(below);
@@ -455,8 +455,7 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
   component.source = equal_component(*info_, values, stride, elements.count, c);
   if (component.source) {
     component.domain = components_[*component.source].domain;
-    heads.put_u8(kCopy);
-    heads.put_varint(*component.source);
+    put_copy(heads, *component.source);
     copy_component(c, elements);
     return;
   }
@@ -620,10 +619,9 @@ bool TermColumn::read_head(ByteReader& in, std::size_t c) {
   component.width = 0;
   component.change = 0;
   const std::uint8_t head = in.get_u8();
-  if (head == kCopy) {
-    const std::uint64_t source = in.get_varint();
-    if (!in.ok() || source >= c) return false;
-    component.source = static_cast<std::size_t>(source);
+  if (head == kCopiedComponent) {
+    component.source = get_source(in, c);
+    if (!component.source) return false;
     component.domain = components_[*component.source].domain;
     component.predictor = Predictor::nothing;
     return true;

@@ -23,4 +23,15 @@ std::optional<std::size_t> equal_component(const ArrayInfo& info, const std::byt
   return std::nullopt;
 }
 
+void put_copy(ByteWriter& out, std::size_t source) {
+  out.put_u8(kCopiedComponent);
+  out.put_varint(source);
+}
+
+std::optional<std::size_t> get_source(ByteReader& in, std::size_t component) {
+  const std::uint64_t source = in.get_varint();
+  if (!in.ok() || source >= component) return std::nullopt;
+  return static_cast<std::size_t>(source);
+}
+
 }  // namespace shm

@@ -14,8 +14,6 @@ namespace shm {
 namespace {
 
 constexpr int kPlaneZstdLevel = 1;
-/// Stored instead of the kind of a domain if a component is a copy of an earlier component.
-constexpr std::uint8_t kCopy = 7;
 
 }  // namespace
 
@@ -171,8 +169,7 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
   planes.clear();
   for (std::size_t c = 0; c < components_.size(); ++c) {
     if (components_[c].source != c) {
-      out.put_u8(kCopy);
-      out.put_varint(components_[c].source);
+      put_copy(out, components_[c].source);
       continue;
     }
     std::uint64_t largest = 0;
@@ -251,12 +248,12 @@ bool DifferenceColumn::read_differences(std::span<const std::byte> bytes, std::u
   for (std::size_t c = 0; c < components_.size(); ++c) {
     components_[c].source = c;
     const std::uint8_t kind = in.get_u8();
-    if (kind == kCopy) {
-      const std::uint64_t source = in.get_varint();
-      if (!in.ok() || source >= c) return false;
-      components_[c].source = static_cast<std::size_t>(source);
+    if (kind == kCopiedComponent) {
+      const auto source = get_source(in, c);
+      if (!source) return false;
+      components_[c].source = *source;
       components_[c].width = 0;
-      domains[c] = domains[components_[c].source];
+      domains[c] = domains[*source];
       continue;
     }
     const std::int64_t exponent = in.get_signed();

@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "codecs/shared/equal_components.h"
 #include "codecs/shifts/difference_values.h"
 
 namespace shm {
@@ -217,11 +218,10 @@ bool WeightedDecoder::decode(const TiledItems& elements, std::span<const std::by
   for (std::size_t c = 0; c < components_.size(); ++c) {
     const std::uint8_t head = in.get_u8();
     if (head == kCopiedComponent) {
-      const std::uint64_t source = in.get_varint();
-      if (!in.ok() || source >= c) return false;
-      const auto from = static_cast<std::size_t>(source);
-      load(out.data() + offset + from * width_, stride(), width_, words);
-      copy_component(from, c, elements);
+      const auto source = get_source(in, c);
+      if (!source) return false;
+      load(out.data() + offset + *source * width_, stride(), width_, words);
+      copy_component(*source, c, elements);
     } else if (!decode_component(in, head, c, elements, reference, words)) {
       return false;
     }

@@ -78,9 +78,6 @@ void for_each_term(std::uint32_t known, Visit&& visit) {
     if ((others >> k & 1) != 0) visit(k);
 }
 
-/// Head of a component that is a copy of an earlier component. Frozen: part of the format.
-inline constexpr std::uint8_t kCopiedComponent = 7;
-
 /// Sizes of elements whose residual is 0, and of elements whose value is a matched value.
 inline constexpr std::int32_t kZeroSize = std::numeric_limits<std::int32_t>::min(),
                               kMatchedSize = kZeroSize + 1;

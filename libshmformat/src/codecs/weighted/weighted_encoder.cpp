@@ -87,8 +87,7 @@ std::vector<std::byte> WeightedEncoder::encode(const TiledItems& elements,
   for (std::size_t c = 0; c < components_.size(); ++c) {
     if (const auto source =
             equal_component(*info_, values.data(), stride(), classes_.covered(), c)) {
-      out.put_u8(kCopiedComponent);
-      out.put_varint(*source);
+      put_copy(out, *source);
       copy_component(*source, c, elements);
     } else {
       encode_component(values_of(values, c), c, elements, reference, out);
