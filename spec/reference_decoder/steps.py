@@ -8,7 +8,7 @@ from .bundles import BUNDLE, MOST_PAIRS, read_bundle, values_at
 from .columns import COLUMNS, MIXED_COLUMNS, SHUFFLED_ZSTD, WITH_TABLES, Column, shuffled_values
 from .domains import as_double, as_float32, bits_of
 from .patterns import TERMS, Terms
-from .special_values import APART, SpecialValues, has_special_values
+from .special_values import APART, SpecialValues, has_special_values, without_special
 from .weighted import WEIGHTED, Weighted
 
 IN_COLUMNS = 256  # components at most
@@ -164,12 +164,13 @@ class StepValues:
             this = self.steps[index][-1]
             reference = part.reference
             self._check_reference(index, this, reference, part.reference_step)
-            references = self._references(index, array, group, reference)
+            references, last = self._references(index, array, group, reference)
             codec, data, special = part.codec, part.data, None
             if has_special_values(codec):
                 special = SpecialValues(array, data, count * array.components, references)
                 codec, data, references = codec - APART, special.rest, special.references
-            values = self._values(array, this, reference, references, group, count, codec, data)
+                last = last and without_special(array, last)
+            values = self._values(array, this, reference, references, last, group, count, codec, data)
             if special:
                 values = special.restore(values)
         except ShmError as error:
@@ -243,7 +244,7 @@ class StepValues:
         reject_unless(reference == 1 or (len(steps) > 2 and steps[-2].reference in (1, 2)),
                       "a trend behind a key step")
 
-    def _values(self, array, this, reference, references, group, count, codec, data):
+    def _values(self, array, this, reference, references, last, group, count, codec, data):
         if array.components > IN_COLUMNS:
             reject_unless(codec == SHUFFLED_ZSTD and reference == 0,
                           "columns, or a reference, of too many components")
@@ -258,7 +259,7 @@ class StepValues:
         if codec == WEIGHTED:
             reject_unless(self.weighted_reference in (None, reference), "a reference unlike that of the part before")
             self.weighted_reference = reference
-            return self.weighted.decode(data, tiles, references)
+            return self.weighted.decode(data, tiles, references, last)
         reject_unless(self.column_reference in (None, reference), "a reference unlike that of the part before")
         self.column_reference = reference
         self.column.referring = reference > 0
@@ -276,12 +277,13 @@ class StepValues:
         return [value for tile in found for value in tile]
 
     def _references(self, index, array, group, reference):
+        """The reference of each value; and the values of the step before, if the references are the trend."""
         if not reference:
-            return None
+            return None, None
         if reference == 3:
-            return self.bases[index].values[group]
+            return self.bases[index].values[group], None
         steps = self.steps[index]
-        references = steps[-2].values[group]
-        if reference == 2:
-            references = [trend(array.type, r1, r2) for r1, r2 in zip(references, steps[-3].values[group])]
-        return references
+        last = steps[-2].values[group]
+        if reference == 1:
+            return last, None
+        return [trend(array.type, r1, r2) for r1, r2 in zip(last, steps[-3].values[group])], last

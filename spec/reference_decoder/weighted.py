@@ -7,6 +7,8 @@ from .shifts import COPY, domain_of_differences
 WEIGHTED = 16
 TERMS, NEIGHBOURS = 16, 13
 UNIT, MOST_WEIGHT = 4096, 65535
+HISTORY, EARLIER, NEAR = 32, 7, 3
+HISTORY_UNIT, MOST_HISTORY = 2**20, 2**26
 MATCHED, LENGTHS = 65, 66
 SOME_ZERO, ALL_ZERO, NEAR_MATCHED, CONTEXTS = 65, 130, 131, 132
 SCALE_BITS, LOW = 12, 2**31
@@ -14,6 +16,10 @@ ZERO_SIZE, MATCHED_SIZE = "zero", "matched"
 LATTICE = 0b1111111
 FACES = ((0, 1), (0, 2), (1, 2))
 NO_AXIS = 3
+
+
+def is_finite(number):
+    return -1.7976931348623157e308 <= number <= 1.7976931348623157e308
 
 
 class Weights:
@@ -165,7 +171,9 @@ class Weighted:
         self.slots = [Slots() for _ in range(array.components)]
         self.last = [Slot() for _ in range(array.components)]
 
-    def decode(self, data, tiles, references):
+    def decode(self, data, tiles, references, last=None):
+        """`references`: the bits of the reference of each value. `last`: those of the step before, if the references
+        are the trend."""
         cursor = Cursor(data)
         elements = [item for covered, _ in tiles for item in covered]
         reject_unless(cursor.varint() == len(elements), "values of another number of elements")
@@ -185,8 +193,8 @@ class Weighted:
                 values[c :: self.array.components] = values[source :: self.array.components]
                 self._copy(source, c, tiles)
                 continue
-            of_component = references and references[c :: self.array.components]
-            values[c :: self.array.components] = self._component(cursor, head, c, tiles, classes, of_component)
+            of_component = [bits and bits[c :: self.array.components] for bits in (references, last)]
+            values[c :: self.array.components] = self._component(cursor, head, c, tiles, classes, *of_component)
         cursor.end()
         return values
 
@@ -196,28 +204,27 @@ class Weighted:
                 self.slots[c][item.slot] = self.slots[source][item.slot]
         self.last[c] = self.last[source]
 
-    def _component(self, cursor, head, c, tiles, classes, references):
+    def _component(self, cursor, head, c, tiles, classes, references, last):
         count = len(self.numbers)
-        reject_unless(head >> 3 <= NO_AXIS, "an axis that cannot be")
+        reject_unless(head < 2 * HISTORY, "a head that cannot be")
+        axis = head >> 3 & 3
         domain = domain_of_differences(self.array, c, head & 7, cursor.svarint())
         space = Space(domain)
+        references = self._states(references, domain)
+        if head & HISTORY:
+            reject_unless(references is not None, "a history without references")
+            references = self._history(cursor, tiles, references, self._states(last, domain))
         exceptions = self._exceptions(cursor, count)
         weights = self._weights(cursor, classes, references is not None)
         lengths = Lengths(cursor)
         low_bits = LowBits(cursor.take(cursor.varint()))
-        matches = Matches(head >> 3, count, space)
+        matches = Matches(axis, count, space)
         slots, values, e = self.slots[c], [], 0
         for covered, skipped in tiles:
             for item in skipped:
                 slots[item.slot] = self.last[c]
             for item in covered:
-                reference = 0.0
-                if references is not None:
-                    reference = as_double(self.array.type, references[e])
-                    if not -1.7976931348623157e308 <= reference <= 1.7976931348623157e308:
-                        reference = 0.0
-                    if domain.kind == QUANTIZED and domain.spacing:
-                        reference = domain.from_value(reference)
+                reference = 0.0 if references is None else references[e]
                 prediction = reference + self._predict(weights[self.numbers[e]], item, slots, self.last[c])
                 predicted, scale = space.index(prediction), space.scale(prediction)
                 match, size = matches.find(item, slots), ZERO_SIZE
@@ -226,7 +233,7 @@ class Weighted:
                 else:
                     length = lengths.next(self._context(item, slots, self.last[c], scale))
                     if length == MATCHED:
-                        reject_unless(head >> 3 != NO_AXIS, "a matched value without axis")
+                        reject_unless(axis != NO_AXIS, "a matched value without axis")
                         index, size = match, MATCHED_SIZE
                     else:
                         residual = 0
@@ -244,6 +251,50 @@ class Weighted:
         lengths.end()
         low_bits.end()
         return values
+
+    def _states(self, values, domain):
+        """Values of another step, as numbers; `values` may be None."""
+        if values is None:
+            return None
+        states = [as_double(self.array.type, bits) for bits in values]
+        states = [state if is_finite(state) else 0.0 for state in states]
+        if domain.kind == QUANTIZED and domain.spacing:
+            return [domain.from_value(state) for state in states]
+        return states
+
+    @staticmethod
+    def _history(cursor, tiles, references, last):
+        """Predictions from the values around each element at earlier steps."""
+        neighbours, of_slot = [], {}
+        for covered, skipped in tiles:
+            for item in skipped:
+                of_slot.pop(item.slot, None)
+            for item in covered:
+                e = len(neighbours)
+                found = [of_slot.get(item.at[k]) if item.known >> k & 1 else None for k in range(EARLIER)]
+                neighbours.append(found + [None] * NEAR)
+                for k in range(NEAR):
+                    if found[k] is not None:
+                        neighbours[found[k]][EARLIER + k] = e
+                of_slot[item.slot] = e
+
+        def around(values, e):
+            return [0.0 if n is None else values[n] - values[e] for n in neighbours[e]]
+
+        from_, changes = (references, None) if last is None else (last, [x - y for x, y in zip(references, last)])
+        weights = []
+        for _ in range(EARLIER + NEAR if changes is None else 2 * (EARLIER + NEAR) + 1):
+            number = cursor.svarint()
+            reject_unless(abs(number) <= MOST_HISTORY, "a weight that is too large")
+            weights.append(number / HISTORY_UNIT)
+        predicted = []
+        for e, start in enumerate(from_):
+            terms = around(from_, e) + ([] if changes is None else [changes[e], *around(changes, e)])
+            total = start
+            for weight, term in zip(weights, terms):
+                total += weight * term
+            predicted.append(total if is_finite(total) else start)
+        return predicted
 
     def _exceptions(self, cursor, count):
         exceptions, position = {}, 0

@@ -103,7 +103,7 @@ struct Columns {
 Bytes expect_weighted_back(Columns& columns, const ColumnElements& elements, std::uint32_t segment,
                            StepReference kind, const Bytes& values, const Bytes& before) {
   EXPECT_TRUE(columns.weighted_in.begin(segment, kind));
-  const EncodedColumn coded = columns.weighted_in.encode(elements, values, before);
+  const EncodedColumn coded = columns.weighted_in.encode(elements, values, {before, {}});
   EXPECT_TRUE(columns.weighted_out.begin(segment, kind));
   PlainRandom random(static_cast<std::uint32_t>(coded.bytes.size()));
   for (int i = 0; i < 4; ++i) {
@@ -111,10 +111,10 @@ Bytes expect_weighted_back(Columns& columns, const ColumnElements& elements, std
     damaged[random.below(damaged.size())] ^= static_cast<std::byte>(1 + random.below(255));
     if (i == 3) damaged.resize(random.below(damaged.size()));
     StepWeightedDecoder decoder = columns.weighted_out;
-    const auto back = decoder.decode(elements, damaged, before);
+    const auto back = decoder.decode(elements, damaged, {before, {}});
     EXPECT_TRUE(!back || back->size() == values.size());
   }
-  const auto back = columns.weighted_out.decode(elements, coded.bytes, before);
+  const auto back = columns.weighted_out.decode(elements, coded.bytes, {before, {}});
   EXPECT_TRUE(back && *back == values);
   return coded.bytes;
 }
@@ -146,7 +146,7 @@ std::size_t expect_same_columns(const Stepped& stepped, StepTopology& replay, St
       if (!elements) return compared;
       numbers[i].assign(elements->numbers.begin(), elements->numbers.end());
       EXPECT_TRUE(columns.in.begin(replay.segment_of(g), kind));
-      coded[i] = columns.in.encode(*elements, values, stepped.options.level, before);
+      coded[i] = columns.in.encode(*elements, values, stepped.options.level, {before, {}});
       EXPECT_TRUE(columns.out.begin(replay.segment_of(g), kind));
       const auto back =
           columns.out.decode(*elements, coded[i].codec, coded[i].bytes, values.size(), before);

@@ -459,10 +459,15 @@ std::vector<T> trend_of(ScalarType type, const std::vector<T>& first,
   const ArrayInfo info = array_of("a", Location::point, type);
   const std::size_t bytes = second.size() * sizeof(T);
   const auto before = memory.reference(StepReference::before, info, 0, bytes);
-  EXPECT_TRUE(std::equal(before->begin(), before->end(), std::as_bytes(std::span(second)).begin()));
+  const auto is_second = [&](std::span<const std::byte> values) {
+    return std::ranges::equal(values, std::as_bytes(std::span(second)));
+  };
+  EXPECT_TRUE(is_second(before->values));
+  EXPECT_TRUE(before->last.empty());
   const auto trend = memory.reference(StepReference::trend, info, 0, bytes);
+  EXPECT_TRUE(is_second(trend->last));
   std::vector<T> out(second.size());
-  std::memcpy(out.data(), trend->data(), bytes);
+  std::memcpy(out.data(), trend->values.data(), bytes);
   return out;
 }
 

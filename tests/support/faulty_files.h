@@ -71,6 +71,7 @@ class FaultyFiles {
     relative_bounds_of_schema();
     references_to_bases();
     copied_components();
+    histories();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -999,6 +1000,35 @@ class FaultyFiles {
     add(kCorrupt, "Weighted values: a component that is a copy of itself.", with_weighted(part));
   }
 
+  void histories() {
+    WeightedPart part;
+    part.head = 1 << 6 | 3 << 3;
+    add(kCorrupt, "Weighted values: a bit of the head that has no meaning.", with_weighted(part));
+    add(kCorrupt, "Weighted values: a weight above 64 in a history.",
+        with("weighted_history", [](FileParts& parts) {
+          for (Chunk& chunk : parts.chunks) {
+            if (!chunk.is(ChunkKind::step_values)) continue;
+            auto steps = take_steps_apart(chunk);
+            for (std::size_t i = 0; i < steps->heads.size(); ++i) {
+              if (steps->heads[i].header.codec != container::Codec::weighted) continue;
+              ByteReader in(steps->values[i]);
+              ByteWriter out;
+              out.put_varint(in.get_varint());
+              const std::uint8_t head = in.get_u8();
+              if (head >> 5 != 1) continue;  // has no history
+              out.put_u8(head);
+              out.put_signed(in.get_signed());
+              in.get_signed();
+              out.put_signed((1 << 26) + 1);
+              out.put_bytes(in.get_bytes(in.left()));
+              steps->values[i] = std::move(out.bytes);
+            }
+            chunk.payload = put_steps_together(std::move(*steps), chunk.header.version);
+          }
+          list_anew(parts);
+        }));
+  }
+
   void weighted_parts() {
     EXPECT_TRUE(decode_in_pieces(with_weighted({})));
     const auto of = [&](const std::string& sentence,
@@ -1016,7 +1046,7 @@ class FaultyFiles {
     of("a domain that does not exist.", [](WeightedPart& it) { it.head = 7 | 3 << 3; });
     of("the domain of integers.", [](WeightedPart& it) { it.head = 5 | 3 << 3; });
     of("the domain of quantized values.", [](WeightedPart& it) { it.head = 6 | 3 << 3; });
-    of("a fourth axis.", [](WeightedPart& it) { it.head = 4 << 3; });
+    of("a history without references.", [](WeightedPart& it) { it.head = 4 << 3; });
     of("an exception after the last element.", [&](WeightedPart& it) {
       it.exceptions = bytes({1, 12, 0, 0, 0, 0});
     });

@@ -955,6 +955,43 @@ inline std::vector<std::byte> weighted_steps() {
       });
 }
 
+/// Returns a file whose stepped arrays have a history: they are coded with the codec `weighted`,
+/// and each value is predicted from the values around it at earlier steps. There are several
+/// groups, and arrays with special values, with a relative error bound, and with blocks that they
+/// do not cover.
+inline std::vector<std::byte> weighted_history() {
+  using enum Location;
+  using enum ScalarType;
+  constexpr std::uint64_t kWidth = 12;
+  TestMesh mesh = bent_grid(kWidth - 1, 8, 7);
+  mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
+  for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+    if (c % 11 >= 2) mesh.cells[c].block = 1;
+  ArrayInfo holes = array_of("holes", point, float64);
+  holes.fills = {-1e30};
+  ArrayInfo relative = array_of("relative", point, float32);
+  relative.quantization = Quantization::relative(.0001, float32);
+  ArrayInfo in_part = array_of("in part", cell, float32, 2);
+  in_part.blocks = {1};
+  // Noise that moves through the mesh in one direction, and less noise in the other direction
+  const auto moving = [](std::uint64_t i, std::uint64_t s) {
+    return std::floor(4096 * random_share(i + 100 - s, 0)) +
+           std::floor(64 * random_share(i + 100 + s, 1));
+  };
+  WriteOptions options;
+  options.waiting_bytes = 0;  // no bundles
+  options.slow_step_values = 0;
+  options.group_cells = 260;
+  options.connectivity = ConnectivityCodec::rows;
+  return written_with_steps(
+      mesh, {array_of("moving", point, float64), holes, relative, in_part}, options, 4,
+      [&](std::uint32_t array, std::uint64_t i, std::uint64_t s) -> std::optional<double> {
+        if (array == 1 && i % 19 == 3) return -1e30;
+        if (array == 2) return 1000 + moving(i, s);
+        return array == 3 ? moving(i / 2 + i % 2 * 5000, s) : moving(i, s);
+      });
+}
+
 /// Returns a file whose key steps refer to their bases: random values that do not change, random
 /// values that change once, and values that grow. There are several groups and segments.
 inline std::vector<std::byte> steps_on_bases(Level level) {
@@ -1215,6 +1252,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("filled_bundles", filled_steps(Level::standard, 1 << 20));
   add("weighted_steps", weighted_steps());
   add("weighted_mirrored", weighted_mirrored());
+  add("weighted_history", weighted_history());
   add("tensors", written(tensors(), 50));
   add("tensors_best", written(tensors(), 50, ConnectivityCodec::mixed, Level::best));
   add("tensors_shifts", written(tensors(), 50, ConnectivityCodec::shifts, Level::fast));

@@ -123,8 +123,9 @@ TEST(SpecialValues, OfTheReferenceNeedFewBytes) {
   auto decoder = SpecialValuesDecoder::read(info, rest, 5, reference);
   ASSERT_TRUE(decoder);
   const Bytes plain = bytes_of<float>({2, 2, 2, 2, 7});
-  EXPECT_TRUE(std::equal(plain.begin(), plain.end(), decoder->reference().begin(),
-                         decoder->reference().end()));
+  PlainReference plain_reference;
+  EXPECT_TRUE(std::ranges::equal(plain_reference.of(info, {reference, {}}).values, plain));
+  EXPECT_TRUE(std::ranges::equal(plain_reference.of(info, {plain, reference}).last, plain));
   Bytes restored = plain_values(info, values.data(), 4, 5);
   ASSERT_TRUE(decoder->restore(restored));
   EXPECT_TRUE(decoder->at_end());

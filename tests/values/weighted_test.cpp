@@ -96,18 +96,20 @@ TiledItems row(std::uint32_t count) {
   return elements;
 }
 
-/// Returns the number of bytes of values in a row, after checking that they are restored.
+/// Returns the number of bytes of values in a row, after checking that they are restored. `last`:
+/// the values of the step before, if the reference values are their trend.
 std::size_t bytes_of(const ArrayInfo& info, std::span<const double> values,
-                     std::span<const double> reference = {}) {
+                     std::span<const double> reference = {}, std::span<const double> last = {}) {
+  const ReferenceValues from{std::as_bytes(reference), std::as_bytes(last)};
   const auto count = static_cast<std::uint32_t>(values.size());
   const TiledItems elements = row(count);
   WeightedEncoder encoder(info, {});
   WeightedDecoder decoder(info, {});
   encoder.make_room(count);
   decoder.make_room(count);
-  const Bytes coded = encoder.encode(elements, std::as_bytes(values), std::as_bytes(reference));
+  const Bytes coded = encoder.encode(elements, std::as_bytes(values), from);
   Bytes back;
-  EXPECT_TRUE(decoder.decode(elements, coded, std::as_bytes(reference), back));
+  EXPECT_TRUE(decoder.decode(elements, coded, from, back));
   EXPECT_TRUE(std::ranges::equal(back, std::as_bytes(values)));
   return coded.size();
 }
@@ -145,6 +147,74 @@ TEST(Weighted, ReferencesAreUsed) {
   EXPECT_LT(bytes_of(doubles(), values, reference), 10000u);
 }
 
+// Each value is the mean of the values around it at the step before, later elements included. The
+// noise needs 8 bits.
+TEST(Weighted, AHistoryPredictsFromLaterElements) {
+  PlainRandom random(8);
+  std::vector<double> reference, values;
+  for (int i = 0; i < 10000; ++i) reference.push_back(static_cast<double>(random.below(1u << 30)));
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    const double before = reference[i == 0 ? i : i - 1];
+    const double after = reference[i + 1 == reference.size() ? i : i + 1];
+    values.push_back(std::floor((before + 2 * reference[i] + after) / 4) +
+                     static_cast<double>(random.below(256)));
+  }
+  EXPECT_LT(bytes_of(doubles(), values, reference), 10000 * 11 / 8u);
+}
+
+// A wave moves by one element at each step: the next value is the sum of the values around it,
+// minus its value two steps before.
+TEST(Weighted, AHistoryPredictsFromTwoSteps) {
+  PlainRandom random(9);
+  constexpr std::size_t kCount = 10000;
+  std::vector<double> wave, back, first, last, trend, values;
+  for (std::size_t i = 0; i < kCount + 2; ++i) {
+    wave.push_back(static_cast<double>(random.below(1u << 26)));
+    back.push_back(static_cast<double>(random.below(1u << 26)));
+  }
+  for (std::size_t i = 0; i < kCount; ++i) {
+    first.push_back(wave[i] + back[i + 2]);
+    last.push_back(wave[i + 1] + back[i + 1]);
+    values.push_back(wave[i + 2] + back[i]);
+    trend.push_back(2 * last[i] - first[i]);
+  }
+  EXPECT_GT(bytes_of(doubles(), values, last), kCount * 20 / 8);
+  EXPECT_LT(bytes_of(doubles(), values, trend, last), kCount * 2 / 8);
+}
+
+TEST(Weighted, ADamagedHistoryIsRefused) {
+  PlainRandom random(10);
+  std::vector<double> reference, values;
+  for (int i = 0; i < 2000; ++i) reference.push_back(static_cast<double>(random.below(1u << 30)));
+  for (std::size_t i = 0; i < reference.size(); ++i)
+    values.push_back((reference[i] + reference[i == 0 ? i : i - 1]) / 2);
+  const TiledItems elements = row(2000);
+  WeightedEncoder encoder(doubles(), {});
+  encoder.make_room(2000);
+  const ReferenceValues from{std::as_bytes(std::span<const double>(reference)), {}};
+  const Bytes coded =
+      encoder.encode(elements, std::as_bytes(std::span<const double>(values)), from);
+  constexpr std::size_t kHead = 2;  // after the number of elements
+  ASSERT_NE(std::to_integer<std::uint32_t>(coded[kHead]) & kHistoryBit, 0u);
+  const auto is_read = [&](const Bytes& bytes, const ReferenceValues& reference_values) {
+    WeightedDecoder decoder(doubles(), {});
+    decoder.make_room(2000);
+    Bytes back;
+    return decoder.decode(elements, bytes, reference_values, back);
+  };
+  EXPECT_TRUE(is_read(coded, from));
+  EXPECT_FALSE(is_read(coded, {}));
+  Bytes unknown_bit = coded;
+  unknown_bit[kHead] |= std::byte{2 * kHistoryBit};
+  EXPECT_FALSE(is_read(unknown_bit, from));
+  ByteWriter weight;
+  weight.put_signed(WeightedHistory::kMostCoded + 1);
+  Bytes too_large(coded.begin(), coded.begin() + kHead + 2);
+  too_large.insert(too_large.end(), weight.bytes.begin(), weight.bytes.end());
+  too_large.insert(too_large.end(), coded.begin() + kHead + 2, coded.end());
+  EXPECT_FALSE(is_read(too_large, from));
+}
+
 TEST(Weighted, EveryBitPatternIsRestored) {
   PlainRandom random(7);
   std::vector<double> values;
@@ -154,6 +224,7 @@ TEST(Weighted, EveryBitPatternIsRestored) {
   bytes_of(doubles(), values);
   std::vector<double> reference(values.rbegin(), values.rend());
   bytes_of(doubles(), values, reference);
+  bytes_of(doubles(), values, reference, values);
 }
 
 }  // namespace

@@ -242,12 +242,15 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t i, const StepInd
       (kind == StepReference::trend && two_back_.size() != size))
     return wrong_step_values(file_->schema(), header,
                              "refers to values of elements other than its own");
-  if (kind == StepReference::trend) go_on(info().type, one_back_, two_back_, trend_);
+  ReferenceValues reference;
+  if (kind == StepReference::trend) {
+    go_on(info().type, one_back_, two_back_, trend_);
+    reference = {trend_, one_back_};
+  } else if (kind != StepReference::nothing) {
+    reference.values = one_back_;
+  }
   return column.decode(header, in.get_bytes(found->bytes), file_->segment_number(segment_),
-                       elements,
-                       kind == StepReference::nothing ? std::span<const std::byte>()
-                       : kind == StepReference::trend ? std::span<const std::byte>(trend_)
-                                                      : std::span<const std::byte>(one_back_));
+                       elements, reference);
 }
 
 /// Returns the values of the array at a step, from a bundle.

@@ -44,6 +44,8 @@ constexpr std::size_t kShareForBase = 8;
 /// Except at level best, a reference to the previous steps must save at least this share, 1/N.
 /// Otherwise a step without a reference is better, because it is a base for the key steps after it.
 constexpr std::size_t kShareForReference = 64;
+/// Number of elements of a group from which on fewer references are tried.
+constexpr std::uint64_t kManyElements = 8192;
 /// With the codec `terms`: while references do not pay, only every kStepsAlone-th step tries them.
 constexpr std::uint32_t kStepsAlone = 4;
 
@@ -57,16 +59,16 @@ bool saves_enough(std::size_t bytes, std::size_t alone) {
 
 EncodedColumn StepColumnEncoder::encode(const ColumnElements& elements,
                                         std::span<const std::byte> values, Level level,
-                                        std::span<const std::byte> reference) {
+                                        const ReferenceValues& reference) {
   column_->make_room(elements.slots, elements.all_slots);
   return column_->encode(*elements.items, values.data(),
                          scalar_bytes(info().type) * info().components, level,
-                         reference.empty() ? nullptr : reference.data());
+                         reference.empty() ? nullptr : reference.values.data());
 }
 
 EncodedColumn StepWeightedEncoder::encode(const ColumnElements& elements,
                                           std::span<const std::byte> values,
-                                          std::span<const std::byte> reference) {
+                                          const ReferenceValues& reference) {
   column_->make_room(elements.slots);
   return {Codec::weighted, column_->encode(*elements.items, values, reference)};
 }
@@ -286,7 +288,7 @@ Result<EncodedColumn> StepEncoder::encode() {
   if (!referred) return referred.error();
   const bool are_those_of_reference =
       !referred->empty() &&
-      SpecialValues::find(info, referred->data(), stride(), count) == special_;
+      SpecialValues::find(info, referred->values.data(), stride(), count) == special_;
   const std::vector<std::byte> head = special_->encode(are_those_of_reference);
   coded->codec = with_special_values(coded->codec);
   coded->bytes.insert(coded->bytes.begin(), head.begin(), head.end());
@@ -294,12 +296,10 @@ Result<EncodedColumn> StepEncoder::encode() {
 }
 
 /// Returns the values to which the current group may refer, without special values.
-Result<std::span<const std::byte>> StepEncoder::reference(StepReference kind) {
+Result<ReferenceValues> StepEncoder::reference(StepReference kind) {
   const auto stored = stored_reference(kind);
   if (!stored || !special_ || stored->empty()) return stored;
-  plain_reference_.assign(stored->begin(), stored->end());
-  replace_special(schema_->arrays[*array_], plain_reference_);
-  return std::span<const std::byte>(plain_reference_);
+  return plain_reference_.of(schema_->arrays[*array_], *stored);
 }
 
 /// Encodes the values of the current group without special values.
@@ -348,12 +348,21 @@ Result<EncodedColumn> StepEncoder::choose_codec(const ColumnElements& elements) 
     if (kind == StepReference::base) return limit / kShareForBase;
     return reference_ == StepReference::nothing && !is_best ? limit / kShareForReference : 0;
   };
-  // Encodes with each permitted reference. A result replaces `best` if it is smaller than `limit`
-  // bytes.
-  const auto try_all = [&](auto& chosen, std::size_t limit, auto&& encode) {
+  // With a trend, the codec `weighted` predicts from both steps before. If the group is large, the
+  // values of the step before alone are not tried then, except at level best.
+  const bool trend_suffices =
+      !is_best && count_ >= kManyElements && may_refer(*array_, StepReference::trend);
+  const auto is_tried = [&](StepReference kind, Codec codec) {
+    if (given) return kind == *given;
+    return may_refer(*array_, kind) &&
+           (kind != StepReference::before || !trend_suffices || codec != Codec::weighted);
+  };
+  // Encodes with each reference that is tried. A result replaces `best` if it is smaller than
+  // `limit` bytes.
+  const auto try_all = [&](Codec codec, auto& chosen, std::size_t limit, auto&& encode) {
     for (const StepReference kind : {StepReference::nothing, StepReference::before,
                                      StepReference::trend, StepReference::base}) {
-      if (given ? kind != *given : !may_refer(*array_, kind)) continue;
+      if (!is_tried(kind, codec)) continue;
       std::remove_cvref_t<decltype(*chosen)> column(*schema_, *array_);
       column.begin(segment, kind);
       const auto referred = reference(kind);
@@ -372,8 +381,8 @@ Result<EncodedColumn> StepEncoder::choose_codec(const ColumnElements& elements) 
     }
   };
   const auto try_columns = [&](std::size_t limit) {
-    try_all(column_, limit,
-            [&](StepColumnEncoder& column, std::span<const std::byte> values_before) {
+    try_all(Codec::columns, column_, limit,
+            [&](StepColumnEncoder& column, const ReferenceValues& values_before) {
               slow_values_ += values().size() / scalar_bytes(schema_->arrays[*array_].type);
               return column.encode(elements, values(), level_, values_before);
             });
@@ -383,8 +392,8 @@ Result<EncodedColumn> StepEncoder::choose_codec(const ColumnElements& elements) 
     if (!status) return status.error();
     return best;
   }
-  try_all(weighted_, kUnlimitedBytes,
-          [&](StepWeightedEncoder& column, std::span<const std::byte> values_before) {
+  try_all(Codec::weighted, weighted_, kUnlimitedBytes,
+          [&](StepWeightedEncoder& column, const ReferenceValues& values_before) {
             return column.encode(elements, values(), values_before);
           });
   if (!status) return status.error();
@@ -410,7 +419,7 @@ Result<StepEncoder::StepTerms> StepEncoder::encode_terms(StepReference kind) {
   TermColumn column(schema_->arrays[*array_], true);
   TermColumn::Elements elements;
   elements.count = values().size() / column.element_bytes();
-  elements.reference = *referred;
+  elements.reference = referred->values;
   auto bytes = column.encode_terms(elements, values().data(), column.element_bytes(), scratch_);
   return StepTerms{column.refers(), {Codec::terms, std::move(bytes)}};
 }

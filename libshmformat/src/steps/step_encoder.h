@@ -30,7 +30,7 @@ class StepColumnEncoder : public StepColumn<ColumnPlanner> {
   /// Encodes the values of the group's elements. `reference` contains the reference values, or is
   /// empty if none exist.
   EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
-                       Level level, std::span<const std::byte> reference);
+                       Level level, const ReferenceValues& reference);
 };
 
 /// Encodes the values of one array at one step with the codec `weighted`.
@@ -40,7 +40,7 @@ class StepWeightedEncoder : public StepColumn<WeightedEncoder> {
 
   /// Does the same as StepColumnEncoder::encode().
   EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
-                       std::span<const std::byte> reference);
+                       const ReferenceValues& reference);
 };
 
 class StepEncoder {
@@ -209,11 +209,11 @@ class StepEncoder {
   Result<EncodedColumn> encode_in_terms();
   Result<EncodedColumn> choose_terms();
   /// Returns the values to which the current group may refer.
-  Result<std::span<const std::byte>> stored_reference(StepReference kind) {
+  Result<ReferenceValues> stored_reference(StepReference kind) {
     return before_[*array_].values.reference(kind, schema_->arrays[*array_], first_ * stride(),
                                              pending_.size());
   }
-  Result<std::span<const std::byte>> reference(StepReference kind);
+  Result<ReferenceValues> reference(StepReference kind);
   /// Returns the values of the current group without special values.
   std::span<const std::byte> values() const { return special_ ? plain_ : pending_; }
   std::size_t stride() const {
@@ -252,10 +252,11 @@ class StepEncoder {
   std::size_t group_ = 0;    // index of the current group
   std::uint64_t count_ = 0;  // number of elements in the current group; 0 if no group has begun
   std::vector<std::byte> pending_;
-  // The special values of the current group, if it has any, the other values, and the reference
+  // The special values of the current group, if it has any; the other values; and the reference
   // without special values.
   std::optional<SpecialValues> special_;
-  std::vector<std::byte> plain_, plain_reference_;
+  std::vector<std::byte> plain_;
+  PlainReference plain_reference_;
   TermScratch scratch_;
 
   BundleSink bundle_sink_;

@@ -79,18 +79,22 @@ Result<void> StepMemory::take_base(std::span<const std::byte> values) {
   return base_ ? base_->write(0, values) : Result<void>();
 }
 
-Result<std::span<const std::byte>> StepMemory::reference(StepReference kind, const ArrayInfo& info,
-                                                         std::uint64_t offset, std::size_t bytes) {
-  if (kind == StepReference::nothing) return std::span<const std::byte>();
-  if (kind == StepReference::base) return base_->read(offset, bytes);
+Result<ReferenceValues> StepMemory::reference(StepReference kind, const ArrayInfo& info,
+                                              std::uint64_t offset, std::size_t bytes) {
+  if (kind == StepReference::nothing) return ReferenceValues();
+  const auto only = [](Result<std::span<const std::byte>> values) -> Result<ReferenceValues> {
+    if (!values) return values.error();
+    return ReferenceValues{*values, {}};
+  };
+  if (kind == StepReference::base) return only(base_->read(offset, bytes));
   // Number of steps that are stored completely.
   const std::uint64_t complete = steps_ - (offset == 0 ? 0 : 1);
   const auto last = recent_step(complete - 1).read(offset, bytes);
-  if (!last || kind == StepReference::before) return last;
+  if (!last || kind == StepReference::before) return only(last);
   const auto before = recent_step(complete).read(offset, bytes);
-  if (!before) return before;
+  if (!before) return before.error();
   go_on(info.type, *last, *before, trend_);
-  return std::span<const std::byte>(trend_);
+  return ReferenceValues{trend_, *last};
 }
 
 StepMemory memory_of(StepStore& store, const ArrayInfo& array, std::uint64_t elements,

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "codecs/shared/reference_values.h"
 #include "format/format.h"
 #include "steps/step_store.h"
 
@@ -39,8 +40,8 @@ class StepMemory {
   /// Must be called before take() for these values. The result is valid until the next call. `info`
   /// describes the array. Precondition: enough steps have been stored, and `kind` is at most
   /// `most`.
-  Result<std::span<const std::byte>> reference(StepReference kind, const ArrayInfo& info,
-                                               std::uint64_t offset, std::size_t bytes);
+  Result<ReferenceValues> reference(StepReference kind, const ArrayInfo& info, std::uint64_t offset,
+                                    std::size_t bytes);
 
  private:
   /// Returns the memory of a step. Steps are stored in the sequences in turn.

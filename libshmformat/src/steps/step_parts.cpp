@@ -29,14 +29,15 @@ Result<std::vector<std::byte>> StepParts::decode(const container::StepHeader& he
                                                  std::span<const std::byte> bytes,
                                                  std::uint32_t segment,
                                                  const ColumnElements* elements,
-                                                 std::span<const std::byte> reference) {
+                                                 const ReferenceValues& reference) {
   if (!has_special_values(header.codec))
     return decode_plain(header, header.codec, bytes, segment, elements, reference);
   const ArrayInfo& info = schema_->arrays[header.array];
-  auto special = SpecialValuesDecoder::read(info, bytes, header.count * info.components, reference);
+  auto special =
+      SpecialValuesDecoder::read(info, bytes, header.count * info.components, reference.values);
   if (!special) return wrong_step_values(*schema_, header, "its special values are invalid");
   auto values = decode_plain(header, without_special_values(header.codec), bytes, segment, elements,
-                             special->reference());
+                             plain_reference_.of(info, reference));
   if (values && (!special->restore(*values) || !special->at_end()))
     return wrong_step_values(*schema_, header, "its special values are invalid");
   return values;
@@ -45,7 +46,7 @@ Result<std::vector<std::byte>> StepParts::decode(const container::StepHeader& he
 /// Decodes the values of a part without its special values.
 Result<std::vector<std::byte>> StepParts::decode_plain(
     const container::StepHeader& header, Codec codec, std::span<const std::byte> bytes,
-    std::uint32_t segment, const ColumnElements* elements, std::span<const std::byte> reference) {
+    std::uint32_t segment, const ColumnElements* elements, const ReferenceValues& reference) {
   const auto wrong = [&](const std::string& detail) {
     return wrong_step_values(*schema_, header, detail);
   };
@@ -58,7 +59,7 @@ Result<std::vector<std::byte>> StepParts::decode_plain(
       (codec != Codec::shuffled_zstd || kind != StepReference::nothing))
     return wrong("has too many components for its codec");
   if (codec == Codec::terms) {
-    auto values = decode_terms(info, bytes, header.count, reference, scratch_);
+    auto values = decode_terms(info, bytes, header.count, reference.values, scratch_);
     if (!values) return wrong("its values are invalid");
     return std::move(*values);
   }
@@ -78,7 +79,7 @@ Result<std::vector<std::byte>> StepParts::decode_plain(
   if (is_weighted) {
     if (!is_out_of_memory) values = weighted_.decode(*elements, bytes, reference);
   } else {
-    values = column_.decode(*elements, codec, bytes, size, reference);
+    values = column_.decode(*elements, codec, bytes, size, reference.values);
     is_out_of_memory = column_.is_out_of_memory();
   }
   if (is_out_of_memory)

@@ -55,19 +55,20 @@ class StepParts {
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,
                                         std::span<const std::byte> bytes, std::uint32_t segment,
                                         const ColumnElements* elements,
-                                        std::span<const std::byte> reference);
+                                        const ReferenceValues& reference);
 
  private:
   Result<std::vector<std::byte>> decode_plain(const container::StepHeader& header, Codec codec,
                                               std::span<const std::byte> bytes,
                                               std::uint32_t segment, const ColumnElements* elements,
-                                              std::span<const std::byte> reference);
+                                              const ReferenceValues& reference);
 
   const Schema* schema_;
   std::uint64_t most_bytes_;
   StepColumnDecoder column_;
   StepWeightedDecoder weighted_;
   TermScratch scratch_;
+  PlainReference plain_reference_;
 };
 
 }  // namespace shm

@@ -53,7 +53,7 @@ std::optional<std::vector<std::byte>> StepColumnDecoder::decode(
 
 std::optional<std::vector<std::byte>> StepWeightedDecoder::decode(
     const ColumnElements& elements, std::span<const std::byte> bytes,
-    std::span<const std::byte> reference) {
+    const ReferenceValues& reference) {
   column_->make_room(elements.slots);
   std::vector<std::byte> out;
   if (!column_->decode(*elements.items, bytes, reference, out)) return std::nullopt;

@@ -114,7 +114,7 @@ class StepWeightedDecoder : public StepColumn<WeightedDecoder> {
   /// Decodes the values of a group. Returns nullopt for damaged data.
   std::optional<std::vector<std::byte>> decode(const ColumnElements& elements,
                                                std::span<const std::byte> bytes,
-                                               std::span<const std::byte> reference);
+                                               const ReferenceValues& reference);
 
  private:
   std::uint64_t most_kept_;

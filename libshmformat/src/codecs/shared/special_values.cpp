@@ -147,6 +147,14 @@ std::vector<std::byte> SpecialValues::encode(bool are_those_of_reference) const 
   return std::move(out.bytes);
 }
 
+ReferenceValues PlainReference::of(const ArrayInfo& info, const ReferenceValues& reference) {
+  values_.assign(reference.values.begin(), reference.values.end());
+  last_.assign(reference.last.begin(), reference.last.end());
+  replace_special(info, values_);
+  replace_special(info, last_);
+  return {values_, last_};
+}
+
 // --- decoder
 
 std::optional<SpecialValuesDecoder> SpecialValuesDecoder::read(
@@ -165,19 +173,15 @@ std::optional<SpecialValuesDecoder> SpecialValuesDecoder::read(
   if (!unpacked || head.left() != 0) return std::nullopt;
   decoder.unpacked_ = std::move(*unpacked);
   ByteReader blob(decoder.unpacked_);
-  if (!reference.empty()) {
-    if (blob.left() == 1) {
-      const std::size_t stride = decoder.width_ * info.components;
-      const auto found =
-          SpecialValues::find(info, reference.data(), stride, reference.size() / stride);
-      if (!found || blob.get_u8() != 0) return std::nullopt;
-      ByteWriter runs;
-      found->put_runs(runs);
-      decoder.unpacked_ = std::move(runs.bytes);
-      blob = ByteReader(decoder.unpacked_);
-    }
-    decoder.reference_.assign(reference.begin(), reference.end());
-    replace_special(info, decoder.reference_);
+  if (!reference.empty() && blob.left() == 1) {
+    const std::size_t stride = decoder.width_ * info.components;
+    const auto found =
+        SpecialValues::find(info, reference.data(), stride, reference.size() / stride);
+    if (!found || blob.get_u8() != 0) return std::nullopt;
+    ByteWriter runs;
+    found->put_runs(runs);
+    decoder.unpacked_ = std::move(runs.bytes);
+    blob = ByteReader(decoder.unpacked_);
   }
   if (!decoder.read_runs(blob)) return std::nullopt;
   return decoder;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/binary.h"
+#include "codecs/shared/reference_values.h"
 #include "shm/schema.h"
 
 namespace shm {
@@ -41,6 +42,16 @@ void replace_special(const ArrayInfo& info, std::span<std::byte> values);
 /// number of bytes from an element to the next.
 std::vector<std::byte> plain_values(const ArrayInfo& info, const std::byte* values,
                                     std::size_t stride, std::size_t count);
+
+/// Reference values in which special values are replaced.
+class PlainReference {
+ public:
+  /// Returns `reference` with special values replaced. The result is valid until the next call.
+  ReferenceValues of(const ArrayInfo& info, const ReferenceValues& reference);
+
+ private:
+  std::vector<std::byte> values_, last_;
+};
 
 class SpecialValues {
  public:
@@ -79,8 +90,6 @@ class SpecialValuesDecoder {
                                                   std::span<const std::byte>& bytes,
                                                   std::uint64_t scalars,
                                                   std::span<const std::byte> reference = {});
-  /// Reference values without special values; empty if the part has no reference values.
-  std::span<const std::byte> reference() const { return reference_; }
   /// Restores the special values among the next values of the group or part. Returns false if the
   /// data is damaged.
   bool restore(std::span<std::byte> values);
@@ -92,7 +101,7 @@ class SpecialValuesDecoder {
   bool next_run();
 
   std::size_t width_ = 0;
-  std::vector<std::byte> unpacked_, reference_;
+  std::vector<std::byte> unpacked_;
   std::vector<std::uint64_t> values_;
   // Positions of the next gap, length and value in `unpacked_`, and of the ends of the gaps and
   // lengths

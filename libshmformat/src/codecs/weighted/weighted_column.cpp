@@ -20,94 +20,6 @@ EvenSpace EvenSpace::of(const ArrayInfo& info, std::size_t component, const Valu
   return space;
 }
 
-// --- classes
-
-ClassWeights ClassWeights::zero(std::uint32_t known) {
-  ClassWeights weights;
-  known &= (1u << kWeightedTerms) - 1;
-  if (known != 0) weights.base = static_cast<std::uint32_t>(std::countr_zero(known));
-  weights.scale = 0;
-  return weights;
-}
-
-ClassWeights ClassWeights::usual(std::uint32_t known) {
-  ClassWeights weights = zero(known);
-  weights.scale = 1;
-  std::array<double, kWeightedTerms> w{};
-  const auto has = [&](std::uint32_t k) { return (known >> k & 1) != 0; };
-  if ((known & Neighbourhood::kLattice) == Neighbourhood::kLattice) {
-    w = {1, 1, 1, -1, -1, -1, 1};
-  } else {
-    // The mean of the parallelogram rules; without a known parallelogram, the mean of the near
-    // elements; without near elements, the mean of all others.
-    double rules = 0;
-    for (std::uint32_t i = 0; i < 3; ++i) {
-      const auto [a, b] = kFaceAxes[i];
-      if (!has(a) || !has(b) || !has(kAtDiagonal + i)) continue;
-      rules += 1;
-      w[a] += 1;
-      w[b] += 1;
-      w[kAtDiagonal + i] -= 1;
-    }
-    if (rules == 0) {
-      const bool has_near = (known & 7) != 0;
-      for (std::uint32_t k = 0; k < (has_near ? 3 : kWeightedNeighbours); ++k) {
-        if (!has(k)) continue;
-        rules += 1;
-        w[k] = 1;
-      }
-    }
-    if (rules > 1)
-      for (double& weight : w) weight /= rules;
-  }
-  for (std::uint32_t k = 0; k < kWeightedTerms; ++k)
-    if (k != weights.base && w[k] != 0) weights.add(k, w[k]);
-  return weights;
-}
-
-void WeightedClasses::find(const TiledItems& elements, std::span<const std::uint32_t> blocks) {
-  of_element_.clear();
-  known_.clear();
-  counts_.clear();
-  is_covered_.clear();
-  numbers_.assign(64, {0, 0});
-  std::uint32_t last_key = 0, last_number = 0;
-  for (std::size_t i = 0; i < elements.items.size(); ++i) {
-    if (!blocks.empty()) {
-      is_covered_.push_back(std::binary_search(blocks.begin(), blocks.end(), elements.blocks[i]));
-      if (!is_covered_.back()) continue;
-    }
-    const Neighbourhood& item = elements.items[i];
-    const std::uint32_t key = item.known | static_cast<std::uint32_t>(item.kind) << kWeightedTerms;
-    if (known_.empty() || key != last_key) {
-      last_key = key;
-      last_number = number_of(key);
-    }
-    of_element_.push_back(last_number);
-    ++counts_[last_number];
-  }
-}
-
-std::uint32_t WeightedClasses::number_of(std::uint32_t key) {
-  const auto place = [&](std::uint32_t of) {
-    std::size_t at = (of * 0x9e3779b1u >> 8) & (numbers_.size() - 1);
-    while (numbers_[at].second != 0 && numbers_[at].first != of)
-      at = (at + 1) & (numbers_.size() - 1);
-    return at;
-  };
-  if (const auto [found, number] = numbers_[place(key)]; number != 0) return number - 1;
-  known_.push_back(key & 0xffff);
-  counts_.push_back(0);
-  numbers_[place(key)] = {key, static_cast<std::uint32_t>(known_.size())};
-  if (2 * known_.size() > numbers_.size()) {
-    const auto old = std::exchange(numbers_, {});
-    numbers_.assign(2 * old.size(), {0, 0});
-    for (const auto& [of, number] : old)
-      if (number != 0) numbers_[place(of)] = {of, number};
-  }
-  return static_cast<std::uint32_t>(known_.size()) - 1;
-}
-
 // --- elements
 
 void WeightedComponent::set_state(const Neighbourhood& item, double state, std::int64_t index,
@@ -180,23 +92,31 @@ void WeightedColumn::make_room(std::uint32_t slots) {
     if (component.slots.size() < slots) component.slots.resize(slots);
 }
 
-std::vector<double> WeightedColumn::reference_of(std::span<const std::byte> reference,
+std::vector<double> WeightedColumn::reference_of(std::span<const std::byte> values,
                                                  const ValueDomain& domain,
                                                  std::size_t component) const {
-  std::vector<double> values;
-  if (reference.empty()) return values;
+  std::vector<double> states;
+  if (values.empty()) return states;
   std::vector<std::uint64_t> words(classes_.covered());
-  load(reference.data() + component * width_, stride(), width_, words);
-  values.reserve(words.size());
+  load(values.data() + component * width_, stride(), width_, words);
+  states.reserve(words.size());
   for (const std::uint64_t word : words) {
     const double value = scalar_as_double(info_->type, word);
-    values.push_back(is_finite(value) ? value : 0.0);
+    states.push_back(is_finite(value) ? value : 0.0);
   }
   if (domain.kind == DomainKind::quantized && info_->quantization.bits == Quantization::kRelative) {
     const ValueTranslator translator(*info_, component, domain);
-    for (double& value : values) value = translator.from_value(value);
+    for (double& value : states) value = translator.from_value(value);
   }
-  return values;
+  return states;
+}
+
+void WeightedColumn::begin_history(const ReferenceValues& reference, const ValueDomain& domain,
+                                   std::size_t c, const std::vector<double>& values) {
+  if (reference.last.empty())
+    history_.set_values(values, {});
+  else
+    history_.set_values(reference_of(reference.last, domain, c), values);
 }
 
 void WeightedColumn::copy_component(std::size_t from, std::size_t to, const TiledItems& elements) {
@@ -208,8 +128,9 @@ void WeightedColumn::copy_component(std::size_t from, std::size_t to, const Tile
 // --- decoding
 
 bool WeightedDecoder::decode(const TiledItems& elements, std::span<const std::byte> bytes,
-                             std::span<const std::byte> reference, std::vector<std::byte>& out) {
+                             const ReferenceValues& reference, std::vector<std::byte>& out) {
   classes_.find(elements, blocks_);
+  has_neighbours_ = false;
   const std::size_t count = classes_.covered(), offset = out.size();
   ByteReader in(bytes);
   if (in.get_varint() != count || !in.ok()) return false;
@@ -231,21 +152,27 @@ bool WeightedDecoder::decode(const TiledItems& elements, std::span<const std::by
 }
 
 bool WeightedDecoder::decode_component(ByteReader& in, std::uint8_t head, std::size_t c,
-                                       const TiledItems& elements,
-                                       std::span<const std::byte> reference,
+                                       const TiledItems& elements, const ReferenceValues& reference,
                                        std::vector<std::uint64_t>& words) {
   const std::int64_t exponent = in.get_signed();
-  const std::uint32_t kind = head & 7, axis = head >> 3;
-  if (!in.ok() || kind >= kDomainKinds || axis > MatchedValues::kNoAxis || exponent < -1074 ||
-      exponent > 1074)
+  const std::uint32_t kind = head & 7, axis = head >> 3 & 3;
+  const bool has_history = (head & kHistoryBit) != 0;
+  if (!in.ok() || kind >= kDomainKinds || head >= 2 * kHistoryBit || exponent < -1074 ||
+      exponent > 1074 || (has_history && reference.empty()))
     return false;
   const ValueDomain domain{static_cast<DomainKind>(kind), static_cast<std::int32_t>(exponent)};
-  if (!may_be(*info_, domain) || !read_exceptions(in) || !read_weights(in, !reference.empty()) ||
-      !lengths_.begin(in))
+  if (!may_be(*info_, domain)) return false;
+  std::vector<double> from = reference_of(reference.values, domain, c);
+  if (has_history) {
+    if (!std::exchange(has_neighbours_, true))
+      history_.find_neighbours(classes_, elements, components_[c].slots.size());
+    begin_history(reference, domain, c, from);
+    if (!read_history(in, from)) return false;
+  }
+  if (!read_exceptions(in) || !read_weights(in, !reference.empty()) || !lengths_.begin(in))
     return false;
   BitReader bits(in.get_bytes(in.get_varint()));
   if (!in.ok()) return false;
-  const std::vector<double> from = reference_of(reference, domain, c);
   matches_.begin(axis, words.size());
   auto exception = exceptions_.begin();
   bool is_valid = true;
@@ -297,6 +224,18 @@ bool WeightedDecoder::read_exceptions(ByteReader& in) {
       it.bits |= std::to_integer<std::uint64_t>(bytes[b]) << 8 * b;
   }
   return true;
+}
+
+/// Reads the weights of the history. Replaces the reference values with the predictions from it.
+bool WeightedDecoder::read_history(ByteReader& in, std::vector<double>& reference) {
+  std::vector<double> weights;
+  for (std::size_t k = 0; k < history_.terms(); ++k) {
+    const std::int64_t number = in.get_signed();
+    if (number > WeightedHistory::kMostCoded || number < -WeightedHistory::kMostCoded) return false;
+    weights.push_back(static_cast<double>(number) / WeightedHistory::kUnit);
+  }
+  reference = history_.predict(weights);
+  return in.ok();
 }
 
 /// Reads the weights of each class.

@@ -1,11 +1,12 @@
 // WeightedColumn: codes the values of an array, group by group. The *state* of an element is its
-// value, or, if the group has reference values, its value minus its reference value. The state is
-// predicted as a weighted sum of the states of earlier elements nearby. Elements whose known
-// neighbours are alike form a class. The encoder computes the weights of each class
-// (weighted_encoder.h) and writes them to the stream. The lengths of the residuals are coded with
-// static models (length_coder.h), and all other bits of the residuals are stored as they are. The
-// files are about as small as with the codec `columns`, but coding is many times faster, because
-// nothing adapts. spec: "Weighted values"
+// value, or, if the group has reference values, its value minus its reference value. A component
+// may also have a history (weighted_history.h). The prediction from it then takes the place of the
+// reference value. The state is predicted as a weighted sum of the states of earlier elements
+// nearby. Elements whose known neighbours are alike form a class. The encoder computes the weights
+// of each class (weighted_encoder.h) and writes them to the stream. The lengths of the residuals
+// are coded with static models (length_coder.h), and all other bits of the residuals are stored as
+// they are. The files are about as small as with the codec `columns`, but coding is many times
+// faster, because nothing adapts. spec: "Weighted values"
 #pragma once
 
 #include <algorithm>
@@ -20,21 +21,23 @@
 #include <vector>
 
 #include "base/binary.h"
+#include "codecs/shared/reference_values.h"
 #include "codecs/shared/value_domain.h"
 #include "codecs/surface/values/column_coder.h"
 #include "codecs/weighted/length_coder.h"
+#include "codecs/weighted/weighted_classes.h"
+#include "codecs/weighted/weighted_history.h"
 #include "shm/schema.h"
 
 namespace shm {
 
-/// Number of terms of a prediction: the states of the neighbours in Neighbourhood::at, and then the
-/// thirds of the three near elements. (The third of an element is the difference between its state
-/// and the state that the lattice rule predicts.) Term i is known if bit i of Neighbourhood::known
-/// is set.
-inline constexpr std::uint32_t kWeightedNeighbours = 13, kWeightedTerms = 16;
 /// Denominator of coded weights, and the largest magnitude of a coded weight. Frozen: part of the
 /// format.
 inline constexpr std::int32_t kWeightUnit = 4096, kMostCodedWeight = 65535;
+
+/// Bit of a component's head that is set if the component has a history. Frozen: part of the
+/// format.
+inline constexpr std::uint32_t kHistoryBit = 32;
 
 /// The space of evenly spaced values: the multiples of a step, plus a minimum. Unlike in
 /// LinearSpace, the state of an index is its value, except that it may be rounded differently. With
@@ -50,33 +53,6 @@ struct EvenSpace {
   double state(std::int64_t index) const { return minimum + static_cast<double>(index) * down; }
   static std::int32_t scale(double) { return 0; }
 };
-
-/// How the states of a class are predicted. The base is the state of the first known neighbour, or
-/// of the previous element if no neighbour is known. The prediction is scale * base plus the sum of
-/// weight * (state of the neighbour - base) and of weight * third.
-struct ClassWeights {
-  std::uint32_t base = kWeightedTerms;  ///< kWeightedTerms: the previous element
-  std::uint32_t terms = 0;              ///< number of terms with a weight
-  double scale = 1;
-  std::array<std::uint8_t, kWeightedTerms> term{};
-  std::array<double, kWeightedTerms> weight{};
-
-  /// Returns the weights of a class if none are coded. `known`: the bits of Neighbourhood::known.
-  [[gnu::cold]] static ClassWeights usual(std::uint32_t known);
-  /// Returns weights that predict 0.
-  static ClassWeights zero(std::uint32_t known);
-  void add(std::uint32_t of_term, double by) {
-    term[terms] = static_cast<std::uint8_t>(of_term);
-    weight[terms++] = by;
-  }
-};
-/// Calls visit(term) for each term of a class that is not the base and has a coded weight.
-template <class Visit>
-void for_each_term(std::uint32_t known, Visit&& visit) {
-  const std::uint32_t others = known & (known - 1);  // without the base
-  for (std::uint32_t k = 0; k < kWeightedTerms; ++k)
-    if ((others >> k & 1) != 0) visit(k);
-}
 
 /// Sizes of elements whose residual is 0, and of elements whose value is a matched value.
 inline constexpr std::int32_t kZeroSize = std::numeric_limits<std::int32_t>::min(),
@@ -116,45 +92,6 @@ class MatchedValues {
   // Of the element for which find() was called
   std::size_t place_ = 0;
   bool has_place_ = false, is_negated_ = false, is_float_ = false;
-};
-
-/// The elements of a group, by class.
-class WeightedClasses {
- public:
-  /// Classifies the covered elements of a group.
-  [[gnu::cold]] void find(const TiledItems& elements, std::span<const std::uint32_t> blocks);
-
-  /// Number of covered elements.
-  std::size_t covered() const { return of_element_.size(); }
-  /// The bits of Neighbourhood::known of each class, in the order in which the classes first occur.
-  std::span<const std::uint32_t> known() const { return known_; }
-  std::span<const std::uint32_t> counts() const { return counts_; }
-  /// Calls skip(item) for each element that the array does not cover, and visit(item, class, e) for
-  /// each covered element. `e` is the number of covered elements before this one. In each tile, the
-  /// elements that are not covered come first.
-  template <class Skip, class Visit>
-  void for_each(const TiledItems& elements, Skip&& skip, Visit&& visit) const {
-    std::size_t e = 0;
-    for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) {
-      const auto items = elements.tile(t).items;
-      const std::size_t begin = elements.tile_begin[t];
-      if (!is_covered_.empty())
-        for (std::size_t i = 0; i < items.size(); ++i)
-          if (!is_covered_[begin + i]) skip(items[i]);
-      for (std::size_t i = 0; i < items.size(); ++i) {
-        if (!is_covered_.empty() && !is_covered_[begin + i]) continue;
-        visit(items[i], of_element_[e], e);
-        ++e;
-      }
-    }
-  }
-
- private:
-  std::uint32_t number_of(std::uint32_t key);
-
-  std::vector<std::uint32_t> of_element_, known_, counts_;
-  std::vector<bool> is_covered_;  // by element; empty if all elements are covered
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> numbers_;  // hash table: key, number + 1
 };
 
 /// The data of one component that is kept from group to group.
@@ -216,14 +153,18 @@ class WeightedColumn {
   template <class Space, class Code>
   void walk(const Space& space, WeightedComponent& component, const TiledItems& elements,
             std::span<const double> reference, Code&& code);
+  /// Sets the history of a component. `values`: its reference values, as reference_of() returns
+  /// them.
+  void begin_history(const ReferenceValues& reference, const ValueDomain& domain,
+                     std::size_t component, const std::vector<double>& values);
   /// Gives component `to` the data of component `from` for all elements of the group.
   void copy_component(std::size_t from, std::size_t to, const TiledItems& elements);
   /// Calls visit(space) with the space of a domain.
   template <class Visit>
   void with_space(std::size_t component, const ValueDomain& domain, Visit&& visit) const;
-  /// Returns the reference values of a component as states of the domain. Values that are not
-  /// finite become 0.
-  std::vector<double> reference_of(std::span<const std::byte> reference, const ValueDomain& domain,
+  /// Returns values of an earlier step of a component, as states of the domain. Values that are not
+  /// finite become 0. `values`: the values of all components; may be empty.
+  std::vector<double> reference_of(std::span<const std::byte> values, const ValueDomain& domain,
                                    std::size_t component) const;
   std::size_t stride() const { return width_ * components_.size(); }
 
@@ -235,6 +176,7 @@ class WeightedColumn {
   WeightedClasses classes_;
   std::vector<ClassWeights> weights_;  // by class
   MatchedValues matches_;
+  WeightedHistory history_;
 };
 
 class WeightedDecoder : public WeightedColumn {
@@ -244,7 +186,7 @@ class WeightedDecoder : public WeightedColumn {
   /// Decodes a group and appends the values of its covered elements to `out`. `reference`: their
   /// reference values; empty if the group has none. Returns false if the data is damaged.
   bool decode(const TiledItems& elements, std::span<const std::byte> bytes,
-              std::span<const std::byte> reference, std::vector<std::byte>& out);
+              const ReferenceValues& reference, std::vector<std::byte>& out);
 
  private:
   /// A value that the domain does not contain. `position`: number of covered elements before it.
@@ -253,11 +195,13 @@ class WeightedDecoder : public WeightedColumn {
   };
   [[gnu::cold]] bool read_exceptions(ByteReader& in);
   [[gnu::cold]] bool read_weights(ByteReader& in, bool has_reference);
+  [[gnu::cold]] bool read_history(ByteReader& in, std::vector<double>& reference);
   bool decode_component(ByteReader& in, std::uint8_t head, std::size_t c,
-                        const TiledItems& elements, std::span<const std::byte> reference,
+                        const TiledItems& elements, const ReferenceValues& reference,
                         std::vector<std::uint64_t>& words);
 
   std::vector<Exception> exceptions_;
+  bool has_neighbours_ = false;  // true if history_ has found the neighbours of the group
   LengthDecoder lengths_;
 };
 

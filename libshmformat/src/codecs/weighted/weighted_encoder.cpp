@@ -29,10 +29,14 @@ constexpr std::size_t kBitsToMatch = 4;
 /// Values are matched if at least one in kMatchShare values is a matched value.
 constexpr std::size_t kMatchShare = 16;
 
-/// The normal equations of a least-squares problem with up to kWeightedTerms + 1 unknowns.
+/// Largest number of unknowns: the weights of a class, or those of a history.
+constexpr std::size_t kMostUnknowns =
+    std::max<std::size_t>(kWeightedTerms + 1, WeightedHistory::kMostTerms);
+
+/// The normal equations of a least-squares problem.
 class NormalEquations {
  public:
-  using Vector = std::array<double, kWeightedTerms + 1>;
+  using Vector = std::array<double, kMostUnknowns>;
 
   explicit NormalEquations(std::size_t unknowns) : n_(unknowns) {}
 
@@ -70,18 +74,81 @@ class NormalEquations {
 
  private:
   std::size_t n_;
-  std::array<Vector, kWeightedTerms + 1> a_{};
+  std::array<Vector, kMostUnknowns> a_{};
   Vector b_{};
 };
 
 double magnitude(double v) { return v < 0 ? -v : v; }
 
+/// Fits the weights of terms to values.
+class TermFit {
+ public:
+  using Vector = NormalEquations::Vector;
+
+  /// `terms`: number of terms. `rows`: number of rows that will be added.
+  TermFit(std::size_t terms, std::size_t rows) : terms_(terms) { rows_.reserve(rows); }
+  /// Adds a row: its terms, and the value that their weighted sum predicts. Ignores a row that is
+  /// not finite.
+  void add(const Vector& x, double target) {
+    double sum = target;
+    for (std::size_t k = 0; k < terms_; ++k) sum += magnitude(x[k]);
+    if (is_finite(sum)) rows_.push_back({x, target});
+  }
+  /// Fits the weights once more. After the first time, rows with large errors count less. Returns
+  /// false if the weights are exact already.
+  bool improve() {
+    double mean = 0;
+    std::vector<double> errors;
+    if (has_weights_) {
+      for (const Row& row : rows_) {
+        double error = row.target;
+        for (std::size_t k = 0; k < terms_; ++k) error -= weights_[k] * row.x[k];
+        errors.push_back(magnitude(error));
+        mean += errors.back();
+      }
+      mean /= static_cast<double>(rows_.size());
+      if (!(mean > 0)) return false;
+    }
+    NormalEquations equations(terms_);
+    for (std::size_t r = 0; r < rows_.size(); ++r)
+      equations.add(rows_[r].x, rows_[r].target,
+                    has_weights_ ? 1 / (errors[r] + mean / kSmallErrors) : 1.0);
+    weights_ = equations.solve();
+    has_weights_ = true;
+    return true;
+  }
+  /// Returns a weight as a multiple of 1 / `unit`, of magnitude `most` or less.
+  std::int64_t number(std::size_t term, std::int64_t unit, std::int64_t most) const {
+    return std::clamp(nearest_integer(weights_[term] * static_cast<double>(unit)), -most, most);
+  }
+
+ private:
+  struct Row {
+    Vector x;
+    double target;
+  };
+  std::size_t terms_;
+  std::vector<Row> rows_;
+  Vector weights_{};
+  bool has_weights_ = false;
+};
+
+/// Returns the number of bits of an svarint.
+double bits_of(std::int64_t number) { return 8 * (1 + bit_length(number) / 7); }
+
+/// Returns true for one in kRowStep numbers, at irregular intervals.
+bool is_in_sample(std::size_t number) {
+  return static_cast<std::uint32_t>(number) * 0x9e3779b1u < 0xffffffffu / kRowStep;
+}
+
 }  // namespace
 
 std::vector<std::byte> WeightedEncoder::encode(const TiledItems& elements,
                                                std::span<const std::byte> values,
-                                               std::span<const std::byte> reference) {
+                                               const ReferenceValues& reference) {
   classes_.find(elements, blocks_);
+  if (may_have_history(reference))
+    history_.find_neighbours(classes_, elements, components_[0].slots.size());
   ByteWriter out;
   out.put_varint(classes_.covered());
   for (std::size_t c = 0; c < components_.size(); ++c) {
@@ -124,11 +191,9 @@ auto WeightedEncoder::values_of(std::span<const std::byte> values, std::size_t c
 
 void WeightedEncoder::encode_component(const Values& values, std::size_t c,
                                        const TiledItems& elements,
-                                       std::span<const std::byte> reference_values,
-                                       ByteWriter& out) {
-  const std::vector<double> reference = reference_of(reference_values, values.domain, c);
-  ByteWriter exceptions, weights;
-  exceptions.put_signed(values.domain.exponent);
+                                       const ReferenceValues& reference_values, ByteWriter& out) {
+  std::vector<double> reference = reference_of(reference_values.values, values.domain, c);
+  ByteWriter exceptions, history;
   exceptions.put_varint(values.exceptions.size());
   std::size_t next = 0;
   for (const std::size_t e : values.exceptions) {
@@ -138,10 +203,24 @@ void WeightedEncoder::encode_component(const Values& values, std::size_t c,
     next = e + 1;
   }
   with_space(c, values.domain, [&](const auto& space) {
-    choose_weights([&](double prediction) { return space.index(prediction); },
-                   sample([&](std::int64_t index) { return space.state(index); }, values, c,
-                          elements, reference),
-                   !reference.empty(), weights);
+    const StateOf state_of = [&](std::int64_t index) { return space.state(index); };
+    const IndexOf index_of = [&](double prediction) { return space.index(prediction); };
+    const auto choose = [&](std::span<const double> from) {
+      return choose_weights(index_of, sample(state_of, values, c, elements, from), !from.empty());
+    };
+    ChosenWeights chosen = choose(reference);
+    if (may_have_history(reference_values)) {
+      begin_history(reference_values, values.domain, c, reference);
+      std::vector<double> predicted = history_.predict(fit_history(state_of, values, history));
+      ChosenWeights others = choose(predicted);
+      if (others.bits + 8 * static_cast<double>(history.bytes.size()) < chosen.bits) {
+        chosen = std::move(others);
+        reference = std::move(predicted);
+      } else {
+        history.bytes.clear();
+      }
+    }
+    weights_ = std::move(chosen.weights);
     std::uint32_t axis = MatchedValues::kNoAxis;
     const WeightedComponent before = components_[c];
     std::vector<std::byte> coded = encode_residuals(space, values, c, elements, reference, axis);
@@ -156,9 +235,13 @@ void WeightedEncoder::encode_component(const Values& values, std::size_t c,
         components_[c] = std::move(after);
       }
     }
-    out.put_u8(static_cast<std::uint8_t>(static_cast<unsigned>(values.domain.kind) | axis << 3));
+    const bool has_history = !history.bytes.empty();
+    out.put_u8(static_cast<std::uint8_t>(static_cast<unsigned>(values.domain.kind) | axis << 3 |
+                                         (has_history ? kHistoryBit : 0u)));
+    out.put_signed(values.domain.exponent);
+    out.put_bytes(history.bytes);
     out.put_bytes(exceptions.bytes);
-    out.put_bytes(weights.bytes);
+    out.put_bytes(chosen.bytes);
     out.put_bytes(coded);
   });
 }
@@ -262,9 +345,7 @@ auto WeightedEncoder::sample(const StateOf& state_of, const Values& values, std:
           return component.set_state(item, component.last.state, 0, 0);
         }
         const double state = state_of(values.indices[e]) - from;
-        // Elements at irregular intervals
-        if (classes_.counts()[of_class] <= kWholeClass ||
-            seen[of_class]++ * 0x9e3779b1u < 0xffffffffu / kRowStep) {
+        if (classes_.counts()[of_class] <= kWholeClass || is_in_sample(seen[of_class]++)) {
           const std::uint32_t known = classes_.known()[of_class];
           Row& row = rows[of_class].emplace_back();
           row.target = state;
@@ -279,11 +360,37 @@ auto WeightedEncoder::sample(const StateOf& state_of, const Values& values, std:
   return rows;
 }
 
-/// Chooses the weights of each class, and writes them. With reference values, the scale of the base
-/// is fitted too. Otherwise it is 1, so that constant values are predicted exactly. `index_of`
-/// converts a prediction to an index.
-void WeightedEncoder::choose_weights(const IndexOf& index_of, const Sample& sample,
-                                     bool has_reference, ByteWriter& out) {
+/// Fits the weights of the history to a sample of the values. Writes and returns them.
+std::vector<double> WeightedEncoder::fit_history(const StateOf& state_of, const Values& values,
+                                                 ByteWriter& out) const {
+  const bool uses_all = values.indices.size() <= kWholeClass;
+  TermFit fit(history_.terms(), uses_all ? kWholeClass : values.indices.size() / kRowStep);
+  NormalEquations::Vector x{};
+  auto exception = values.exceptions.begin();
+  for (std::size_t e = 0; e < values.indices.size(); ++e) {
+    if (exception != values.exceptions.end() && *exception == e) {
+      ++exception;
+    } else if (uses_all || is_in_sample(e)) {
+      std::ranges::copy(history_.terms_of(e), x.begin());
+      fit.add(x, state_of(values.indices[e]) - history_.last(e));
+    }
+  }
+  for (int n = 0; n < kFits; ++n)
+    if (!fit.improve()) break;
+  std::vector<double> weights;
+  for (std::size_t k = 0; k < history_.terms(); ++k) {
+    const std::int64_t number = fit.number(k, WeightedHistory::kUnit, WeightedHistory::kMostCoded);
+    out.put_signed(number);
+    weights.push_back(static_cast<double>(number) / WeightedHistory::kUnit);
+  }
+  return weights;
+}
+
+/// Chooses the weights of each class. With reference values, the scale of the base is fitted too.
+/// Otherwise it is 1, so that constant values are predicted exactly. `index_of` converts a
+/// prediction to an index.
+auto WeightedEncoder::choose_weights(const IndexOf& index_of, const Sample& sample,
+                                     bool has_reference) const -> ChosenWeights {
   struct Choice {
     double usual = 0, zero = 0;  // bits of the residuals with the weights that are not coded
     FittedWeights fitted;
@@ -312,25 +419,30 @@ void WeightedEncoder::choose_weights(const IndexOf& index_of, const Sample& samp
   ByteWriter list;
   std::uint64_t listed = 0;
   std::size_t next = 0;
-  weights_.clear();
+  ChosenWeights chosen;
   for (std::size_t n = 0; n < choices.size(); ++n) {
     const Choice& it = choices[n];
     const std::uint32_t known = classes_.known()[n];
     const double unlisted = is_zero ? it.zero : it.usual, other = is_zero ? it.usual : it.zero;
     const bool is_coded = it.fitted.bits + kBitsOfEntry < std::min(unlisted, other + kBitsOfEntry);
     const bool is_other = !is_coded && other + kBitsOfEntry < unlisted;
-    weights_.push_back(is_coded              ? it.fitted.weights
-                       : is_zero != is_other ? ClassWeights::zero(known)
-                                             : ClassWeights::usual(known));
+    chosen.weights.push_back(is_coded              ? it.fitted.weights
+                             : is_zero != is_other ? ClassWeights::zero(known)
+                                                   : ClassWeights::usual(known));
+    chosen.bits += is_coded ? it.fitted.bits : is_other ? other : unlisted;
     if (!is_coded && !is_other) continue;
+    chosen.bits += kBitsOfEntry;
     ++listed;
     list.put_varint((n - next) << 1 | (is_coded ? 1u : 0u));
     if (is_coded)
       for (const std::int64_t number : it.fitted.numbers) list.put_signed(number);
     next = n + 1;
   }
+  ByteWriter out;
   out.put_varint(listed << 1 | (is_zero ? 1u : 0u));
   out.put_bytes(list.bytes);
+  chosen.bytes = std::move(out.bytes);
+  return chosen;
 }
 
 /// Fits weights to the rows of a class. Returns those with the fewest bits: with bits_with(weights)
@@ -343,37 +455,19 @@ auto WeightedEncoder::fit(std::span<const Row> rows, std::uint32_t known, bool h
   std::vector<std::uint32_t> unknowns;  // indices in Row::x
   if (has_reference) unknowns.push_back(0);
   for_each_term(known, [&](std::uint32_t k) { unknowns.push_back(k + 1); });
-  const auto target = [&](const Row& row) {
-    return has_reference ? row.target : row.target - row.x[0];
-  };
-  NormalEquations::Vector w{};
-  for (int n = 0; n < kFits && best.bits > 0; ++n) {
-    std::vector<double> errors;
-    double mean = 0;
-    if (n > 0) {
-      for (const Row& row : rows) {
-        double error = target(row);
-        for (std::size_t i = 0; i < unknowns.size(); ++i) error -= w[i] * row.x[unknowns[i]];
-        errors.push_back(magnitude(error));
-        mean += errors.back();
-      }
-      mean /= static_cast<double>(rows.size());
-      if (!(mean > 0)) break;
-    }
-    NormalEquations equations(unknowns.size());
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      NormalEquations::Vector x{};
-      for (std::size_t i = 0; i < unknowns.size(); ++i) x[i] = rows[r].x[unknowns[i]];
-      equations.add(x, target(rows[r]), n == 0 ? 1.0 : 1 / (errors[r] + mean / kSmallErrors));
-    }
-    w = equations.solve();
+  TermFit fit(unknowns.size(), rows.size());
+  for (const Row& row : rows) {
+    NormalEquations::Vector x{};
+    for (std::size_t i = 0; i < unknowns.size(); ++i) x[i] = row.x[unknowns[i]];
+    fit.add(x, has_reference ? row.target : row.target - row.x[0]);
+  }
+  for (int n = 0; n < kFits && best.bits > 0 && fit.improve(); ++n) {
     FittedWeights fitted{0, ClassWeights::zero(known), {}};
     fitted.weights.scale = 1;
     for (std::size_t i = 0; i < unknowns.size(); ++i) {
-      const std::int64_t number = std::clamp<std::int64_t>(nearest_integer(w[i] * kWeightUnit),
-                                                           -kMostCodedWeight, kMostCodedWeight);
+      const std::int64_t number = fit.number(i, kWeightUnit, kMostCodedWeight);
       fitted.numbers.push_back(number);
-      fitted.bits += 8 * (1 + bit_length(number) / 7);
+      fitted.bits += bits_of(number);
       const double weight = static_cast<double>(number) / kWeightUnit;
       if (unknowns[i] == 0)
         fitted.weights.scale = weight;

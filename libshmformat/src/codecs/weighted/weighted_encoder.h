@@ -22,9 +22,16 @@ class WeightedEncoder : public WeightedColumn {
   /// Encodes a group. `values`: values of the covered elements. `reference`: their reference
   /// values; empty if the group has none. Precondition: the group has covered elements.
   std::vector<std::byte> encode(const TiledItems& elements, std::span<const std::byte> values,
-                                std::span<const std::byte> reference);
+                                const ReferenceValues& reference);
 
  private:
+  /// Returns true if it pays to try a history for the current group.
+  bool may_have_history(const ReferenceValues& reference) const {
+    return !reference.empty() && classes_.covered() >= kFewestHistory;
+  }
+  /// Smallest number of elements of a group for which a history is tried.
+  static constexpr std::size_t kFewestHistory = 64;
+
   /// The values of one component.
   struct Values {
     ValueDomain domain;
@@ -48,7 +55,7 @@ class WeightedEncoder : public WeightedColumn {
 
   [[gnu::cold]] Values values_of(std::span<const std::byte> values, std::size_t component) const;
   void encode_component(const Values& values, std::size_t component, const TiledItems& elements,
-                        std::span<const std::byte> reference_values, ByteWriter& out);
+                        const ReferenceValues& reference_values, ByteWriter& out);
   template <class Space>
   std::vector<std::byte> encode_residuals(const Space& space, const Values& values,
                                           std::size_t component, const TiledItems& elements,
@@ -63,8 +70,16 @@ class WeightedEncoder : public WeightedColumn {
   using BitsWith = std::function<double(const ClassWeights&)>;
   [[gnu::cold]] Sample sample(const StateOf& state_of, const Values& values, std::size_t component,
                               const TiledItems& elements, std::span<const double> reference) const;
-  [[gnu::cold]] void choose_weights(const IndexOf& index_of, const Sample& sample,
-                                    bool has_reference, ByteWriter& out);
+  /// The weights of all classes, and their coded form.
+  struct ChosenWeights {
+    double bits = 0;  ///< approximate number of bits of the residuals and of the weights
+    std::vector<ClassWeights> weights;
+    std::vector<std::byte> bytes;
+  };
+  [[gnu::cold]] ChosenWeights choose_weights(const IndexOf& index_of, const Sample& sample,
+                                             bool has_reference) const;
+  [[gnu::cold]] std::vector<double> fit_history(const StateOf& state_of, const Values& values,
+                                                ByteWriter& out) const;
   struct FittedWeights {
     double bits = 0;  ///< of the residuals and of the weights
     ClassWeights weights;
