@@ -1,5 +1,5 @@
-// WeightedHistory: predicts the values of a group from values of earlier steps. The reader knows all
-// values of an earlier step. Therefore, the prediction can use more neighbours than predictions
+// WeightedHistory: predicts the values of a group from values of earlier steps. The reader knows
+// all values of an earlier step. Therefore, the prediction can use more neighbours than predictions
 // from values of the same step, which use only elements that come first in the stream.
 // spec: "Weighted values"
 #pragma once
