@@ -954,6 +954,21 @@ class FaultyFiles {
     });
   }
 
+  /// Returns a feature file after change(header, values) was called for each part of step values.
+  Bytes with_parts(const std::string& name,
+                   const std::function<void(container::StepHeader&, Bytes&)>& change) const {
+    return with(name, [&](FileParts& parts) {
+      for (Chunk& chunk : parts.chunks) {
+        if (!chunk.is(ChunkKind::step_values)) continue;
+        auto steps = take_steps_apart(chunk);
+        for (std::size_t i = 0; i < steps->heads.size(); ++i)
+          change(steps->heads[i].header, steps->values[i]);
+        chunk.payload = put_steps_together(std::move(*steps), chunk.header.version);
+      }
+      list_anew(parts);
+    });
+  }
+
   /// The fields of a part with the codec `weighted`: twelve zeros of the array "p", which has the
   /// type float32.
   struct WeightedPart {
@@ -978,19 +993,10 @@ class FaultyFiles {
     out.put_varint(part.low_bits.size());
     out.put_bytes(part.low_bits);
     out.put_bytes(part.after);
-    return with("steps_and_extras", [&](FileParts& parts) {
-      for (Chunk& chunk : parts.chunks) {
-        if (!chunk.is(ChunkKind::step_values)) continue;
-        auto steps = take_steps_apart(chunk);
-        for (std::size_t i = 0; i < steps->heads.size(); ++i) {
-          container::StepHeader& header = steps->heads[i].header;
-          if (header.array != 1 || header.step != 0) continue;
-          header.codec = container::Codec::weighted;
-          steps->values[i] = out.bytes;
-        }
-        chunk.payload = put_steps_together(std::move(*steps), chunk.header.version);
-      }
-      list_anew(parts);
+    return with_parts("steps_and_extras", [&](container::StepHeader& header, Bytes& values) {
+      if (header.array != 1 || header.step != 0) return;
+      header.codec = container::Codec::weighted;
+      values = out.bytes;
     });
   }
 
@@ -1005,27 +1011,19 @@ class FaultyFiles {
     part.head = 1 << 6 | 3 << 3;
     add(kCorrupt, "Weighted values: a bit of the head that has no meaning.", with_weighted(part));
     add(kCorrupt, "Weighted values: a weight above 64 in a history.",
-        with("weighted_history", [](FileParts& parts) {
-          for (Chunk& chunk : parts.chunks) {
-            if (!chunk.is(ChunkKind::step_values)) continue;
-            auto steps = take_steps_apart(chunk);
-            for (std::size_t i = 0; i < steps->heads.size(); ++i) {
-              if (steps->heads[i].header.codec != container::Codec::weighted) continue;
-              ByteReader in(steps->values[i]);
-              ByteWriter out;
-              out.put_varint(in.get_varint());
-              const std::uint8_t head = in.get_u8();
-              if (head >> 5 != 1) continue;  // has no history
-              out.put_u8(head);
-              out.put_signed(in.get_signed());
-              in.get_signed();
-              out.put_signed((1 << 26) + 1);
-              out.put_bytes(in.get_bytes(in.left()));
-              steps->values[i] = std::move(out.bytes);
-            }
-            chunk.payload = put_steps_together(std::move(*steps), chunk.header.version);
-          }
-          list_anew(parts);
+        with_parts("weighted_history", [](container::StepHeader& header, Bytes& values) {
+          if (header.codec != container::Codec::weighted) return;
+          ByteReader in(values);
+          ByteWriter out;
+          out.put_varint(in.get_varint());
+          const std::uint8_t head = in.get_u8();
+          if (head >> 5 != 1) return;  // has no history
+          out.put_u8(head);
+          out.put_signed(in.get_signed());
+          in.get_signed();
+          out.put_signed((1 << 26) + 1);
+          out.put_bytes(in.get_bytes(in.left()));
+          values = std::move(out.bytes);
         }));
   }
 
@@ -1314,15 +1312,8 @@ class FaultyFiles {
     using Header = container::StepHeader;
     const auto of_part = [&](const std::string& sentence, const std::function<void(Header&)>& lie) {
       add(kCorrupt, "Step values of sets: " + sentence,
-          with("steps_beside_mesh", [&](FileParts& parts) {
-            for (Chunk& chunk : parts.chunks) {
-              if (!chunk.is(ChunkKind::step_values)) continue;
-              auto steps = take_steps_apart(chunk);
-              for (auto& head : steps->heads)
-                if (head.header.array == 3 && head.header.step == 0) lie(head.header);
-              chunk.payload = put_steps_together(std::move(*steps), chunk.header.version);
-            }
-            list_anew(parts);
+          with_parts("steps_beside_mesh", [&](container::StepHeader& header, Bytes&) {
+            if (header.array == 3 && header.step == 0) lie(header);
           }));
     };
     of_part("of the second group.", [](Header& it) { it.group = 1; });
@@ -1357,18 +1348,11 @@ class FaultyFiles {
     // Changes the first part of the array "fixed" at a step.
     const auto of = [&](const std::string& sentence, std::uint64_t step, StepReference kind,
                         std::uint64_t reference_step) {
-      add(kCorrupt, "Base: " + sentence, with("steps_on_bases", [&](FileParts& parts) {
-            for (Chunk& chunk : parts.chunks) {
-              if (!chunk.is(ChunkKind::step_values)) continue;
-              auto steps = take_steps_apart(chunk);
-              for (auto& [header, bytes] : steps->heads) {
-                if (header.array != 0 || header.step != step || header.group != 0) continue;
-                header.reference = kind;
-                header.reference_step = reference_step;
-              }
-              chunk.payload = put_steps_together(std::move(*steps), chunk.header.version);
-            }
-            list_anew(parts);
+      add(kCorrupt, "Base: " + sentence,
+          with_parts("steps_on_bases", [&](container::StepHeader& header, Bytes&) {
+            if (header.array != 0 || header.step != step || header.group != 0) return;
+            header.reference = kind;
+            header.reference_step = reference_step;
           }));
     };
     of("a key step refers to the step before as its base.", 3, StepReference::base, 2);
