@@ -465,7 +465,9 @@ class Segment:
                 found = self._deal_out(self.differences[i].decode(data, numbers, header.decoded_bytes), array, tiles)
             elif codec == TERMS:
                 terms = [term for tile in self.tiles for term in self._terms(tile, array)]
-                found = self._deal_out(self.terms[i].decode(data, terms, header.decoded_bytes), array, tiles)
+                of_vertices = array.location == POINT
+                values = self.terms[i].decode(data, terms, header.decoded_bytes, of_vertices=of_vertices)
+                found = self._deal_out(values, array, tiles)
             elif codec == SHUFFLED_ZSTD:
                 most = elements * array.element_bytes() if shifted or patterned else header.decoded_bytes
                 found = self._deal_out(shuffled_values(data, array, elements, most), array, tiles)

@@ -16,6 +16,7 @@ TERMS = 14  # codec of values
 BEFORE, ON, LAST, DISTANCE, NEW, SLOT, SAME, SOURCES = 0, 1, 4, 18, 19, 20, 21, 22
 OWN_NUMBER, IMPORTED = 1, 2  # bits of the place of a new vertex
 MOST_REFERRED = 3
+COPIED_VERTICES, FARTHEST = 15, 65536
 
 # ---------------------------------------------------------------------------- 43 Patterns
 
@@ -271,12 +272,18 @@ class Component:
     def __init__(self):
         self.states, self.last = {}, 0
 
-    def values(self, domain, predictor, residuals, elements, references):
-        """The bits of the values of elements: (slot, terms). `references`: bits of values, or none."""
-        here, values = ComponentGroup(self, domain), []
-        change = 0
-        for e, (z, (slot, terms)) in enumerate(zip(residuals, elements)):
-            r = unzigzag(z)
+    def values(self, domain, predictor, residuals, elements, references, back):
+        """The bits of the values of elements: (slot, terms). `references`: bits of values, or none. `back`: of each
+        element, the distance to the vertex that it copies, or 0."""
+        here, values, residuals = ComponentGroup(self, domain), [], iter(residuals)
+        change, copied = 0, []
+        for e, (slot, terms) in enumerate(elements):
+            if back[e]:
+                values.append(values[e - back[e]])
+                copied.append(copied[e - back[e]])
+                here.keep(slot, *copied[e])
+                continue
+            r = unzigzag(next(residuals))
             if predictor == 0:
                 p = here.zero
             elif predictor in (3, 4):
@@ -286,9 +293,9 @@ class Component:
             else:
                 p = here.predicted(terms) if predictor == 2 and terms else here.last
             values.append(here.take(slot, p, r))
+            copied.append((here.last, here.last_bits))
         self.last = here.last_bits
         return values
-
 
     def copy(self, source, elements):
         for slot, _ in elements:
@@ -356,10 +363,13 @@ class ComponentGroup:
             state = state if state == state else 0.0
             self.last = state
         bits = struct.unpack("<Q", struct.pack("<d", state))[0] if self.binary else state & MASK64
-        self.last_bits = bits
-        if slot is not None:
-            self.here[slot], self.states[slot] = self.last, bits
+        self.keep(slot, self.last, bits)
         return value
+
+    def keep(self, slot, last, bits):
+        self.last, self.last_bits = last, bits
+        if slot is not None:
+            self.here[slot], self.states[slot] = last, bits
 
 
 class Terms:
@@ -369,16 +379,22 @@ class Terms:
         self.array = array
         self.components = [Component() for _ in range(array.components)]
 
-    def decode(self, data, elements, decoded_bytes, references=None):
+    def decode(self, data, elements, decoded_bytes, references=None, of_vertices=False):
         """The bits of the values of these elements: (slot, terms), of what has no slot none. `references`: bits of
         the values that they may refer to, of all components of an element together."""
         array, cursor = self.array, Cursor(data)
         count = cursor.varint()
         reject_unless(0 < count <= decoded_bytes // array.element_bytes() and count == len(elements),
                       "values of another number of elements")
-        heads = []
-        for c in range(array.components):
+        heads, back = [], [0] * count
+        head = cursor.u8()
+        if head == COPIED_VERTICES:
+            reject_unless(of_vertices, "copied vertices in a column without vertices")
+            back = list_of_planes(cursor, count)
+            reject_unless(all(by <= min(e, FARTHEST) for e, by in enumerate(back)), "a copy of no earlier vertex")
             head = cursor.u8()
+        for c in range(array.components):
+            head = head if c == 0 else cursor.u8()
             if head == COPY:
                 source = cursor.varint()
                 reject_unless(source < c, "a copy of no earlier component")
@@ -400,8 +416,8 @@ class Terms:
             domain, predictor, has_table, width = head
             domain.table = self._table(cursor, count) if has_table else None
             its = references[c :: array.components] if references else None
-            residuals = numbers_of_planes(cursor, count, width)
-            columns.append(self.components[c].values(domain, predictor, residuals, elements, its))
+            residuals = numbers_of_planes(cursor, back.count(0), width)
+            columns.append(self.components[c].values(domain, predictor, residuals, elements, its, back))
         cursor.end()
         return [value for values in zip(*columns) for value in values]
 

@@ -14,6 +14,8 @@
 
 #include "base/binary.h"
 #include "base/packing.h"
+#include "codecs/patterns/byte_planes.h"
+#include "codecs/patterns/copied_vertices.h"
 #include "codecs/shared/codec_id.h"
 #include "format/random_chunks.h"
 #include "support/feature_files.h"
@@ -72,6 +74,8 @@ class FaultyFiles {
     references_to_bases();
     copied_components();
     histories();
+    copies_of_vertices();
+    broken_bitstreams({"copied_vertices"});
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -1025,6 +1029,50 @@ class FaultyFiles {
           out.put_bytes(in.get_bytes(in.left()));
           values = std::move(out.bytes);
         }));
+  }
+
+  /// Returns the file `name`. In each stream of the kind `kind` that is coded as terms, `change`
+  /// has changed the list of copied vertices, or added a list.
+  Bytes with_copies(const std::string& name, container::StreamKind kind,
+                    const std::function<void(std::vector<std::uint32_t>&)>& change) const {
+    return with(name, [&](FileParts& parts) {
+      for (Chunk& chunk : parts.chunks) {
+        if (!chunk.is(ChunkKind::group)) continue;
+        auto group = take_group_apart(chunk.payload, chunk.header.version);
+        for (std::size_t s = 0; s < group->streams.size(); ++s) {
+          const container::StreamEntry& entry = group->header.streams[s];
+          if (entry.kind != kind || entry.codec != container::Codec::terms) continue;
+          ByteReader in(group->streams[s]);
+          ByteWriter out;
+          Bytes scratch;
+          ZstdCompressor packing;
+          ZstdDecompressor unpacking;
+          const std::uint64_t count = in.get_varint();
+          std::vector<std::uint32_t> back(to_size(count));
+          if (group->streams[s][in.position()] == std::byte{kCopiedVertices}) {
+            in.get_u8();
+            EXPECT_TRUE(get_numbers(in, count, back, scratch, unpacking));
+          }
+          change(back);
+          out.put_varint(count);
+          out.put_u8(kCopiedVertices);
+          put_numbers(out, back, scratch, packing);
+          out.put_bytes(in.get_bytes(in.left()));
+          group->streams[s] = std::move(out.bytes);
+        }
+        chunk.payload = put_group_together(std::move(*group));
+      }
+      list_anew(parts);
+    });
+  }
+
+  void copies_of_vertices() {
+    using enum container::StreamKind;
+    EXPECT_TRUE(text_of_file(with_copies("copied_vertices", geometry, [](auto&) {})));
+    add(kCorrupt, "Values by terms: the first vertex of a group is a copy.",
+        with_copies("copied_vertices", geometry, [](auto& back) { back[0] = 1; }));
+    add(kCorrupt, "Values by terms: a list of copied vertices in a column of cells.",
+        with_copies("patterns_arrays", array, [](auto&) {}));
   }
 
   void weighted_parts() {

@@ -137,6 +137,20 @@ inline TestMesh broken(const TestMesh& from) {
   return mesh;
 }
 
+/// Returns a mesh whose cells share no vertices, and an array with few different values. Most
+/// vertices therefore have the same values as an earlier vertex.
+inline TestMesh copied_vertices() {
+  TestMesh mesh = broken(bent_grid(6, 4, 3, ScalarType::float64));
+  mesh.schema.arrays.push_back(array_of("few values", Location::point, ScalarType::float64, 2));
+  mesh.arrays.emplace_back();
+  PlainRandom random(11);
+  std::array<double, 12> values;
+  for (double& value : values) value = static_cast<double>(random.below(1 << 30)) / 3;
+  for (std::uint64_t i = 0; i < 2 * mesh.vertices; ++i)
+    append(mesh.arrays.back(), values[random.below(values.size())]);
+  return mesh;
+}
+
 /// Returns a ring of hexahedra around an axis, whose last layer meets its first layer. All
 /// coordinates are computed exactly.
 inline TestMesh exact_ring(std::uint64_t around, std::uint64_t out, std::uint64_t up) {
@@ -1319,6 +1333,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("patterns_special_values", written(special_values(), 65536, patterns, Level::fast));
   add("patterns_steps", steps_over(patterns, Level::fast));
   add("patterns_steps_that_rise", steps_that_rise());
+  add("copied_vertices", written(copied_vertices(), 40, patterns, Level::fast));
   return files;
 }
 

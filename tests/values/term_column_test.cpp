@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -217,6 +218,41 @@ TEST(TermColumn, ComponentsComeBackInPieces) {
 
 // For each component, the coder would need memory for every live vertex. Wide arrays are therefore
 // coded with zstd only.
+TEST(TermColumn, CopiedVerticesCostAlmostNothing) {
+  // Every vertex of the first quarter occurs three more times, in another order. The distance from
+  // most sources to their copies is therefore the same.
+  constexpr std::size_t kCount = 40000, kOwn = kCount / 4;
+  std::vector<std::array<float, 3>> points;
+  std::uint32_t state = 3;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (i >= kOwn) {
+      points.push_back(points[i - kOwn - (i % 100 == 0 ? 7 : 0)]);
+      continue;
+    }
+    points.emplace_back();
+    for (float& value : points.back()) {
+      state = state * 1664525 + 1013904223;
+      value = static_cast<float>(state >> 8);
+    }
+  }
+  ArrayInfo info;
+  info.type = ScalarType::float32;
+  info.components = 3;
+  TermColumn encoder(info, true), decoder(info, true);
+  TermScratch scratch;
+  const std::vector<VertexTerms> vertices = chain(0, kCount);
+  const auto bytes = std::as_bytes(std::span(points));
+  const Bytes encoded = encoder.encode_terms({vertices, kCount, kCount}, bytes.data(), 12, scratch);
+  EXPECT_LT(encoded.size(), kOwn * 12);
+  Bytes decoded;
+  ASSERT_TRUE(decoder.begin_group(Codec::terms, encoded, bytes.size(), scratch));
+  for (std::size_t begin = 0; begin < kCount; begin += 1000)
+    ASSERT_TRUE(
+        decoder.decode({std::span(vertices).subspan(begin, 1000), 1000, kCount}, decoded, scratch));
+  EXPECT_TRUE(decoder.at_end());
+  EXPECT_EQ(decoded, Bytes(bytes.begin(), bytes.end()));
+}
+
 TEST(TermColumn, WideArraysAreLeftToZstd) {
   Schema schema;
   schema.blocks = {{1, "", CellShape::hexahedron, 8}};

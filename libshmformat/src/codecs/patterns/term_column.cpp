@@ -476,6 +476,7 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
                      words[e] = differences.residual(targets[e], predicted);
                      return targets[e];
                    });
+    copies_.clear_copies(words);
   };
   const bool may_have_table = values_repeat(indices);
   const std::uint64_t last = component.last;
@@ -514,6 +515,7 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
     }
   }
 
+  copies_.remove_copies(words);
   const bool with_table = !component.table.empty();
   component.width = plane_count(std::span<const std::uint64_t>(words));
   heads.put_u8(
@@ -529,10 +531,27 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
 
 std::vector<std::byte> TermColumn::encode_terms(const Elements& elements, const std::byte* values,
                                                 std::size_t stride, TermScratch& scratch) {
+  copies_.clear();
+  if (!elements.vertices.empty() && components_.size() > 1)
+    copies_.find(values, stride, element_bytes(), elements.count);
+  if (copies_.empty()) return encode_components(elements, values, stride, scratch);
+  TermColumn without = *this;
+  without.copies_.clear();
+  auto bytes = encode_components(elements, values, stride, scratch);
+  auto other = without.encode_components(elements, values, stride, scratch);
+  if (bytes.size() <= other.size()) return bytes;
+  *this = std::move(without);
+  return other;
+}
+
+std::vector<std::byte> TermColumn::encode_components(const Elements& elements,
+                                                     const std::byte* values, std::size_t stride,
+                                                     TermScratch& scratch) {
   for (Component& component : components_) component.table.clear();
   make_room_for_slots(elements);
   ByteWriter heads, planes;
   heads.put_varint(elements.count);
+  if (!copies_.empty()) copies_.put(heads, scratch.bytes, scratch.packing);
   for (std::size_t c = 0; c < components_.size(); ++c)
     encode_component(c, elements, values, stride, heads, planes, scratch);
   heads.put_bytes(planes.bytes);
@@ -587,38 +606,51 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   count_ = in.get_varint();
   if (!in.ok() || count_ == 0 || count_ > most) return false;
   ++group_;
-  if (!read_heads(in)) return false;
+  if (!read_heads(in, scratch)) return false;
   unpacked_.clear();
   std::uint64_t planes = 0;
-  for (const Component& component : components_) planes += component.width * count_;
+  for (const Component& component : components_) planes += component.width * own_count_;
   // Without reserve(), the vector would double its capacity
   unpacked_.reserve(to_size(std::min(planes, kMostReserved)));
   for (Component& component : components_) {
     if (!component.table.empty() && !read_table(in, component.table, scratch)) return false;
     component.planes = unpacked_.size();
     for (std::uint32_t b = 0; b < component.width; ++b) {
-      if (!get_plane(in, count_, scratch.bytes, scratch.unpacking)) return false;
+      if (!get_plane(in, own_count_, scratch.bytes, scratch.unpacking)) return false;
       unpacked_.insert(unpacked_.end(), scratch.bytes.begin(), scratch.bytes.end());
     }
   }
   return in.ok() && in.left() == 0;
 }
 
-/// Reads the header of each component: domain, predictor and size of a residual. If a component has
-/// a table, the function adds a placeholder entry to the table.
-bool TermColumn::read_heads(ByteReader& in) {
+/// Reads the list of copied vertices, if the group has one, and the header of each component.
+bool TermColumn::read_heads(ByteReader& in, TermScratch& scratch) {
+  copies_.clear();
+  next_own_ = 0;
+  own_count_ = count_;
+  std::uint8_t head = in.get_u8();
+  if (head == kCopiedVertices) {
+    if (!copies_.get(in, count_, scratch.bytes, scratch.unpacking)) return false;
+    own_count_ = copies_.count_own(0, to_size(count_));
+    head = in.get_u8();
+  }
   for (std::size_t c = 0; c < components_.size(); ++c)
-    if (!read_head(in, c)) return false;
+    if (!read_head(in, c, c == 0 ? head : in.get_u8())) return false;
   return true;
 }
 
-bool TermColumn::read_head(ByteReader& in, std::size_t c) {
+/// Reads the header of a component: domain, predictor and size of a residual. If the component has
+/// a table, the function adds a placeholder entry to the table. `head`: the first byte of the
+/// header.
+bool TermColumn::read_head(ByteReader& in, std::size_t c, std::uint8_t head) {
   Component& component = components_[c];
   component.source.reset();
   component.table.clear();
   component.width = 0;
   component.change = 0;
-  const std::uint8_t head = in.get_u8();
+  component.recent.resize(copies_.empty() ? 0
+                                          : std::bit_ceil(to_size(std::min<std::uint64_t>(
+                                                count_, CopiedVertices::kFarthest))));
   if (head == kCopiedComponent) {
     component.source = get_source(in, c);
     if (!component.source) return false;
@@ -662,6 +694,7 @@ bool TermColumn::decode(const Elements& elements, std::vector<std::byte>& out,
   const std::size_t count = elements.count, bytes = element_bytes(), offset = out.size();
   if (count > count_ - next_) return false;
   if (count == 0) return true;
+  if (codec_ == Codec::terms && !copies_.empty() && elements.vertices.empty()) return false;
   if (may_have_terms_) make_room_for_slots(elements);
   if (codec_ == Codec::shuffled_zstd) {
     const auto from = unpacked_.begin() + static_cast<std::ptrdiff_t>(next_ * bytes);
@@ -675,6 +708,8 @@ bool TermColumn::decode(const Elements& elements, std::vector<std::byte>& out,
         if (!decode_component(c, elements, out.data() + offset + c * width_, scratch)) return false;
     }
   }
+  if (codec_ == Codec::terms && !copies_.empty())
+    next_own_ += copies_.count_own(to_size(next_), count);
   next_ += count;
   return true;
 }
@@ -701,10 +736,12 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
   words.resize(elements.count);
   take_residuals(component, words);
   const std::uint64_t entries = component.table.size();
+  const bool has_copies = !copies_.empty();
   bool within = true;
   for_each_value(c, elements, scratch.references,
                  [&](const auto& differences, std::size_t e, std::int64_t predicted) {
                    words[e] = static_cast<std::uint64_t>(differences.value(words[e], predicted));
+                   if (has_copies) copy_vertex(component, e, words[e]);
                    if (entries > 0 && words[e] >= entries) {
                      within = false;
                      words[e] = 0;
@@ -740,7 +777,8 @@ void TermColumn::decode_floats(std::size_t c, const Elements& elements, std::byt
 bool TermColumn::can_decode_together(const Elements& elements) const {
   const bool narrow = components_[0].domain.kind == DomainKind::narrow;
   const bool floats = components_[0].domain.kind == DomainKind::floats;
-  return !elements.vertices.empty() && components_.size() == kTogether && is_float(info_->type) &&
+  return !elements.vertices.empty() && copies_.empty() && components_.size() == kTogether &&
+         is_float(info_->type) &&
          std::all_of(components_.begin(), components_.end(), [&](const Component& component) {
            return component.predictor == Predictor::terms && component.table.empty() &&
                   (component.domain.kind == DomainKind::narrow) == narrow &&
@@ -785,10 +823,23 @@ void TermColumn::decode_together(const Elements& elements, std::byte* out, TermS
 }
 
 void TermColumn::take_residuals(const Component& component, std::span<std::uint64_t> words) const {
+  const std::size_t own =
+      copies_.empty() ? words.size() : copies_.count_own(to_size(next_), words.size());
   // If the residuals have 0 bytes each, unpacked_ may be empty and must not be indexed.
-  const std::byte* const planes =
-      component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_;
-  get_words(planes, static_cast<std::size_t>(count_), component.width, words);
+  const std::byte* const planes = component.width == 0 ? nullptr
+                                                       : unpacked_.data() + component.planes +
+                                                             (copies_.empty() ? next_ : next_own_);
+  get_words(planes, to_size(own_count_), component.width, words.first(own));
+  if (!copies_.empty()) copies_.insert_copies(to_size(next_), words);
+}
+
+/// Stores in `word` the index (or rank) of element `e` of the current block: that of the source if
+/// the element is a copy, `word` itself otherwise. Remembers it for later copies.
+void TermColumn::copy_vertex(Component& component, std::size_t e, std::uint64_t& word) const {
+  const std::size_t vertex = to_size(next_) + e, mask = component.recent.size() - 1;
+  const std::uint32_t back = copies_.back(vertex);
+  if (back > 0) word = component.recent[(vertex - back) & mask];
+  component.recent[vertex & mask] = word;
 }
 
 /// Replaces each index with the bits of its value, and stores the values in `out`.

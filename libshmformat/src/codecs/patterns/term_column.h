@@ -15,6 +15,7 @@
 
 #include "base/binary.h"
 #include "base/packing.h"
+#include "codecs/patterns/copied_vertices.h"
 #include "codecs/patterns/vertex_terms.h"
 #include "codecs/shared/codec_id.h"
 #include "codecs/shared/value_domain.h"
@@ -58,7 +59,8 @@ class TermColumn {
   /// `stride`: number of bytes from one element to the next.
   Encoded encode(const Elements& elements, const std::byte* values, std::size_t stride,
                  TermScratch& scratch);
-  /// Encodes a group by terms. Precondition: terms are allowed for this column.
+  /// Encodes a group by terms, with or without copied vertices, whichever is smaller. Precondition:
+  /// terms are allowed for this column.
   std::vector<std::byte> encode_terms(const Elements& elements, const std::byte* values,
                                       std::size_t stride, TermScratch& scratch);
 
@@ -109,6 +111,9 @@ class TermColumn {
 
     // For the previous element: index of its value minus index of its reference value
     std::uint64_t change = 0;
+    // Decoding: a ring with the indices (or ranks) of the most recent vertices of the group. Empty
+    // if the group has no copied vertices
+    std::vector<std::uint64_t> recent;
   };
   template <class Differences>
   class Direct;
@@ -133,14 +138,16 @@ class TermColumn {
 
   ValueDomain choose_domain(std::size_t c, std::span<std::uint64_t> words,
                             std::span<std::int64_t> indices) const;
+  std::vector<std::byte> encode_components(const Elements& elements, const std::byte* values,
+                                           std::size_t stride, TermScratch& scratch);
   Predictor choose_predictor(const Component& component, const Elements& elements,
                              const TermScratch& scratch, std::uint64_t& bits) const;
   void encode_component(std::size_t c, const Elements& elements, const std::byte* values,
                         std::size_t stride, ByteWriter& heads, ByteWriter& planes,
                         TermScratch& scratch);
   bool read_terms(std::span<const std::byte> bytes, std::uint64_t most, TermScratch& scratch);
-  bool read_heads(ByteReader& in);
-  bool read_head(ByteReader& in, std::size_t c);
+  bool read_heads(ByteReader& in, TermScratch& scratch);
+  bool read_head(ByteReader& in, std::size_t c, std::uint8_t head);
   bool read_table(ByteReader& in, std::vector<std::int64_t>& table, TermScratch& scratch) const;
   bool decode_component(std::size_t c, const Elements& elements, std::byte* out,
                         TermScratch& scratch);
@@ -149,6 +156,7 @@ class TermColumn {
   bool can_decode_together(const Elements& elements) const;
   void decode_together(const Elements& elements, std::byte* out, TermScratch& scratch);
   void take_residuals(const Component& component, std::span<std::uint64_t> words) const;
+  void copy_vertex(Component& component, std::size_t e, std::uint64_t& word) const;
   void save_values(std::size_t c, std::span<std::uint64_t> indices, std::byte* out) const;
 
   std::shared_ptr<const ArrayInfo> info_;
@@ -159,11 +167,13 @@ class TermColumn {
   // next. A state is either the bits of a double or an index.
   std::vector<std::uint64_t> states_;
   std::uint32_t group_ = 0;  // number of the current group; marks the ranks that belong to it
+  CopiedVertices copies_;    // of the current group
 
   // Data of the group that is being decoded
   Codec codec_ = Codec::terms;
   std::vector<std::byte> unpacked_;
-  std::uint64_t count_ = 0, next_ = 0;
+  std::uint64_t count_ = 0, next_ = 0;  // numbers of elements: of the group, and decoded so far
+  std::uint64_t own_count_ = 0, next_own_ = 0;  // the same numbers without copied vertices
 };
 
 }  // namespace shm
