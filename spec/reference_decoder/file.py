@@ -1,10 +1,11 @@
 """Sections 2, 8 to 10, 17 and 38: the container, step times, extras, index, trailer, archives."""
 
+import math
 import struct
 from dataclasses import dataclass
 from itertools import accumulate, islice
 
-from .basics import MASK32, MASK64, SCALAR_BYTES, Cursor, ShmError, checksum, packed_blob, reject_unless
+from .basics import MASK32, MASK64, SCALAR_BYTES, Cursor, ShmError, checksum, packed_blob, reject_unless, unzigzag
 from .group import STREAM_NAMES, GroupHeader, Imported, Segment
 from .schema import read_schema
 from .bundles import BUNDLE, MOST_PAIRS
@@ -16,7 +17,7 @@ SIGNATURE = b"\x89SHM\r\n\x1a\n"
 SHORT_MARK, LONG_MARK, TRAILER_MARK = b"SHMc", b"SHMC", b"SHME"
 SCHEMA, GROUP, STEP_VALUES, STEP_TIMES, EXTRA, INDEX, MEMBERS = 1, 2, 3, 4, 5, 6, 9
 ARCHIVE = 4  # of needed_features
-WITH_VERSION_1 = GROUP, STEP_VALUES, EXTRA, INDEX
+WITH_VERSION_1 = GROUP, STEP_VALUES, STEP_TIMES, EXTRA, INDEX
 MOST_SEGMENTS, MOST_STEPS, MOST_PAYLOAD = 2**20, 2**20, 2**30
 
 
@@ -45,6 +46,23 @@ class Chunk:
 @dataclass
 class StepTimes:
     times: list
+
+
+def times_of(cursor, version):
+    count = cursor.left() // 8
+    if version == 0:
+        return [cursor.f64() for _ in range(count)]
+    planes, times = cursor.take(8 * count), []
+    for i in range(count):
+        p = 0.0
+        if i == 1:
+            p = times[0]
+        elif i > 1:
+            p = times[i - 1] + (times[i - 1] - times[i - 2])
+        p = struct.unpack("<Q", struct.pack("<d", p))[0] if math.isfinite(p) else 0
+        bits = p + unzigzag(int.from_bytes(planes[i::count], "little")) & MASK64
+        times.append(struct.unpack("<d", struct.pack("<Q", bits))[0])
+    return times
 
 
 @dataclass
@@ -270,7 +288,7 @@ class File:
             cursor.fail("bytes that are no multiple of 8")
         if cursor.left() // 8 > MOST_STEPS:
             cursor.fail("over limit: more than 2^20 step times")
-        self.step_times = [cursor.f64() for _ in range(cursor.left() // 8)]
+        self.step_times = times_of(cursor, chunk.version)
         self.totals.steps = max(self.totals.steps, len(self.step_times))
         return StepTimes(self.step_times)
 

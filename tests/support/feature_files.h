@@ -1006,6 +1006,23 @@ inline std::vector<std::byte> weighted_history() {
       });
 }
 
+/// Returns a file with step times of all kinds: multiples of a number, sums of a number, times that
+/// decrease, and numbers that are not finite.
+inline std::vector<std::byte> step_times() {
+  MemorySink sink;
+  EXPECT_TRUE(write_mesh(bent_grid(1, 1, 1), sink, {}, [&](Writer& writer) {
+    std::vector<double> times;
+    for (int i = 0; i < 20; ++i) times.push_back(i * .1);
+    for (int i = 0; i < 20; ++i) times.push_back(times.back() + .1);
+    for (const double time :
+         {-0.0, -1.5, 1e308, -1e308, 1e308, std::numeric_limits<double>::infinity(), 1.0,
+          std::numeric_limits<double>::quiet_NaN(), 2.0, 5e-324})
+      times.push_back(time);
+    return writer.set_step_times(times);
+  }));
+  return std::move(sink.bytes);
+}
+
 /// Returns a file whose key steps refer to their bases: random values that do not change, random
 /// values that change once, and values that grow. There are several groups and segments.
 inline std::vector<std::byte> steps_on_bases(Level level) {
@@ -1267,6 +1284,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("weighted_steps", weighted_steps());
   add("weighted_mirrored", weighted_mirrored());
   add("weighted_history", weighted_history());
+  add("step_times", step_times());
   add("tensors", written(tensors(), 50));
   add("tensors_best", written(tensors(), 50, ConnectivityCodec::mixed, Level::best));
   add("tensors_shifts", written(tensors(), 50, ConnectivityCodec::shifts, Level::fast));

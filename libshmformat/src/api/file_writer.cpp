@@ -195,7 +195,7 @@ Result<void> FileWriter::set_step_times(std::span<const double> times) {
   if (auto status = end_step_array(); !status) return status;
   if (times.empty() && container::version_of_chunk(ChunkKind::index, start_) > 0) return {};
   ByteWriter blob, payload;
-  for (double time : times) blob.put_f64(time);
+  container::put_times(blob, times, container::version_of_chunk(ChunkKind::step_times, start_));
   put_packed(payload, blob.bytes);
   steps_ = std::max<std::uint64_t>(steps_, times.size());
   stream_bytes_["extras"] += payload.bytes.size();

@@ -381,12 +381,10 @@ Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) 
   ByteReader in(payload);
   const auto blob = file_.unpack(in, most_bytes_of_times(limits_));
   if (!blob) return blob.error();
-  if (blob->size() % 8 != 0) return wrong("ends within a number");
   StepTimes times;
-  times.times.reserve(blob->size() / 8);
+  if (!container::get_times(*blob, times.times, file_.header().version))
+    return wrong("ends within a number");
   file_.take_from_budget(blob->size());
-  ByteReader values(*blob);
-  while (values.left() > 0) values.get_f64(times.times.emplace_back());
   steps_ = std::max<std::uint64_t>(steps_, times.times.size());
   stream_bytes_["extras"] += payload.size();
   item_ = std::move(times);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "base/binary.h"
 #include "base/packing.h"
@@ -364,6 +365,53 @@ bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
 StepEntry entry_of(const StepHeader& header) {
   return {header.array, header.step,      0,           header.count, header.arrays, header.steps,
           header.group, header.reference, header.codec};
+}
+
+// --- step times: version 0 stores them one by one, version 1 as residuals in byte planes
+
+namespace {
+
+/// Returns the bits of the time that is expected after `times`: the previous time plus the
+/// difference between the two previous times. An expected time that is not finite is 0.
+std::uint64_t expected_time(std::span<const double> times) {
+  const std::size_t count = times.size();
+  if (count == 0) return 0;
+  const double last = times[count - 1];
+  const double expected = count == 1 ? last : last + (last - times[count - 2]);
+  return std::isfinite(expected) ? std::bit_cast<std::uint64_t>(expected) : 0;
+}
+
+}  // namespace
+
+void put_times(ByteWriter& out, std::span<const double> times, std::uint8_t version) {
+  if (version == 0) {
+    for (const double time : times) out.put_f64(time);
+    return;
+  }
+  for (std::uint32_t b = 0; b < 8; ++b)
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const std::uint64_t r =
+          std::bit_cast<std::uint64_t>(times[i]) - expected_time(times.first(i));
+      out.put_u8(static_cast<std::uint8_t>((r << 1 ^ (0 - (r >> 63))) >> 8 * b));
+    }
+}
+
+bool get_times(std::span<const std::byte> bytes, std::vector<double>& times, std::uint8_t version) {
+  const std::size_t count = bytes.size() / 8;
+  if (bytes.size() % 8 != 0) return false;
+  times.clear();
+  times.reserve(count);
+  if (version == 0) {
+    for (ByteReader in(bytes); in.left() > 0;) in.get_f64(times.emplace_back());
+    return true;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint64_t z = 0;
+    for (std::uint32_t b = 0; b < 8; ++b)
+      z |= std::to_integer<std::uint64_t>(bytes[b * count + i]) << 8 * b;
+    times.push_back(std::bit_cast<double>(expected_time(times) + (z >> 1 ^ (0 - (z & 1)))));
+  }
+  return true;
 }
 
 // --- the index: version 0 stores its entries one by one, version 1 field by field, compressed

@@ -111,7 +111,8 @@ std::size_t header_bytes(std::span<const std::byte> beginning);
 /// Returns the chunk version that chunks of this kind have in a file with this file version.
 inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
   const bool has_version_1 = kind == ChunkKind::group || kind == ChunkKind::step_values ||
-                             kind == ChunkKind::extra || kind == ChunkKind::index;
+                             kind == ChunkKind::step_times || kind == ChunkKind::extra ||
+                             kind == ChunkKind::index;
   return start.minor >= 10 && has_version_1 ? 1 : 0;
 }
 /// Returns the highest chunk version of this kind that this reader can decode.
@@ -250,6 +251,13 @@ struct StepEntry {
 };
 /// Returns the index entry of a part. The field `first` of the entry is not set.
 StepEntry entry_of(const StepHeader& header);
+
+/// Writes step times, in the form that is packed as the payload of a chunk.
+/// spec: "Step times"
+void put_times(ByteWriter& out, std::span<const double> times, std::uint8_t version);
+/// Reads the step times from all bytes of an unpacked payload. Returns false if a time is
+/// incomplete.
+bool get_times(std::span<const std::byte> bytes, std::vector<double>& times, std::uint8_t version);
 
 /// Entry of the index for one chunk.
 struct IndexEntry {

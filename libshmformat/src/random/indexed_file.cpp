@@ -93,9 +93,10 @@ auto IndexedFile::read_chunk_of_parts(const IndexEntry& entry) -> Result<Payload
   return Payload{kept_, kept_version_};
 }
 
-/// Reads and unpacks the blob of step times.
-Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry) {
-  const auto payload = read_chunk(entry);
+/// Reads and unpacks the blob of step times. `version`: receives the version of the chunk.
+Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry,
+                                                        std::uint8_t& version) {
+  const auto payload = read_chunk(entry, &version);
   if (!payload) return payload.error();
   ByteReader in(*payload);
   const std::string section = container::chunk_name(entry.kind);
@@ -141,11 +142,11 @@ Result<std::vector<double>> IndexedFile::read_step_times() {
   for (const IndexEntry& entry : index_.entries) {
     if (entry.kind != static_cast<std::uint8_t>(ChunkKind::step_times)) continue;
     if (std::exchange(found, true)) return wrong_index("has step times twice");
-    const auto blob = read_packed(entry);
+    std::uint8_t version = 0;
+    const auto blob = read_packed(entry, version);
     if (!blob) return blob.error();
-    if (blob->size() % 8 != 0)
+    if (!container::get_times(*blob, times, version))
       return corrupt("cannot be unpacked", container::chunk_name(entry.kind), entry.offset);
-    for (ByteReader values(*blob); values.left() > 0;) values.get_f64(times.emplace_back());
   }
   return times;
 }

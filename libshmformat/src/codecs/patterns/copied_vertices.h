@@ -26,11 +26,11 @@ class CopiedVertices {
 
   bool empty() const { return back_.empty(); }
   void clear() { back_.clear(); }
-  /// Returns the distance from the source to vertex `i` of the group; 0 if the vertex is not a copy.
-  /// Precondition: the list is not empty.
+  /// Returns the distance from the source to vertex `i` of the group; 0 if the vertex is not a
+  /// copy. Precondition: the list is not empty.
   std::uint32_t back(std::size_t i) const { return back_[i]; }
-  /// Returns how many of the `count` vertices from `first` on are not copies. Precondition: the list
-  /// is not empty.
+  /// Returns how many of the `count` vertices from `first` on are not copies. Precondition: the
+  /// list is not empty.
   std::size_t count_own(std::size_t first, std::size_t count) const;
 
   /// Encoding: finds the copies among `count` vertices. The values of a vertex are `bytes` bytes.
@@ -45,13 +45,13 @@ class CopiedVertices {
   /// Encoding: removes the residuals of copies. Does nothing if the list is empty.
   void remove_copies(std::vector<std::uint64_t>& residuals) const;
 
-  /// Decoding: reads the list of `count` vertices, after kCopiedVertices has been read. Returns false
-  /// if the data is damaged.
+  /// Decoding: reads the list of `count` vertices, after kCopiedVertices has been read. Returns
+  /// false if the data is damaged.
   bool get(ByteReader& in, std::uint64_t count, std::vector<std::byte>& scratch,
            ZstdDecompressor& zstd);
-  /// Decoding: `residuals` begins with the residuals of the vertices that are not copies. Moves each
-  /// residual to the position of its vertex. The residual of a copy becomes 0. `first`: number of
-  /// vertices of the group before the first one.
+  /// Decoding: `residuals` begins with the residuals of the vertices that are not copies. Moves
+  /// each residual to the position of its vertex. The residual of a copy becomes 0. `first`: number
+  /// of vertices of the group before the first one.
   void insert_copies(std::size_t first, std::span<std::uint64_t> residuals) const;
 
  private:
