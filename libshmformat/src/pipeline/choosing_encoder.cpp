@@ -17,15 +17,9 @@ namespace {
 /// Cells need so few bits only if most vertex numbers continue regularly from cell to cell.
 constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 constexpr std::size_t kFirstPieces = 3;
-/// Limits on the excess size of the shifts codec, used if size matters more than speed. With
-/// shifts, the sample may be larger than with another codec by 1/kShiftShare of the other codec's
-/// size, or by 1/kShiftShareOfLayer if all its cells are in the first layer of cells. The limit is
-/// wider in the second case because shifts predict from earlier rows and layers, and the first
-/// layer has no earlier layers.
-constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
-/// Largest saving expected from the codec `mixed`, in tenths of the size of connectivity and vertex
-/// numbers.
-constexpr std::uint64_t kMixedSavesTenths = 4;
+/// Limit on the excess size of the shifts codec, used if size matters more than speed. With shifts,
+/// the sample may be larger than with another codec by 1/kShiftShare of the other codec's size.
+constexpr std::uint64_t kShiftShare = 25;
 /// A round of the race between codecs. The final round, which codes the whole sample, is not in
 /// kRounds.
 struct Round {
@@ -36,23 +30,12 @@ struct Round {
   /// Further allowed excess in bytes, because adaptive models need some bytes to learn.
   std::uint64_t bytes;
   bool values;  ///< true if the size of values is estimated for each codec
-  bool mixes;   ///< true if the codec `mixed` takes part, which needs many cells until its models
-                ///< have adapted
 };
 constexpr std::array<Round, 3> kRounds = {
-    {{1, 10, 256, false, false}, {3, 20, 256, true, true}, {10, 50, 128, true, true}}};
+    {{1, 10, 256, false}, {3, 20, 256, true}, {10, 50, 128, true}}};
 /// Factor that increases the allowed excess size of the shifts codec. The codec then stays in the
 /// race longer than other codecs, because it needs fewer bytes in later rows.
 constexpr std::uint64_t kShiftPatience = 2;
-/// Factor for an early decision between the codecs `rows` and `mixed`. The decision is made early
-/// if `mixed` saves more than kClearly times the required share of the size, or less than 1 /
-/// kClearly of that share.
-constexpr std::uint64_t kClearly = 2;
-
-/// Except at level best, only segments with fewer cells may use the codec `mixed`. It saves about 3
-/// % of the bytes of irregular meshes, but they take 1.5 times as long to decode.
-constexpr std::size_t kMostMixed = 20000;
-
 /// At level fast, segments with at most kFewCells cells use the codec `rows`. Their files are then
 /// up to half as large, and coding so few cells takes about a millisecond with any codec.
 constexpr std::size_t kFewCells = 128;
@@ -79,14 +62,12 @@ CodecTrial trial_for(const Schema& schema, ConnectivityCodec codec, Level level)
     case Level::standard: break;
     case Level::best:
       return {.level = level,
-              .codecs = {replay, rows, mixed},
+              .codecs = {replay, mixed},
               .shifts = CodecTrial::Shifts::for_size,
-              .sample_cells = 65536,
-              .spare_share = 1 << 16,
-              .spare_bits = 1 << 16};
+              .sample_cells = 65536};
   }
   return {.level = level,
-          .codecs = {replay, rows, mixed},
+          .codecs = {replay, rows},
           .shifts = CodecTrial::Shifts::for_size,
           .sample_cells = 32768};
 }
@@ -181,13 +162,10 @@ std::vector<ConnectivityCodec> ChoosingEncoder::candidates(bool is_over) const {
   if (trial_.level == Level::fast && is_over && sample_cells_ <= kFewCells)
     return {ConnectivityCodec::rows};
   std::vector<ConnectivityCodec> codecs = trial_.codecs;
-  if (trial_.level != Level::best && !(is_over && sample_cells_ < kMostMixed))
-    std::erase(codecs, ConnectivityCodec::mixed);
   std::uint64_t components = 0;
   for (const ArrayInfo& array : schema_->arrays)
     components += array.per_step ? 0 : array.components;
-  if (components > kMostRacing && std::count(codecs.begin(), codecs.end(), ConnectivityCodec::rows))
-    return {ConnectivityCodec::rows};
+  if (components > kMostRacing) return {codecs.back()};
   if (trial_.shifts == CodecTrial::Shifts::for_size && takes(ConnectivityCodec::shifts, *schema_))
     codecs.insert(codecs.begin(), ConnectivityCodec::shifts);
   return codecs;
@@ -200,11 +178,10 @@ auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
     const Round& round = kRounds[r];
     if (runners.size() == 1 || sample_.size() < 2 * round.pieces) break;
     const bool is_last = r + 1 == kRounds.size() || sample_.size() < 2 * kRounds[r + 1].pieces;
-    const Values values = !round.values || have_values_of_their_own(runners) == 1 ? Values::grown
-                          : is_last ? Values::estimated_last
-                                    : Values::estimated;
-    if (auto status = run(runners, round.pieces, values, round.mixes); !status)
-      return status.error();
+    const Values values = !round.values ? Values::grown
+                          : is_last     ? Values::estimated_last
+                                        : Values::estimated;
+    if (auto status = run(runners, round.pieces, values); !status) return status.error();
     std::uint64_t least = runners[0].size.all();
     for (const Runner& runner : runners) least = std::min(least, runner.size.all());
     for (ConnectivityCodec codec : candidates(is_over)) {
@@ -213,9 +190,6 @@ auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
       if (runner && runner->size.all() > least + least * times / round.share + round.bytes)
         drop(runners, codec);
     }
-    // If `mixed` takes part in this round, enough cells have been coded to estimate how much it
-    // saves on the remaining cells.
-    if (round.mixes) settle_mixing(runners, r + 1 == kRounds.size() && trial_.level != Level::best);
   }
   if (runners.size() == 1) return std::move(runners[0]);
   return finish_race(runners, is_over);
@@ -227,19 +201,18 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
   const bool is_first = runners[0].size.values == 0;
   if (is_first || ends) {
     const Values values = ends ? Values::grown : Values::estimated;
-    if (auto status = run(runners, sample_.size(), values, true); !status) return status.error();
-    if (ends) settle_mixing(runners, true);
-    for (Runner& runner : runners) {
-      if (!ends || runners.size() == 1) break;
-      runner.encoder->end(runner.done);
-      runner.size = runner.encoder->size();
-    }
+    if (auto status = run(runners, sample_.size(), values); !status) return status.error();
+    if (ends)
+      for (Runner& runner : runners) {
+        runner.encoder->end(runner.done);
+        runner.size = runner.encoder->size();
+      }
     return std::move(best_of(runners));
   }
   if (lies_in_a_layer()) {
     // All cells of the sample are in the first layer. Coding more of these cells would not show how
-    // well the codecs code later layers, and would need much memory. So extrapolate the sizes
-    // instead of coding the rest of the sample.
+    // well the codecs code later layers, and would need much memory (9 MB for a cube of five
+    // million hexahedra). So extrapolate the sizes instead of coding the rest of the sample.
     const std::uint64_t bytes = value_bytes(sample_.size());
     for (Runner& runner : runners)
       for (std::uint64_t* part : {&runner.size.topology, &runner.size.besides, &runner.size.values})
@@ -254,21 +227,13 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
   while (runners.size() > 1) {
     std::vector<Runner> two;
     for (Runner& runner : std::span(runners).first(2)) two.push_back(std::move(runner));
-    if (auto status = run(two, sample_.size(), Values::grown, true); !status) return status.error();
+    if (auto status = run(two, sample_.size(), Values::grown); !status) return status.error();
     runners.erase(runners.begin());
     runners[0] = std::move(best_of(two));
     if (Runner* shifts = find(two, ConnectivityCodec::shifts); shifts && shifts->encoder)
       shifts_ = std::move(*shifts);
   }
   return std::move(runners[0]);
-}
-
-/// Returns the number of runners whose values must be coded separately. The codec `mixed` is not
-/// counted, because its values are coded exactly as with `rows`.
-std::size_t ChoosingEncoder::have_values_of_their_own(std::span<const Runner> runners) {
-  return static_cast<std::size_t>(std::count_if(runners.begin(), runners.end(), [](auto& runner) {
-    return runner.codec != ConnectivityCodec::mixed;
-  }));
 }
 
 /// Returns the runner of `codec`, or null if the codec is no longer in the race.
@@ -292,16 +257,13 @@ std::uint64_t ChoosingEncoder::coded_values(Runner& runner) {
 
 /// Codes the first `pieces` pieces of the sample with each runner, and determines the size of each
 /// runner's values. `values`: whether that size is estimated, or assumed to grow in proportion to
-/// the uncompressed size. `mixes`: if false, mixed rows are not coded. Mixed rows are also not
-/// coded if mixing cannot save enough.
-Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces, Values values,
-                                  bool mixes) const {
-  using enum ConnectivityCodec;
+/// the uncompressed size.
+Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces,
+                                  Values values) const {
   const std::uint64_t bytes = value_bytes(pieces);
-  // The runner whose values are measured first. Its result may be used for other runners, too. It
-  // is the runner of `rows` or, if `rows` has dropped out, the runner of the slowest codec.
-  Runner* first = find(runners, rows);
-  if (!first) first = &runners.back();
+  // The values of the slowest codec are measured first. The result may be used for other runners,
+  // too.
+  Runner* const first = &runners.back();
   RatedDomains rated;
   const auto size_of = [&](Runner& runner, bool estimates) -> Result<void> {
     if (auto status = advance(runner, pieces); !status) return status;
@@ -317,81 +279,28 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
   // reliably whether predicting values by vertex numbers or from neighbours on the surface needs
   // fewer bytes.
   const bool codes =
-      find(runners, shifts) &&
+      find(runners, ConnectivityCodec::shifts) &&
       (trial_.level == Level::best ? values != Values::grown : values == Values::estimated_last);
   const bool estimates = values != Values::grown && !codes;
   if (auto status = size_of(*first, estimates || first->size.values == 0); !status) return status;
   if (codes) first->size.values = coded_values(*first);
   for (Runner& runner : runners) {
     if (&runner == first) continue;
-    const bool is_mixed_rows = runner.codec == mixed && first->codec == rows;
-    if (is_mixed_rows && !(mixes && mixing_can_pay(first->size))) {
-      runner.size = first->size;
-      runner.value_bytes = first->value_bytes;
-      continue;
-    }
-    if (auto status = size_of(runner, estimates && !is_mixed_rows); !status) return status;
-    if (codes && !is_mixed_rows) runner.size.values = coded_values(runner);
+    if (auto status = size_of(runner, estimates); !status) return status;
+    if (codes) runner.size.values = coded_values(runner);
     // In the first round, the neighbours of a vertex are about the same for all codecs. Therefore
     // one estimate of the size of the values is used for all codecs.
-    if (is_mixed_rows || runner.size.values == 0) runner.size.values = first->size.values;
+    if (runner.size.values == 0) runner.size.values = first->size.values;
   }
   return {};
 }
 
-/// Decides between the codecs `rows` and `mixed`, and drops one of them. Does so only if the
-/// difference between their sizes is clear, or if `finally` is set. The two codecs code the same
-/// decisions; `mixed` only saves bytes by mixing.
-void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) {
-  using enum ConnectivityCodec;
-  Runner *with_rows = find(runners, rows), *with_mixed = find(runners, mixed);
-  if (!with_rows || !with_mixed) return;
-  if (finally) return drop(runners, is_better(*with_mixed, *with_rows) ? rows : mixed);
-  const std::uint64_t rows_bytes = with_rows->size.all(), mixed_bytes = with_mixed->size.all();
-  const std::uint64_t saved = (rows_bytes - std::min(rows_bytes, mixed_bytes)) * trial_.spare_share;
-  if (!mixing_can_pay(with_rows->size) || saved * kClearly < rows_bytes)
-    drop(runners, mixed);
-  else if (saved > rows_bytes * kClearly)
-    drop(runners, rows);
-}
-
-/// Returns true if mixing can save enough to be worthwhile. Bits coded by mixing take several times
-/// longer to decode than other bits.
-bool ChoosingEncoder::mixing_can_pay(const SegmentSize& other) const {
-  return trial_.level == Level::best ||
-         other.topology * kMixedSavesTenths * trial_.spare_share >= other.all() * 10;
-}
-
-/// Returns the best runner. Precondition: `runners` is not empty, and is sorted from the fastest to
-/// the slowest codec.
-auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
-  Runner* best = &runners[0];
-  for (Runner& runner : runners.subspan(1))
-    if (is_better(runner, *best)) best = &runner;
-  return *best;
-}
-
-/// Returns true if `smaller` saves enough bytes to be preferred to `faster`, although its codec is
-/// slower.
-bool ChoosingEncoder::is_better(const Runner& smaller, const Runner& faster) const {
-  if (!is_worth_it(smaller.size, faster.size)) return false;
-  // Require the saving from the codec `mixed` even in short segments, because its bits take several
-  // times longer to decode than other bits.
-  return smaller.codec != ConnectivityCodec::mixed || trial_.level == Level::best ||
-         (faster.size.all() - smaller.size.all()) * trial_.spare_share > faster.size.all();
-}
-
-bool ChoosingEncoder::is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const {
-  if (smaller.all() >= faster.all()) return false;
-  if (sample_cells_ < trial_.sample_cells)
-    return true;  // in a short segment, coding time does not matter
-  const auto is_felt = [&](std::uint64_t bytes) {
-    return 8 * bytes * trial_.spare_bits > sample_cells_;
-  };
-  const std::uint64_t saved = faster.all() - smaller.all();
-  if (!is_felt(saved)) return false;
-  return saved * trial_.spare_share > faster.all() ||
-         (smaller.topology < faster.topology && is_felt(faster.topology - smaller.topology));
+/// Returns the runner with the smallest size; of several, the one with the fastest codec.
+/// Precondition: `runners` is not empty, and is sorted from the fastest to the slowest codec.
+auto ChoosingEncoder::best_of(std::span<Runner> runners) -> Runner& {
+  return *std::min_element(runners.begin(), runners.end(), [](const Runner& a, const Runner& b) {
+    return a.size.all() < b.size.all();
+  });
 }
 
 Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other) const {
@@ -403,9 +312,9 @@ Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other)
   }
   // The size of the cells coded with shifts is not counted, because almost all of their bytes are
   // needed at the beginning of a segment.
-  const std::uint64_t share = lies_in_a_layer() ? kShiftShareOfLayer : kShiftShare;
   const auto are_as_small = [&] {
-    return shifts.size.all() - shifts.size.topology <= other.size.all() + other.size.all() / share;
+    return shifts.size.all() - shifts.size.topology <=
+           other.size.all() + other.size.all() / kShiftShare;
   };
   if (!are_as_small()) return false;
   for (Runner* runner : {&other, &shifts}) {

@@ -44,12 +44,6 @@ struct CodecTrial {
   /// Number of cells in the sample. The sample is the beginning of a segment, and codecs are tried
   /// on it. If a segment is shorter, the sample is the whole segment.
   std::size_t sample_cells = 16384;
-  // Minimum savings for choosing a slower codec, if the segment is longer than the sample. The
-  // slower codec must save more than one bit per `spare_bits` cells. In addition, it must save
-  // either more than 1/spare_share of all bytes, or more than one bit of connectivity and vertex
-  // numbers per `spare_bits` cells.
-  std::uint64_t spare_share = 128;
-  std::uint64_t spare_bits = 32;
 };
 
 /// Returns the codecs to try at `level`, from the fastest to the slowest. If `codec` is not
@@ -101,17 +95,11 @@ class ChoosingEncoder {
   bool lies_in_a_layer() const;
   std::uint64_t value_bytes(std::size_t pieces) const;
   std::vector<ConnectivityCodec> candidates(bool is_over) const;
-  static std::size_t have_values_of_their_own(std::span<const Runner> runners);
   static Runner* find(std::span<Runner> runners, ConnectivityCodec codec);
   static std::uint64_t coded_values(Runner& runner);
-  Result<void> run(std::vector<Runner>& runners, std::size_t pieces, Values values,
-                   bool mixes) const;
+  Result<void> run(std::vector<Runner>& runners, std::size_t pieces, Values values) const;
   void drop(std::vector<Runner>& runners, ConnectivityCodec codec);
-  void settle_mixing(std::vector<Runner>& runners, bool finally);
-  bool mixing_can_pay(const SegmentSize& other) const;
-  Runner& best_of(std::span<Runner> runners) const;
-  bool is_better(const Runner& smaller, const Runner& faster) const;
-  bool is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const;
+  static Runner& best_of(std::span<Runner> runners);
 
   const Schema* schema_;
   std::uint32_t group_cells_;
