@@ -243,10 +243,11 @@ SHM_API std::string_view codec_name(ConnectivityCodec codec);
 /// levels, since every bitstream states its codec.
 enum class Level : std::uint8_t {
   fast = 0,      ///< the shifts codec if it suits the mesh; otherwise the patterns codec; rows if
-                 ///< neither supports the mesh
-  standard = 1,  ///< of shifts, replay, rows and mixed, the codec with the smallest result, or a
-                 ///< faster one whose result is nearly as small
-  best = 2,  ///< as `standard`, but several predictions of each value are mixed, which is slower
+                 ///< neither supports the mesh, or if the mesh has few cells
+  standard = 1,  ///< of shifts, replay and rows, the codec with the smallest result; shifts if its
+                 ///< result is nearly as small
+  best = 2,  ///< as `standard`, but with the codec mixed instead of rows. Several predictions of
+             ///< each value are mixed, too, which is slower
 };
 
 /// The earlier steps that the values of a stepped array at one step refer to.
