@@ -2,6 +2,7 @@
 // same data as the C++ library. Invalid calls must return errors.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -77,7 +78,10 @@ void expect_same(shmf_file* file, const Mesh& mesh) {
   const double* times = nullptr;
   std::uint64_t count = 0;
   ASSERT_EQ(shmf_get_times(file, &times, &count, &why), SHMF_OK) << why.message;
-  EXPECT_EQ(std::vector(times, times + count), mesh.step_times);
+  ASSERT_EQ(count, mesh.step_times.size());
+  for (std::uint64_t i = 0; i < count; ++i)  // compares bits, because a time may be a NaN
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(times[i]),
+              std::bit_cast<std::uint64_t>(mesh.step_times[i]));
   ASSERT_EQ(shmf_extra_count(file, &count, &why), SHMF_OK) << why.message;
   ASSERT_EQ(count, mesh.extras.size());
   for (std::uint64_t i = 0; i < count; ++i) {

@@ -97,7 +97,7 @@ class Chunk:
         mark, what, self.sequence, self.segment = struct.unpack_from("<4sIIH", data, at)
         assert mark == b"SHMc"
         self.kind, version, payload = what & 15, what >> 4 & 7, what >> 8
-        assert version == (1 if self.kind in (GROUP, VALUES, EXTRA, INDEX) else 0)
+        assert version == (0 if self.kind == SCHEMA else 1)
         self.place = at + 22
         self.end = self.place + payload
         if self.kind == GROUP:

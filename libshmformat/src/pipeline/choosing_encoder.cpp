@@ -37,7 +37,8 @@ constexpr std::array<Round, 3> kRounds = {
 /// race longer than other codecs, because it needs fewer bytes in later rows.
 constexpr std::uint64_t kShiftPatience = 2;
 /// At level fast, segments with at most kFewCells cells use the codec `rows`. Their files are then
-/// up to half as large, and coding so few cells takes about a millisecond with any codec.
+/// up to half as large, and coding so few cells takes about a millisecond with any codec. At level
+/// best, they may use `rows`, because the models of `mixed` need more cells to adapt.
 constexpr std::size_t kFewCells = 128;
 
 /// Largest total number of components of static arrays for which several codecs are tried. Each
@@ -159,9 +160,11 @@ Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
 /// Returns the codecs that take part in the race, the fastest first. If size matters more than
 /// speed, the shifts codec is one of them.
 std::vector<ConnectivityCodec> ChoosingEncoder::candidates(bool is_over) const {
-  if (trial_.level == Level::fast && is_over && sample_cells_ <= kFewCells)
-    return {ConnectivityCodec::rows};
+  const bool are_few = is_over && sample_cells_ <= kFewCells;
+  if (are_few && trial_.level == Level::fast) return {ConnectivityCodec::rows};
   std::vector<ConnectivityCodec> codecs = trial_.codecs;
+  if (are_few && trial_.level == Level::best)
+    codecs.insert(codecs.end() - 1, ConnectivityCodec::rows);
   std::uint64_t components = 0;
   for (const ArrayInfo& array : schema_->arrays)
     components += array.per_step ? 0 : array.components;

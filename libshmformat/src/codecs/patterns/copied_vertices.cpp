@@ -13,7 +13,7 @@ namespace {
 /// Copies are stored if at least one in kFewestCopies vertices is a copy. Only the first
 /// kSampledVertices vertices are searched if fewer of them are copies, so that the search takes
 /// little time in most meshes.
-constexpr std::size_t kFewestCopies = 8, kSampledVertices = 2048;
+constexpr std::size_t kFewestCopies = 8, kSampledVertices = 512;
 
 bool are_few(std::size_t copies, std::size_t vertices) { return copies * kFewestCopies < vertices; }
 
@@ -73,9 +73,8 @@ void CopiedVertices::find(const std::byte* values, std::size_t stride, std::size
       back_[i] = back <= kFarthest ? static_cast<std::uint32_t>(back) : 0;
       copies += back_[i] > 0;
     }
-    if (searched > 0 && !are_few(copies, searched)) continue;
-    back_.clear();
-    return;
+    if (searched == 0 || are_few(copies, searched)) return back_.clear();
+    if (searched == count) return;
   }
 }
 

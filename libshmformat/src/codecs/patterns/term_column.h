@@ -156,7 +156,7 @@ class TermColumn {
   bool can_decode_together(const Elements& elements) const;
   void decode_together(const Elements& elements, std::byte* out, TermScratch& scratch);
   void take_residuals(const Component& component, std::span<std::uint64_t> words) const;
-  void copy_vertex(Component& component, std::size_t e, std::uint64_t& word) const;
+  [[gnu::cold]] void copy_vertex(Component& component, std::size_t e, std::uint64_t& word) const;
   void save_values(std::size_t c, std::span<std::uint64_t> indices, std::byte* out) const;
 
   std::shared_ptr<const ArrayInfo> info_;

@@ -20,6 +20,9 @@ constexpr std::uint32_t kGroupsKept = 8;
 constexpr int kQuickZstd = 9;
 // Copies are tried if at least one in kFewestCopies elements can be a copy of an earlier element.
 constexpr std::size_t kFewestCopies = 8;
+/// At level best, a group of at most kFewElements elements is also coded without mixing, since the
+/// weights of mixing need more values to adapt.
+constexpr std::size_t kFewElements = 64;
 
 // --- copies
 
@@ -141,6 +144,22 @@ ColumnPlanner::ColumnPlanner(const ArrayInfo& info, std::vector<std::uint32_t> b
 
 EncodedColumn ColumnPlanner::encode(const TiledItems& elements, const std::byte* values,
                                     std::size_t stride, Level level, const std::byte* reference) {
+  if (level != Level::best || !column_.has_tables() || covered_count(elements) > kFewElements)
+    return encode_at(elements, values, stride, level, reference);
+  State before = state();
+  EncodedColumn mixed = encode_at(elements, values, stride, Level::best, reference);
+  State after = state();
+  restore(std::move(before));
+  EncodedColumn plain = encode_at(elements, values, stride, Level::standard, reference);
+  if (plain.bytes.size() < mixed.bytes.size()) return plain;
+  restore(std::move(after));
+  return mixed;
+}
+
+/// Encodes a group as `level` requires.
+EncodedColumn ColumnPlanner::encode_at(const TiledItems& elements, const std::byte* values,
+                                       std::size_t stride, Level level,
+                                       const std::byte* reference) {
   const std::size_t count = covered_count(elements), width = column_.scalar_width();
   Bits bits = bits_of(values, stride, count);
   const Bits references = bits_of(reference, stride, reference == nullptr ? 0 : count);

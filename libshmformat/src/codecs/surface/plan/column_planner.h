@@ -61,6 +61,8 @@ class ColumnPlanner {
                                std::size_t stride, Level level);
 
  private:
+  EncodedColumn encode_at(const TiledItems& elements, const std::byte* values, std::size_t stride,
+                          Level level, const std::byte* reference);
   using Bits = std::vector<std::vector<std::uint64_t>>;  // bits of values, by component and element
 
   std::size_t covered_count(const TiledItems& elements) const;
