@@ -226,7 +226,7 @@ TEST(TermColumn, CopiedVerticesCostAlmostNothing) {
   std::uint32_t state = 3;
   for (std::size_t i = 0; i < kCount; ++i) {
     if (i >= kOwn) {
-      points.push_back(points[i - kOwn - (i % 100 == 0 ? 7 : 0)]);
+      points.push_back(points[i - kOwn - (i % 100 == 50 ? 7 : 0)]);
       continue;
     }
     points.emplace_back();
