@@ -216,8 +216,6 @@ TEST(TermColumn, ComponentsComeBackInPieces) {
   }
 }
 
-// For each component, the coder would need memory for every live vertex. Wide arrays are therefore
-// coded with zstd only.
 TEST(TermColumn, CopiedVerticesCostAlmostNothing) {
   // Every vertex of the first quarter occurs three more times, in another order. The distance from
   // most sources to their copies is therefore the same.
@@ -253,6 +251,8 @@ TEST(TermColumn, CopiedVerticesCostAlmostNothing) {
   EXPECT_EQ(decoded, Bytes(bytes.begin(), bytes.end()));
 }
 
+// For each component, the coder would need memory for every live vertex. Wide arrays are therefore
+// coded with zstd only.
 TEST(TermColumn, WideArraysAreLeftToZstd) {
   Schema schema;
   schema.blocks = {{1, "", CellShape::hexahedron, 8}};

@@ -591,7 +591,8 @@ auto TermColumn::encode(const Elements& elements, const std::byte* values, std::
 bool TermColumn::begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit,
                              TermScratch& scratch) {
   codec_ = codec;
-  next_ = 0;
+  next_ = next_own_ = 0;
+  copies_.clear();
   if (codec == Codec::terms) return read_terms(bytes, limit / element_bytes(), scratch);
   auto unpacked = unpack_shuffled(bytes, width_, limit);
   if (!unpacked || unpacked->size() % element_bytes() != 0) return false;
@@ -625,8 +626,6 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
 
 /// Reads the list of copied vertices, if the group has one, and the header of each component.
 bool TermColumn::read_heads(ByteReader& in, TermScratch& scratch) {
-  copies_.clear();
-  next_own_ = 0;
   own_count_ = count_;
   std::uint8_t head = in.get_u8();
   if (head == kCopiedVertices) {
@@ -694,7 +693,7 @@ bool TermColumn::decode(const Elements& elements, std::vector<std::byte>& out,
   const std::size_t count = elements.count, bytes = element_bytes(), offset = out.size();
   if (count > count_ - next_) return false;
   if (count == 0) return true;
-  if (codec_ == Codec::terms && !copies_.empty() && elements.vertices.empty()) return false;
+  if (!copies_.empty() && elements.vertices.empty()) return false;
   if (may_have_terms_) make_room_for_slots(elements);
   if (codec_ == Codec::shuffled_zstd) {
     const auto from = unpacked_.begin() + static_cast<std::ptrdiff_t>(next_ * bytes);
@@ -708,8 +707,7 @@ bool TermColumn::decode(const Elements& elements, std::vector<std::byte>& out,
         if (!decode_component(c, elements, out.data() + offset + c * width_, scratch)) return false;
     }
   }
-  if (codec_ == Codec::terms && !copies_.empty())
-    next_own_ += copies_.count_own(to_size(next_), count);
+  next_own_ += count_own(count);
   next_ += count;
   return true;
 }
@@ -822,13 +820,16 @@ void TermColumn::decode_together(const Elements& elements, std::byte* out, TermS
   for (std::size_t c = 0; c < kTogether; ++c) save_values(c, words[c], out + c * width_);
 }
 
+/// Returns how many of the next `count` elements are not copied vertices.
+std::size_t TermColumn::count_own(std::size_t count) const {
+  return copies_.empty() ? count : copies_.count_own(to_size(next_), count);
+}
+
 void TermColumn::take_residuals(const Component& component, std::span<std::uint64_t> words) const {
-  const std::size_t own =
-      copies_.empty() ? words.size() : copies_.count_own(to_size(next_), words.size());
+  const std::size_t own = count_own(words.size());
   // If the residuals have 0 bytes each, unpacked_ may be empty and must not be indexed.
-  const std::byte* const planes = component.width == 0 ? nullptr
-                                                       : unpacked_.data() + component.planes +
-                                                             (copies_.empty() ? next_ : next_own_);
+  const std::byte* const planes =
+      component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_own_;
   get_words(planes, to_size(own_count_), component.width, words.first(own));
   if (!copies_.empty()) copies_.insert_copies(to_size(next_), words);
 }

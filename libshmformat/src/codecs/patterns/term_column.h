@@ -23,7 +23,8 @@
 namespace shm {
 
 /// Largest total number of components of the columns that are coded by terms. Each component needs
-/// 8 bytes per live vertex, or 16 bytes with a table. Frozen: part of the format.
+/// 8 bytes per live vertex, or 16 bytes with a table, and up to 512 KB in a group with copied
+/// vertices. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTermComponents = 32;
 
 /// Temporary buffers. Columns share them, because columns are coded one after another.
@@ -155,6 +156,7 @@ class TermColumn {
   void decode_floats(std::size_t c, const Elements& elements, std::byte* out);
   bool can_decode_together(const Elements& elements) const;
   void decode_together(const Elements& elements, std::byte* out, TermScratch& scratch);
+  std::size_t count_own(std::size_t count) const;
   void take_residuals(const Component& component, std::span<std::uint64_t> words) const;
   [[gnu::cold]] void copy_vertex(Component& component, std::size_t e, std::uint64_t& word) const;
   void save_values(std::size_t c, std::span<std::uint64_t> indices, std::byte* out) const;

@@ -61,10 +61,10 @@ class ColumnPlanner {
                                std::size_t stride, Level level);
 
  private:
-  EncodedColumn encode_at(const TiledItems& elements, const std::byte* values, std::size_t stride,
-                          Level level, const std::byte* reference);
   using Bits = std::vector<std::vector<std::uint64_t>>;  // bits of values, by component and element
 
+  EncodedColumn encode_at(const TiledItems& elements, const std::byte* values, std::size_t stride,
+                          Level level, const std::byte* reference);
   std::size_t covered_count(const TiledItems& elements) const;
   Bits bits_of(const std::byte* values, std::size_t stride, std::size_t count) const;
   const Bits& stored_bits(const Bits& bits, Bits& rounded) const;
