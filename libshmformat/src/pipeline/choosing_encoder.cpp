@@ -20,6 +20,9 @@ constexpr std::size_t kFirstPieces = 3;
 /// Limit on the excess size of the shifts codec, used if size matters more than speed. With shifts,
 /// the sample may be larger than with another codec by 1/kShiftShare of the other codec's size.
 constexpr std::uint64_t kShiftShare = 25;
+/// In a segment that is longer than the sample, a slower codec must save 1/kSlowerSaves of the
+/// bytes, except at level best. A smaller difference may be reversed after the sample.
+constexpr std::uint64_t kSlowerSaves = 128;
 /// A round of the race between codecs. The final round, which codes the whole sample, is not in
 /// kRounds.
 struct Round {
@@ -298,12 +301,16 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
   return {};
 }
 
-/// Returns the runner with the smallest size; of several, the one with the fastest codec.
-/// Precondition: `runners` is not empty, and is sorted from the fastest to the slowest codec.
-auto ChoosingEncoder::best_of(std::span<Runner> runners) -> Runner& {
-  return *std::min_element(runners.begin(), runners.end(), [](const Runner& a, const Runner& b) {
-    return a.size.all() < b.size.all();
-  });
+/// Returns the best runner. Precondition: `runners` is not empty, and is sorted from the fastest to
+/// the slowest codec.
+auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
+  const bool is_longer = sample_cells_ >= trial_.sample_cells && trial_.level != Level::best;
+  Runner* best = &runners[0];
+  for (Runner& runner : runners.subspan(1)) {
+    const std::uint64_t least = best->size.all();
+    if (runner.size.all() + (is_longer ? least / kSlowerSaves : 0) < least) best = &runner;
+  }
+  return *best;
 }
 
 Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other) const {

@@ -99,7 +99,7 @@ class ChoosingEncoder {
   static std::uint64_t coded_values(Runner& runner);
   Result<void> run(std::vector<Runner>& runners, std::size_t pieces, Values values) const;
   void drop(std::vector<Runner>& runners, ConnectivityCodec codec);
-  static Runner& best_of(std::span<Runner> runners);
+  Runner& best_of(std::span<Runner> runners) const;
 
   const Schema* schema_;
   std::uint32_t group_cells_;
