@@ -1,5 +1,5 @@
-// Tests which codec a Writer chooses for hexahedra by default: no other codec may result in a
-// smaller file.
+// Tests which codec a Writer chooses for hexahedra: at level default, no other codec may result in
+// a file that is clearly smaller.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -31,7 +31,7 @@ ConnectivityCodec codec_of(const TestMesh& mesh, const WriteOptions& options = {
   return summary->totals.segment_connectivity[0];
 }
 
-TEST(CodecChoice, TheSmallerOneWins) {
+TEST(CodecChoice, ASlowerCodecMustSaveAFewPercent) {
   using enum ConnectivityCodec;
   TestMesh scrambled = grid(12, 12, 12);
   std::mt19937_64 random(9);
@@ -42,8 +42,8 @@ TEST(CodecChoice, TheSmallerOneWins) {
       const std::uint64_t smallest =
           std::min(bytes_with(ordered, rows), bytes_with(ordered, replay));
       EXPECT_EQ(bytes_with(ordered, automatic), bytes_with(ordered, codec_of(ordered)));
-      EXPECT_LE(bytes_with(ordered, automatic),
-                smallest + 8);  // the Writer compares only bitstreams
+      // A slower codec must save 1/64 of the bitstreams.
+      EXPECT_LE(bytes_with(ordered, automatic), smallest + smallest / 64 + 8);
     }
   }
 }
@@ -153,9 +153,11 @@ TEST(CodecChoice, DefaultTakesShiftsWhereValuesAreAsSmall) {
   expect_round_trip(large, {}, &by_number);
   expect_round_trip(large, {.connectivity = replay}, &over_surface);
   EXPECT_LE(by_number.streams.at("geometry") * 100, over_surface.streams.at("geometry") * 101);
-  // The writer does not choose shifts if the mesh is too small, if it has no rows, or if every
-  // hundredth cell is out of order.
-  EXPECT_NE(codec_of(bent_grid(31, 32, 33), {}), shifts);
+  // A mesh that is shorter than the sample
+  const TestMesh small = bent_grid(15, 16, 17);
+  EXPECT_LE(bytes_with(small, automatic) * 100, bytes_with(small, rows) * 103);
+  // The writer does not choose shifts if the mesh has no rows, or if every hundredth cell is out of
+  // order.
   EXPECT_NE(codec_of(shuffled(large), {}), shifts);
   TestMesh disturbed = large;
   for (std::size_t i = 0; i + 50 < disturbed.cells.size(); i += 100)

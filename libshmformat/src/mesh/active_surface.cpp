@@ -88,6 +88,7 @@ void ActiveSurface::remove_face(std::uint32_t slot) {
       faces_[mate / 4].mate[mate % 4] = kNone;
   }
   face.alive = false;
+  ++removed_faces_;
   free_faces_.push_back(slot);
   const std::uint32_t owner = face.cell;
   if (--cell_faces_[owner] == 0 && owner != current_cell_) free_cells_.push_back(owner);

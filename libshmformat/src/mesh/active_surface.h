@@ -126,6 +126,8 @@ class ActiveSurface {
     return oldest_ == introduced_.size() ? next_id_ : introduced_[oldest_].id;
   }
   std::uint64_t active_vertices() const { return active_vertices_; }
+  /// Returns the number of calls to remove_face().
+  std::uint64_t removed_faces() const { return removed_faces_; }
   std::uint32_t vertex_slots() const { return static_cast<std::uint32_t>(vertices_.size()); }
   std::uint32_t cell_slots() const { return static_cast<std::uint32_t>(cell_faces_.size()); }
 
@@ -174,7 +176,7 @@ class ActiveSurface {
   std::vector<std::uint32_t> free_faces_, free_cells_;
   std::vector<Introduced> introduced_;
   std::size_t oldest_ = 0;  // index in introduced_; all vertices before this index are finalized
-  std::uint64_t next_id_ = 0, active_vertices_ = 0;
+  std::uint64_t next_id_ = 0, active_vertices_ = 0, removed_faces_ = 0;
   std::uint32_t current_cell_ = kNone;
 };
 

@@ -20,9 +20,10 @@ constexpr std::size_t kFirstPieces = 3;
 /// Limit on the excess size of the shifts codec, used if size matters more than speed. With shifts,
 /// the sample may be larger than with another codec by 1/kShiftShare of the other codec's size.
 constexpr std::uint64_t kShiftShare = 25;
-/// In a segment that is longer than the sample, a slower codec must save 1/kSlowerSaves of the
-/// bytes, except at level best. A smaller difference may be reversed after the sample.
-constexpr std::uint64_t kSlowerSaves = 128;
+/// A slower codec must save 1/kSlowerSaves of the bytes, except at level best. It need not save
+/// this share of the bytes of the shifts codec, because the size of the values differs more between
+/// shifts and other codecs, and may only have been estimated.
+constexpr std::uint64_t kSlowerSaves = 64;
 /// A round of the race between codecs. The final round, which codes the whole sample, is not in
 /// kRounds.
 struct Round {
@@ -36,9 +37,9 @@ struct Round {
 };
 constexpr std::array<Round, 3> kRounds = {
     {{1, 10, 256, false}, {3, 20, 256, true}, {10, 50, 128, true}}};
-/// Factor that increases the allowed excess size of the shifts codec. The codec then stays in the
-/// race longer than other codecs, because it needs fewer bytes in later rows.
-constexpr std::uint64_t kShiftPatience = 2;
+/// Factor that increases the allowed excess size of all codecs but the slowest. These codecs stay
+/// in the race longer, because they need fewer bytes in later rows.
+constexpr std::uint64_t kFasterPatience = 2;
 /// At level fast, segments with at most kFewCells cells use the codec `rows`. Their files are then
 /// up to half as large, and coding so few cells takes about a millisecond with any codec. At level
 /// best, they may use `rows`, because the models of `mixed` need more cells to adapt.
@@ -192,7 +193,7 @@ auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
     for (const Runner& runner : runners) least = std::min(least, runner.size.all());
     for (ConnectivityCodec codec : candidates(is_over)) {
       const Runner* runner = find(runners, codec);
-      const std::uint64_t times = codec == ConnectivityCodec::shifts ? kShiftPatience : 1;
+      const std::uint64_t times = codec != trial_.codecs.back() ? kFasterPatience : 1;
       if (runner && runner->size.all() > least + least * times / round.share + round.bytes)
         drop(runners, codec);
     }
@@ -233,7 +234,8 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
   while (runners.size() > 1) {
     std::vector<Runner> two;
     for (Runner& runner : std::span(runners).first(2)) two.push_back(std::move(runner));
-    if (auto status = run(two, sample_.size(), Values::grown); !status) return status.error();
+    const Values values = is_over ? Values::estimated : Values::grown;
+    if (auto status = run(two, sample_.size(), values); !status) return status.error();
     runners.erase(runners.begin());
     runners[0] = std::move(best_of(two));
     if (Runner* shifts = find(two, ConnectivityCodec::shifts); shifts && shifts->encoder)
@@ -304,11 +306,12 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
 /// Returns the best runner. Precondition: `runners` is not empty, and is sorted from the fastest to
 /// the slowest codec.
 auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
-  const bool is_longer = sample_cells_ >= trial_.sample_cells && trial_.level != Level::best;
   Runner* best = &runners[0];
   for (Runner& runner : runners.subspan(1)) {
     const std::uint64_t least = best->size.all();
-    if (runner.size.all() + (is_longer ? least / kSlowerSaves : 0) < least) best = &runner;
+    const bool saves = trial_.level != Level::best && best->codec != ConnectivityCodec::shifts;
+    const std::uint64_t saved = saves ? least / kSlowerSaves : 0;
+    if (runner.size.all() + saved < least) best = &runner;
   }
   return *best;
 }

@@ -106,6 +106,7 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     order[place] = i;
   }
   std::array<Above, 4> sides{};
+  std::uint32_t shared_count = 0;
   std::uint32_t yes = 0;  // bit i is set if the side at edge i of the gate (the face to which this
                           // hexahedron is attached) is shared with an earlier hexahedron
   for (std::uint32_t i : order) {
@@ -137,7 +138,9 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     auto& model = side_[std::min<std::uint32_t>(face.fan[i], 7)][evidence]
                        [work_.owner->shared >> side & 1][candidate ? 1 : 0][hits_ & 1];
     if constexpr (Coder::kMixes) about_side(symbols, gate * 4 + i, evidence, candidate, yes);
-    if (share(symbols, model, side, mate / 4, a, b, upper.a, upper.b)) yes |= bit(i);
+    if (!share(symbols, model, side, mate / 4, a, b, upper.a, upper.b)) continue;
+    yes |= bit(i);
+    ++shared_count;
   }
   // Code whether the far face (the face opposite to the gate) is shared with an earlier hexahedron.
   // The far face is found across the top edges of the shared sides.
@@ -160,9 +163,8 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
         const FaceEdge other = surface_->mate(sides[j].top);
         support += other != kNone && other / 4 == mate / 4 ? 1 : 0;
       }
-    auto& model =
-        far_[std::min<std::uint32_t>(surface_->fan(sides[i].top), 7)][support]
-            [static_cast<std::uint32_t>(std::popcount(yes))][work_.owner->shared >> far_side & 1];
+    auto& model = far_[std::min<std::uint32_t>(surface_->fan(sides[i].top), 7)][support]
+                      [shared_count][work_.owner->shared >> far_side & 1];
     if constexpr (Coder::kMixes) about_far(symbols, sides[i].top, mate);
     share(symbols, model, far_side, mate / 4, c, d, upper.a, upper.b);
     return;
@@ -407,6 +409,14 @@ void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   // attached. It will probably use their vertices, so this hexahedron is probably not the last that
   // uses them
   list_candidates();
+  std::array<std::uint32_t, 8> slots{}, wanted{};  // wanted: number of candidates with this vertex
+  std::copy_n(cell.slots.begin(), 8, slots.begin());
+  for (std::uint32_t n = 0; n < candidate_count_; ++n) {
+    const Quad quad = surface_->face(candidates_[n].face).quad;
+    for (std::size_t i = 0; i < 8; ++i)
+      wanted[i] += static_cast<std::uint32_t>(slots[i] == quad[0]) | (slots[i] == quad[1]) |
+                   (slots[i] == quad[2]) | (slots[i] == quad[3]);
+  }
   const std::uint32_t owner_finals = work_.owner != nullptr ? owner_.finals : 0;
   for (std::uint32_t i = 0; i < 8; ++i) {
     const std::uint32_t b = kCornerBits[i];
@@ -417,18 +427,12 @@ void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
       cell.last_use[i] = 0;
       continue;
     }
-    const auto& vertex = surface_->vertex(cell.slots[i]);
-    std::uint32_t next_uses = 0;
-    for (std::uint32_t n = 0; n < candidate_count_; ++n) {
-      const Quad& quad = surface_->face(candidates_[n].face).quad;
-      const std::uint32_t slot = cell.slots[i];
-      next_uses += std::find(quad.begin(), quad.end(), slot) != quad.end() ? 1 : 0;
-    }
+    const auto& vertex = surface_->vertex(slots[i]);
     auto& model =
-        final_[open_faces_of_others(cell.slots[i])][std::min(vertex.face_count, 7u)]
+        final_[open_faces_of_others(slots[i])][std::min(vertex.face_count, 7u)]
               [std::min(vertex.uses, 8u)][(owner_finals >> b & 1) * 2 + (last_finals_ >> b & 1)]
-              [std::min(next_uses, 2u)];
-    if constexpr (Coder::kMixes) about_last_use(symbols, record, b, cell.slots[i], next_uses);
+              [std::min(wanted[i], 2u)];
+    if constexpr (Coder::kMixes) about_last_use(symbols, record, b, slots[i], wanted[i]);
     const bool last = symbols.bit(model, cell.last_use[i] != 0);
     cell.last_use[i] = last ? 1 : 0;
     if (last) record.finals |= static_cast<std::uint8_t>(bit(b));

@@ -177,7 +177,11 @@ class RowHexahedra {
 
   // Functions that code faces and corners
   void take_gate(std::uint32_t face);
-  bool is_shared(std::uint32_t face) const;
+  bool is_shared(std::uint32_t face) const {
+    bool found = false;
+    for (const std::uint32_t shared : work_.shared) found |= shared == face;
+    return found;
+  }
   void code_sides(Coder& symbols, std::uint32_t gate);
   bool share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face, std::uint32_t a,
              std::uint32_t b, std::uint32_t above_a, std::uint32_t above_b);
@@ -254,6 +258,8 @@ class RowHexahedra {
   };
   std::array<Candidate, 6> candidates_{};
   std::uint32_t candidate_count_ = 0;
+  // Value of ActiveSurface::removed_faces() when the candidates were listed; ~0: not listed yet
+  std::uint64_t candidates_at_ = ~std::uint64_t{0};
 
   // Contexts of the next decisions
   std::uint32_t hits_ =

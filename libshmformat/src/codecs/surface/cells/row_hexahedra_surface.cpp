@@ -13,6 +13,21 @@ namespace {
 
 constexpr std::uint32_t kChainLength = 32;
 
+/// Returns true if two of the eight numbers are equal.
+bool has_repeats(const std::array<std::uint32_t, 8>& numbers) {
+  std::array<std::uint32_t, 12> cyclic{};  // so that each number is followed by the next four
+  for (std::size_t i = 0; i < 12; ++i) cyclic[i] = numbers[i % 8];
+  std::uint32_t found = 0;
+  for (std::size_t distance = 1; distance <= 4; ++distance)
+    for (std::size_t i = 0; i < 8; ++i)
+      found |= static_cast<std::uint32_t>(cyclic[i] == cyclic[i + distance]);
+  return found != 0;
+}
+
+/// Returns true if exactly one bit is set. (std::has_single_bit() calls a function on processors
+/// without an instruction that counts bits.)
+bool is_one_axis(std::uint32_t bits) { return bits != 0 && (bits & (bits - 1)) == 0; }
+
 }  // namespace
 
 // --- the gate
@@ -25,8 +40,12 @@ std::uint32_t RowHexahedra<Coder>::live_face(std::uint32_t cell, std::uint32_t s
   return entry.alive && entry.cell == cell && entry.side == side ? face : kNone;
 }
 
+/// Lists the candidates for the gate of the next hexahedron. The list is still valid if no face has
+/// been removed since it was made for the same hexahedra.
 template <class Coder>
 void RowHexahedra<Coder>::list_candidates() {
+  if (candidates_at_ == surface_->removed_faces()) return;
+  candidates_at_ = surface_->removed_faces();
   candidate_count_ = 0;
   for (std::uint32_t n = 0; n < owner_count_; ++n) {
     const Owner& owner = owners_[n];
@@ -288,11 +307,6 @@ bool RowHexahedra<Coder>::code_recent(Coder& symbols, std::uint32_t& face) {
   return cell != kNone && code_side(symbols, kRecentSide, cell, face);
 }
 
-template <class Coder>
-bool RowHexahedra<Coder>::is_shared(std::uint32_t face) const {
-  return std::find(work_.shared.begin(), work_.shared.end(), face) != work_.shared.end();
-}
-
 /// Returns the cell slot of the hexahedron with sequence number `sequence`, or kNone if its record
 /// has been removed.
 template <class Coder>
@@ -353,7 +367,7 @@ std::uint8_t RowHexahedra<Coder>::orientation_across(std::uint32_t side) const {
     there[i] = stored[kFaceBits[face.side][i] ^ kFaceAxis[face.side]];
   }
   const std::uint32_t u = here[0] ^ here[1], v = here[0] ^ here[3];
-  if ((here[0] | here[1] | here[3]) > 7 || std::popcount(u) != 1 || std::popcount(v) != 1 || u == v)
+  if ((here[0] | here[1] | here[3]) > 7 || !is_one_axis(u) || !is_one_axis(v) || u == v)
     return kOrientationCount;
   std::array<std::uint32_t, 5> image{};
   image[u] = there[0] ^ there[1];
@@ -460,6 +474,7 @@ void RowHexahedra<Coder>::attach(CellTopology& cell) {
   // Store the hexahedra across shared faces, the oldest first. The next hexahedron is probably
   // adjacent to them.
   owner_count_ = 0;
+  candidates_at_ = ~std::uint64_t{0};
   std::uint8_t shared_mask = 0;
   for (std::uint32_t k = 0; k < 6; ++k) {
     if (work_.shared[k] == kNone) continue;
@@ -487,9 +502,10 @@ void RowHexahedra<Coder>::attach(CellTopology& cell) {
   coded_.push_back({record.sequence, cell.cell_slot});
   record.shared = shared_mask;
   record.introduced = work_.introduced;
-  for (std::uint32_t i = 1; i < 8; ++i)
-    for (std::uint32_t j = 0; j < i; ++j)
-      if (v[i] == v[j]) record.repeats |= static_cast<std::uint8_t>(bit(i));
+  if (has_repeats(v))
+    for (std::uint32_t i = 1; i < 8; ++i)
+      for (std::uint32_t j = 0; j < i; ++j)
+        if (v[i] == v[j]) record.repeats |= static_cast<std::uint8_t>(bit(i));
   last_cell_ = cell.cell_slot;
 
   std::array<std::uint32_t, 6> face{};
@@ -501,7 +517,8 @@ void RowHexahedra<Coder>::attach(CellTopology& cell) {
     std::uint32_t same = 0;
     bool room = true;
     for (std::uint32_t i = 0; i < 4; ++i) {
-      for (std::uint32_t j = 0; j < i; ++j) same += quad[i] == quad[j] ? 1 : 0;
+      if (record.repeats != 0)
+        for (std::uint32_t j = 0; j < i; ++j) same += quad[i] == quad[j] ? 1 : 0;
       room = room && surface_->vertex(quad[i]).face_count < kMaxFacesAtVertex;
     }
     if (same > 1 || !room) continue;
