@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <iterator>
 #include <span>
 #include <utility>
 
+#include "base/threads.h"
+#include "base/workers.h"
 #include "codecs/registry.h"
 
 namespace shm {
@@ -45,6 +48,9 @@ constexpr std::uint64_t kFasterPatience = 2;
 /// best, they may use `rows`, because the models of `mixed` need more cells to adapt.
 constexpr std::size_t kFewCells = 128;
 
+/// A sample with fewer cells is coded by one thread. Starting threads takes about as long as coding
+/// a few hundred cells.
+constexpr std::size_t kAloneCells = 4096;
 /// Largest total number of components of static arrays for which several codecs are tried. Each
 /// codec in the race stores a copy of all values. With more components, the cells are only a small
 /// part of the file.
@@ -135,6 +141,37 @@ Result<void> ChoosingEncoder::advance(Runner& runner, std::size_t pieces) const 
   return {};
 }
 
+/// Calls work(runner) for each runner, in several threads if the trial allows it.
+template <class Work>
+Result<void> ChoosingEncoder::for_each(std::span<Runner> runners, const Work& work) const {
+  struct Outcome {
+    Result<void> result;
+    Thrown thrown;
+  };
+  std::vector<Outcome> outcomes(runners.size());
+  std::atomic<std::size_t> next = 0;
+  const auto work_on = [&] {
+    for (std::size_t r = next++; r < runners.size(); r = next++) {
+      try {
+        outcomes[r].result = work(runners[r]);
+      } catch (...) {
+        outcomes[r].thrown = caught();
+      }
+    }
+  };
+  const std::size_t threads =
+      sample_cells_ < kAloneCells ? 1 : std::min<std::size_t>(trial_.threads, runners.size());
+  {
+    const Workers workers(static_cast<unsigned>(threads - 1), work_on);
+    work_on();
+  }
+  for (Outcome& outcome : outcomes) {
+    if (outcome.thrown) throw_again(outcome.thrown);
+    if (!outcome.result) return outcome.result;
+  }
+  return {};
+}
+
 Result<void> ChoosingEncoder::go_on_with(Runner& runner, std::vector<EncodedGroup>& done) {
   if (auto status = advance(runner, sample_.size()); !status) return status;
   std::move(runner.done.begin(), runner.done.end(), std::back_inserter(done));
@@ -209,11 +246,14 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
   if (is_first || ends) {
     const Values values = ends ? Values::grown : Values::estimated;
     if (auto status = run(runners, sample_.size(), values); !status) return status.error();
-    if (ends)
-      for (Runner& runner : runners) {
+    if (ends) {
+      const auto end = [](Runner& runner) -> Result<void> {
         runner.encoder->end(runner.done);
         runner.size = runner.encoder->size();
-      }
+        return {};
+      };
+      if (auto status = for_each(runners, end); !status) return status.error();
+    }
     return std::move(best_of(runners));
   }
   if (lies_in_a_layer()) {
@@ -269,19 +309,16 @@ std::uint64_t ChoosingEncoder::coded_values(Runner& runner) {
 Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces,
                                   Values values) const {
   const std::uint64_t bytes = value_bytes(pieces);
-  // The values of the slowest codec are measured first. The result may be used for other runners,
-  // too.
-  Runner* const first = &runners.back();
+  const auto go_on = [&](Runner& runner) { return advance(runner, pieces); };
+  if (auto status = for_each(runners, go_on); !status) return status;
   RatedDomains rated;
-  const auto size_of = [&](Runner& runner, bool estimates) -> Result<void> {
-    if (auto status = advance(runner, pieces); !status) return status;
+  const auto take_size = [&](Runner& runner, bool estimates) {
     const SegmentSize before = std::exchange(runner.size, runner.encoder->size());
     if (estimates)
       runner.size.values += runner.encoder->about_values(rated);
     else if (runner.value_bytes > 0)
       runner.size.values = before.values * bytes / runner.value_bytes;
     runner.value_bytes = bytes;
-    return {};
   };
   // If the shifts codec competes, code the values to measure their size. Estimates do not show
   // reliably whether predicting values by vertex numbers or from neighbours on the surface needs
@@ -290,16 +327,22 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
       find(runners, ConnectivityCodec::shifts) &&
       (trial_.level == Level::best ? values != Values::grown : values == Values::estimated_last);
   const bool estimates = values != Values::grown && !codes;
-  if (auto status = size_of(*first, estimates || first->size.values == 0); !status) return status;
-  if (codes) first->size.values = coded_values(*first);
-  for (Runner& runner : runners) {
-    if (&runner == first) continue;
-    if (auto status = size_of(runner, estimates); !status) return status;
-    if (codes) runner.size.values = coded_values(runner);
-    // In the first round, the neighbours of a vertex are about the same for all codecs. Therefore
-    // one estimate of the size of the values is used for all codecs.
-    if (runner.size.values == 0) runner.size.values = first->size.values;
+  // The values of the slowest codec are measured first. The result may be used for other runners,
+  // too.
+  Runner& first = runners.back();
+  take_size(first, estimates || first.size.values == 0);
+  for (Runner& runner : std::span(runners).first(runners.size() - 1)) take_size(runner, estimates);
+  if (codes) {
+    const auto code = [](Runner& runner) -> Result<void> {
+      runner.size.values = coded_values(runner);
+      return {};
+    };
+    if (auto status = for_each(runners, code); !status) return status;
   }
+  // In the first round, the neighbours of a vertex are about the same for all codecs. Therefore one
+  // estimate of the size of the values is used for all codecs.
+  for (Runner& runner : runners)
+    if (runner.size.values == 0) runner.size.values = first.size.values;
   return {};
 }
 

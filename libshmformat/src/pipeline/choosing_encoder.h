@@ -44,6 +44,8 @@ struct CodecTrial {
   /// Number of cells in the sample. The sample is the beginning of a segment, and codecs are tried
   /// on it. If a segment is shorter, the sample is the whole segment.
   std::size_t sample_cells = 16384;
+  /// Number of threads that may code the sample. Each codec is coded by one thread.
+  unsigned threads = 1;
 };
 
 /// Returns the codecs to try at `level`, from the fastest to the slowest. If `codec` is not
@@ -87,6 +89,8 @@ class ChoosingEncoder {
   Result<void> choose(bool is_over, std::vector<EncodedGroup>& done);
   std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const;
   Result<void> advance(Runner& runner, std::size_t pieces) const;
+  template <class Work>
+  Result<void> for_each(std::span<Runner> runners, const Work& work) const;
   Result<void> go_on_with(Runner& runner, std::vector<EncodedGroup>& done);
   Result<Runner> smallest(bool is_over);
   Result<Runner> finish_race(std::vector<Runner>& runners, bool is_over);

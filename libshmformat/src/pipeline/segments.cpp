@@ -96,6 +96,7 @@ CodecTrial SegmentQueue::trial() const {
       codecs.empty() ? options_->connectivity
                      : codecs[std::min<std::size_t>(start_.segment, codecs.size() - 1)];
   CodecTrial trial = trial_for(*schema_, codec, options_->level);
+  trial.threads = thread_count(options_->threads);
   trial.with_order = schema_->order != Order::keep || options_->coding_order != nullptr;
   return trial;
 }
