@@ -1,6 +1,8 @@
-// Workers: a group of threads. No other file of the library starts threads.
+// Workers: a group of threads; in_threads(): a loop that several threads share. No other file of
+// the library starts threads.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -11,6 +13,11 @@ namespace shm {
 /// Returns `wanted`, or the number of hardware threads if `wanted` is 0. Returns 1 in a build
 /// without threads.
 unsigned thread_count(unsigned wanted);
+
+/// Calls work(i) for each i below `count`, in up to `threads` threads, one of which is the
+/// caller's. Returns when all calls have returned. If calls throw, rethrows the exception of the
+/// lowest i.
+void in_threads(unsigned threads, std::size_t count, const std::function<void(std::size_t)>& work);
 
 class Workers {
  public:

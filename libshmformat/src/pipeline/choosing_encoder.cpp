@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <iterator>
 #include <span>
 #include <utility>
 
-#include "base/threads.h"
 #include "base/workers.h"
 #include "codecs/registry.h"
 
@@ -144,32 +142,12 @@ Result<void> ChoosingEncoder::advance(Runner& runner, std::size_t pieces) const 
 /// Calls work(runner) for each runner, in several threads if the trial allows it.
 template <class Work>
 Result<void> ChoosingEncoder::for_each(std::span<Runner> runners, const Work& work) const {
-  struct Outcome {
-    Result<void> result;
-    Thrown thrown;
-  };
-  std::vector<Outcome> outcomes(runners.size());
-  std::atomic<std::size_t> next = 0;
-  const auto work_on = [&] {
-    for (std::size_t r = next++; r < runners.size(); r = next++) {
-      try {
-        outcomes[r].result = work(runners[r]);
-      } catch (...) {
-        outcomes[r].thrown = caught();
-      }
-    }
-  };
-  const std::size_t threads =
-      sample_cells_ < kAloneCells ? 1 : std::min<std::size_t>(trial_.threads, runners.size());
-  {
-    const Workers workers(static_cast<unsigned>(threads - 1), work_on);
-    work_on();
-  }
-  for (Outcome& outcome : outcomes) {
-    if (outcome.thrown) throw_again(outcome.thrown);
-    if (!outcome.result) return outcome.result;
-  }
-  return {};
+  std::vector<Result<void>> results(runners.size());
+  in_threads(sample_cells_ < kAloneCells ? 1 : trial_.threads, runners.size(),
+             [&](std::size_t r) { results[r] = work(runners[r]); });
+  const auto failed = std::find_if_not(results.begin(), results.end(),
+                                       [](const Result<void>& result) { return bool(result); });
+  return failed == results.end() ? Result<void>() : *failed;
 }
 
 Result<void> ChoosingEncoder::go_on_with(Runner& runner, std::vector<EncodedGroup>& done) {
