@@ -60,9 +60,11 @@ Real real_at(const std::byte* from, ScalarType type) {
   });
 }
 
-std::string element_type(CellShape shape, std::uint32_t nodes) {
+// Returns the element type of cells with this shape. `any_size`: true if the mesh came from an
+// Exodus file, so that the nodes have the order of Exodus even if their number is unusual.
+std::string element_type(CellShape shape, std::uint32_t nodes, bool any_size) {
   const auto sized = [nodes](const char* family) { return family + std::to_string(nodes); };
-  switch (shape) {
+  switch (any_size || has_element_type(shape, nodes) ? shape : CellShape::other) {
     case CellShape::vertex: return "SPHERE";
     case CellShape::line: return sized("BAR");
     case CellShape::triangle: return sized("TRI");
@@ -327,7 +329,9 @@ class ForeignWriter {
       const std::string section = "element block " + std::to_string(ids_[g]);
       const std::uint64_t nodes = is_polygons(group) ? group.nodes : group.nodes_per_cell;
       check(ex_put_block(exoid_, EX_ELEM_BLOCK, ids_[g],
-                         element_type(block.shape, group.nodes_per_cell).c_str(),
+                         element_type(block.shape, group.nodes_per_cell,
+                                      info_.schema.source_format == "exodus")
+                             .c_str(),
                          static_cast<std::int64_t>(group.cells), static_cast<std::int64_t>(nodes),
                          0, 0, 0),
             section);

@@ -77,6 +77,12 @@ class ExodusSource final : public SourceFormat {
     return unescaped(std::string_view(line).substr(line.rfind('\t') + 1)).value_or("");
   }
 
+  // HEX9, HEX16 and hexahedra with yet other numbers of nodes have an order of their own.
+  bool has_model_nodes(const BlockInfo& block) const override {
+    return block.shape != CellShape::hexahedron ||
+           has_element_type(block.shape, block.nodes_per_cell);
+  }
+
   bool is_flat(const MeshInfo& info) const override {
     const Extra* skeleton = find_extra(info, kSkeleton);
     return skeleton != nullptr &&
@@ -121,7 +127,9 @@ class ExodusSource final : public SourceFormat {
   }
 };
 
-bool has_element_type(const BlockInfo& block) { return block.shape != CellShape::other; }
+bool has_type_of_block(const BlockInfo& block) {
+  return has_element_type(block.shape, block.nodes_per_cell);
+}
 
 bool is_short_enough(const std::string& name) {
   constexpr std::size_t kSuffix = 4;  // length of the suffix of a component
@@ -158,7 +166,7 @@ constinit const Format kExodusFormat = {
                      .most_numbers = exodus::most_numbers,
                      .title_bytes = 80,
                      .maps = &kExodusMaps,
-                     .block = exodus::has_element_type,
+                     .block = exodus::has_type_of_block,
                      .name = exodus::is_short_enough},
     .roles = exodus::kRoles,
     .source = &exodus::kSource,

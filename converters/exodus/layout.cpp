@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/stored_value.h"
+#include "mesh/node_orders.h"
 
 namespace shm::converters::exodus {
 namespace {
@@ -511,8 +512,33 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
   return CellShape::other;
 }
 
-std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
-  std::vector<std::uint8_t> places;
+bool has_element_type(CellShape shape, std::uint32_t nodes) {
+  struct Topology {
+    CellShape shape;
+    std::array<std::uint32_t, 4> nodes;
+  };
+  static constexpr std::array<Topology, 8> kTopologies{{
+      {CellShape::vertex, {1}},
+      {CellShape::line, {2, 3, 4}},
+      {CellShape::triangle, {3, 6, 7}},
+      {CellShape::quad, {4, 8, 9}},
+      {CellShape::tetrahedron, {4, 10}},
+      {CellShape::pyramid, {5, 13, 14}},
+      {CellShape::wedge, {6, 15, 18}},
+      {CellShape::hexahedron, {8, 20, 27, 64}},
+  }};
+  if (shape == CellShape::polygon || shape == CellShape::faces || shape == CellShape::polyhedron)
+    return true;
+  return std::any_of(kTopologies.begin(), kTopologies.end(), [&](const Topology& topology) {
+    return topology.shape == shape && nodes != 0 &&
+           std::find(topology.nodes.begin(), topology.nodes.end(), nodes) != topology.nodes.end();
+  });
+}
+
+std::vector<std::uint16_t> node_places(CellShape shape, std::uint32_t nodes) {
+  std::vector<std::uint16_t> places;
+  if (shape == CellShape::hexahedron && nodes == 64)
+    return node_permutation(exodus_hex64(), vtk_hexahedron(3));
   if (nodes > 32) return places;
   const auto identity = [&] {
     for (std::uint8_t i = 0; i < nodes; ++i) places.push_back(i);
@@ -522,8 +548,8 @@ std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
   if (shape == CellShape::hexahedron && (nodes == 20 || nodes == 27)) {
     identity();
     for (std::uint8_t i = 0; i < 4; ++i) {
-      places[12U + i] = static_cast<std::uint8_t>(16 + i);
-      places[16U + i] = static_cast<std::uint8_t>(12 + i);
+      places[12U + i] = static_cast<std::uint16_t>(16 + i);
+      places[16U + i] = static_cast<std::uint16_t>(12 + i);
     }
     if (nodes == 27) {
       // Exodus lists the remaining nodes in this order: the cell centre, then the face centres -z
@@ -534,8 +560,8 @@ std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
   } else if (shape == CellShape::wedge && (nodes == 15 || nodes == 18)) {
     identity();
     for (std::uint8_t i = 0; i < 3; ++i) {
-      places[9U + i] = static_cast<std::uint8_t>(12 + i);
-      places[12U + i] = static_cast<std::uint8_t>(9 + i);
+      places[9U + i] = static_cast<std::uint16_t>(12 + i);
+      places[12U + i] = static_cast<std::uint16_t>(9 + i);
     }
   }
   return places;

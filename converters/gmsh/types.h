@@ -16,7 +16,7 @@ struct GmshType {
   CellShape shape = CellShape::other;
   // Node k in VTK's order is node permutation[k] in Gmsh's order. The permutation is empty if the
   // two orders are equal.
-  std::span<const std::uint8_t> permutation;
+  std::span<const std::uint16_t> permutation;
   bool known() const { return dimension >= 0; }
 };
 

@@ -165,6 +165,11 @@ class SourceFormat {
     return {};
   }
 
+  // Returns true if the nodes of the block's cells have the meaning and order that the mesh model
+  // defines for the shape and number of nodes. Other formats can name the type of these cells only
+  // then.
+  virtual bool has_model_nodes(const BlockInfo&) const { return true; }
+
   // Returns true if the mesh is two-dimensional, so that the sides of its triangles and quads are
   // edges.
   virtual bool is_flat(const MeshInfo&) const { return false; }

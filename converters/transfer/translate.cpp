@@ -46,6 +46,16 @@ class WithExtras final : public ForwardingMesh {
   }
 };
 
+// Gives the shape `other` to blocks whose nodes do not have the order of the mesh model.
+class WithKnownShapes final : public ForwardingMesh {
+ public:
+  WithKnownShapes(MeshSource& source, const SourceFormat& format) : ForwardingMesh(source) {
+    info_ = source.info();
+    for (BlockInfo& block : info_.schema.blocks)
+      if (!format.has_model_nodes(block)) block.shape = CellShape::other;
+  }
+};
+
 // Returns true if the array contains a 64-bit integer beyond 2^53, which a double cannot represent
 // exactly.
 bool beyond_doubles(MeshSource& mesh, std::size_t a) {
@@ -117,6 +127,8 @@ Translation::Translation(MeshSource& source, const std::string& format, const Ca
       losses_.push_back(std::move(loss));
     return;
   }
+  const bool is_own = format_ == from_.schema.source_format;
+  if (!is_own) add(std::make_unique<WithKnownShapes>(*mesh_, source_));
   if (target_.block_numbers) split_blocks(blocks_elsewhere);
   choose_steps(steps);
   const std::vector<BlockInfo> blocks = mesh_->info().schema.blocks;
@@ -224,7 +236,8 @@ void Translation::report_blocks() {
     if (most && block.id > *most)
       losses_.push_back("number of " + block_label(block) + ", which is above " +
                         std::to_string(*most));
-    if (target_.block != nullptr && info.block_cells[b] > 0 && !target_.block(block))
+    const bool is_own = format_ == from_.schema.source_format;
+    if (!is_own && target_.block != nullptr && info.block_cells[b] > 0 && !target_.block(block))
       losses_.push_back("cell type of " + block_label(block) + " (" +
                         std::string(shape_name(block.shape)) + " with " +
                         (block.nodes_per_cell == 0 ? std::string("any number of")

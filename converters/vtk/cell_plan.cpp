@@ -60,6 +60,13 @@ void CellPlan::load_cell_types() {
   }
 }
 
+bool CellPlan::makes_lagrange_cells() const {
+  const std::string& source = info_.schema.source_format;
+  return source != "vtk" && source != "vtu" &&
+         std::find(block_types_.begin(), block_types_.end(), kLagrangeHexahedron) !=
+             block_types_.end();
+}
+
 void CellPlan::load_polyhedra() {
   bool faces_in_extras = false;  // true if the faces are in the extras vtk/polyhedron/...
   for (std::size_t b = 0; b < block_types_.size(); ++b) {
@@ -135,7 +142,7 @@ void CellPlan::file_numbers(std::uint32_t block, std::span<const std::uint64_t> 
   const int type = block_types_[block];
   if (type != kPolyhedron) {
     numbers_.assign(corners.begin(), corners.end());
-    permute_corners(type, numbers_.data(), numbers_.size());
+    permute_nodes(type, numbers_.data(), numbers_.size(), old_numbering_);
     return;
   }
   if (info_.schema.blocks[block].shape == CellShape::faces) return unpack_faces(corners);

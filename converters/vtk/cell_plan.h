@@ -71,6 +71,12 @@ class CellPlan {
   void for_each_filled(std::size_t array, std::uint64_t step, const Values& body);
 
  protected:
+  // Returns true if the mesh is from another format and has Lagrange hexahedra, so that a new file
+  // needs a version with the new numbering.
+  bool makes_lagrange_cells() const;
+  // Sets whether the file has the old numbering of Lagrange and Bezier hexahedra (permute_nodes()).
+  void set_old_numbering(bool old) { old_numbering_ = old; }
+
   MeshSource& mesh_;
   const MeshInfo& info_;
   std::map<std::string, const Extra*> extras_;
@@ -87,7 +93,7 @@ class CellPlan {
   void file_numbers(std::uint32_t block, std::span<const std::uint64_t> corners);
 
   std::vector<int> block_types_;
-  bool has_polyhedra_ = false;
+  bool has_polyhedra_ = false, old_numbering_ = false;
   // Cells with the shape polyhedron, in ascending order of their numbers.
   std::vector<Polyhedron> polyhedra_;
   std::vector<std::int64_t> face_sizes_;

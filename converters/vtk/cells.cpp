@@ -81,7 +81,7 @@ bool CellTable::next_cell() {
   if (type_ == kPolyhedron) unpack_faces();
   if (type_ == kPolyhedron && closed_faces_) closed_faces_ = close_faces();
   if (nodes_.size() > kMaxNodesPerCell) fail_size(nodes_.size());
-  permute_corners(type_, nodes_.data(), nodes_.size());
+  permute_nodes(type_, nodes_.data(), nodes_.size(), old_numbering_);
   ++cell_;
   return true;
 }

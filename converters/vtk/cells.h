@@ -29,6 +29,8 @@ class CellTable {
   // Must be called if the cells come from a list of polygonal data (e.g. POLYGONS). The kind of
   // list and the number of nodes then determine the type of each cell.
   void set_list(EntryKind list) { list_ = list; }
+  // Sets whether the file has the old numbering of Lagrange and Bezier hexahedra (permute_nodes()).
+  void set_old_numbering(bool old) { old_numbering_ = old; }
 
   std::uint64_t cells() const { return cells_; }
 
@@ -72,7 +74,7 @@ class CellTable {
 
   std::string path_;
   std::uint64_t cells_ = 0, cell_ = 0, vertices_ = 0;
-  bool has_offsets_ = false;
+  bool has_offsets_ = false, old_numbering_ = false;
   EntryKind list_ = EntryKind::cells;
   Values rows_, offsets_, types_;  // rows_ contains the connectivity if has_offsets_
   IntegerCursor row_{rows_}, offset_{offsets_}, type_cursor_{types_};

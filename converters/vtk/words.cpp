@@ -5,6 +5,8 @@
 #include <charconv>
 #include <utility>
 
+#include "mesh/node_orders.h"
+
 namespace shm::converters::vtk {
 namespace {
 
@@ -63,8 +65,8 @@ struct CellKind {
 
 // VTK cell types, their shapes in the mesh model, and their numbers of nodes (0: any number). The
 // types with a fixed number of nodes in this table have the same node order in VTK and in the
-// model. shape_of_cell_type() handles all other types, including Lagrange and Bezier cells (68 to
-// 81).
+// model, except for what permute_nodes() changes. shape_of_cell_type() handles all other types.
+// The first type of a shape and a number of nodes is used for meshes of other formats.
 constexpr CellKind kCellKinds[] = {
     {12, CellShape::hexahedron, 8},
     {1, CellShape::vertex, 1},
@@ -92,7 +94,31 @@ constexpr CellKind kCellKinds[] = {
     {kPolyhedron, CellShape::faces, 0},
     {kVoxel, CellShape::hexahedron, 8},
     {kPixel, CellShape::quad, 4},
+    // Lagrange cells, and Bezier cells of order 1
+    {68, CellShape::line, 2},
+    {68, CellShape::line, 3},
+    {68, CellShape::line, 4},
+    {69, CellShape::triangle, 3},
+    {69, CellShape::triangle, 6},
+    {69, CellShape::triangle, 7},
+    {70, CellShape::quad, 4},
+    {70, CellShape::quad, 9},
+    {71, CellShape::tetrahedron, 4},
+    {71, CellShape::tetrahedron, 10},
+    {kLagrangeHexahedron, CellShape::hexahedron, 8},
+    {kLagrangeHexahedron, CellShape::hexahedron, 27},
+    {73, CellShape::wedge, 6},
+    {73, CellShape::wedge, 18},
+    {74, CellShape::pyramid, 5},
+    {75, CellShape::line, 2},
+    {76, CellShape::triangle, 3},
+    {77, CellShape::quad, 4},
+    {78, CellShape::tetrahedron, 4},
+    {kBezierHexahedron, CellShape::hexahedron, 8},
+    {80, CellShape::wedge, 6},
+    {81, CellShape::pyramid, 5},
 };
+constexpr int kFirstLagrange = 68, kFirstBezier = 75, kLastBezier = 81;
 
 constexpr std::array<std::string_view, 5> kDatasets{
     "UNSTRUCTURED_GRID", "STRUCTURED_GRID", "RECTILINEAR_GRID", "STRUCTURED_POINTS", "POLYDATA"};
@@ -220,25 +246,38 @@ std::string_view word_of_scalar(ScalarType type) {
 }
 
 CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
+  const CellKind* other_size = nullptr;
   for (const CellKind& kind : kCellKinds) {
     if (kind.type != type) continue;
     if (kind.nodes == 0 || kind.nodes == nodes) return kind.shape;
-    // Accept a number of nodes that does not match the type, because some writers use the linear
-    // type for second-order cells.
-    const bool in_order = type != kVoxel && type != kPixel;
-    const bool is_kind =
-        in_order &&
-        std::any_of(std::begin(kCellKinds), std::end(kCellKinds), [&](const CellKind& other) {
-          return other.shape == kind.shape && other.nodes == nodes;
-        });
-    return is_kind ? kind.shape : CellShape::other;
+    other_size = &kind;
   }
-  // Lagrange and Bezier hexahedra list the corners first. Cells with 20, 24 or 27 nodes are
-  // excluded, because they could not be distinguished from the quadratic hexahedra above, whose
-  // other nodes have a different order.
-  const bool standard_size = nodes == 20 || nodes == 24 || nodes == 27;
-  if ((type == 72 || type == 79) && nodes >= 8 && !standard_size) return CellShape::hexahedron;
-  return CellShape::other;
+  if (type >= kFirstLagrange && type <= kLastBezier) {
+    // Lagrange and Bezier hexahedra of other orders list the corners first. Cells with 20, 24 or 27
+    // nodes are excluded, because they could not be distinguished from the quadratic hexahedra
+    // above, whose other nodes have a different order or meaning.
+    const bool standard_size = nodes == 20 || nodes == 24 || nodes == 27;
+    const bool is_hexahedron = type == kLagrangeHexahedron || type == kBezierHexahedron;
+    return is_hexahedron && nodes >= 8 && !standard_size ? CellShape::hexahedron : CellShape::other;
+  }
+  // Accept a number of nodes that does not match the type, because some writers use the linear type
+  // for second-order cells.
+  const bool in_order = other_size != nullptr && type != kVoxel && type != kPixel;
+  const bool is_kind =
+      in_order &&
+      std::any_of(std::begin(kCellKinds), std::end(kCellKinds), [&](const CellKind& other) {
+        return other.shape == other_size->shape && other.nodes == nodes;
+      });
+  return is_kind ? other_size->shape : CellShape::other;
+}
+
+bool has_model_nodes(const BlockInfo& block) {
+  const auto type = block.id;
+  if (type >= kFirstBezier && type <= kLastBezier)
+    return std::any_of(std::begin(kCellKinds), std::end(kCellKinds), [&](const CellKind& kind) {
+      return kind.type == type && kind.nodes == block.nodes_per_cell;
+    });
+  return type != kLagrangeHexahedron || order_of_hexahedron(block.nodes_per_cell) > 0;
 }
 
 int cell_type_of_block(const BlockInfo& block) {
@@ -249,7 +288,9 @@ int cell_type_of_block(const BlockInfo& block) {
   for (const CellKind& kind : kCellKinds)
     if (kind.shape == block.shape && (kind.nodes == 0 || kind.nodes == block.nodes_per_cell))
       return kind.type;
-  return kPolyVertex;
+  const bool is_hexahedron = block.shape == CellShape::hexahedron;
+  return is_hexahedron && order_of_hexahedron(block.nodes_per_cell) > 0 ? kLagrangeHexahedron
+                                                                        : kPolyVertex;
 }
 
 bool has_cell_type(const BlockInfo& block) {
@@ -263,10 +304,16 @@ bool has_varying_nodes(int type) {
          type == kPolyhedron;
 }
 
-void permute_corners(int type, std::uint64_t* corners, std::size_t count) {
+void permute_nodes(int type, std::uint64_t* nodes, std::size_t count, bool old_numbering) {
   const bool voxel = type == kVoxel && count == 8;
-  if (voxel || (type == kPixel && count == 4)) std::swap(corners[2], corners[3]);
-  if (voxel) std::swap(corners[6], corners[7]);
+  if (voxel || (type == kPixel && count == 4)) std::swap(nodes[2], nodes[3]);
+  if (voxel) std::swap(nodes[6], nodes[7]);
+  if (!old_numbering || (type != kLagrangeHexahedron && type != kBezierHexahedron)) return;
+  const std::uint32_t order = order_of_hexahedron(count);
+  if (order < 2) return;
+  // The old numbering exchanges the last two of the 12 edges.
+  std::uint64_t* const edge = nodes + 8 + 10 * std::size_t{order - 1};
+  std::swap_ranges(edge, edge + (order - 1), edge + (order - 1));
 }
 
 std::string lower_case(std::string_view text) {

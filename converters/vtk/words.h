@@ -27,7 +27,8 @@ std::string_view word_of_scalar(ScalarType type);
 // vtk/strings/<index>.
 std::optional<ScalarType> array_type_of_word(std::string_view word, bool binary);
 
-inline constexpr int kPixel = 8, kVoxel = 11, kPolyhedron = 42;
+inline constexpr int kPixel = 8, kVoxel = 11, kPolyhedron = 42, kLagrangeHexahedron = 72,
+                     kBezierHexahedron = 79;
 
 // Returns the shape that cells of the VTK type `type` with `nodes` nodes have in the mesh model.
 // `nodes` is 0 if the number of nodes varies.
@@ -39,9 +40,15 @@ int cell_type_of_block(const BlockInfo& block);
 bool has_cell_type(const BlockInfo& block);
 // Returns true if cells of this type may have any number of nodes.
 bool has_varying_nodes(int type);
-// Swaps the corners of a voxel or pixel between VTK's order and the model's. The same permutation
-// works in both directions.
-void permute_corners(int type, std::uint64_t* corners, std::size_t count);
+// Returns true if the nodes of cells of a block have the meaning and order of the mesh model, so
+// that other formats can name the type of these cells. False for Bezier cells above order 1, whose
+// nodes are control points, and for hexahedra whose order differs by axis. `block`: a block of a
+// mesh from a VTK file, whose id is the VTK type.
+bool has_model_nodes(const BlockInfo& block);
+// Permutes the nodes of a cell from VTK's order to the model's: the corners of a voxel or pixel,
+// and the edges of a Lagrange or Bezier hexahedron in a file with `old_numbering` (legacy files
+// before version 5.1, XML files before version 2.1). The same permutation works in both directions.
+void permute_nodes(int type, std::uint64_t* nodes, std::size_t count, bool old_numbering);
 
 std::string lower_case(std::string_view text);
 // Replaces each byte that cannot be part of a word with %XX, the value of the byte in hexadecimal.

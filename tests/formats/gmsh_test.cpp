@@ -449,7 +449,7 @@ TEST_F(GmshTest, SecondOrderNodesStandInVtkOrder) {
   for (int type = 1; type <= 140; ++type) {  // each is a valid permutation
     const auto permutation = gmsh_type(type).permutation;
     std::vector<bool> seen(permutation.size());
-    for (const std::uint8_t p : permutation) seen.at(p) = true;
+    for (const std::uint16_t p : permutation) seen.at(p) = true;
     EXPECT_EQ(std::count(seen.begin(), seen.end(), false), 0) << type;
   }
 }

@@ -18,7 +18,6 @@ Entry entry_of_array(const MeshInfo& info, std::size_t array) {
 std::string quoted_array(std::string_view name) { return "array '" + std::string(name) + "'"; }
 
 bool has_renumbered_cells(const MeshInfo& info) {
-  constexpr int kLagrangeHexahedron = 72, kBezierHexahedron = 79;
   return std::any_of(info.schema.blocks.begin(), info.schema.blocks.end(),
                      [](const BlockInfo& block) {
                        return block.id == kLagrangeHexahedron || block.id == kBezierHexahedron;

@@ -73,8 +73,9 @@ inline bool is_range_key(std::string_view name) {
   return name.find("_RANGE") != std::string_view::npos;
 }
 
-// Returns true if the mesh has Lagrange or Bezier hexahedra. Their node order changed in version
-// 5.1 of legacy files and version 2.1 of XML files.
+// Versions of legacy and XML files that changed the node order of Lagrange and Bezier hexahedra.
+inline constexpr const char *kNewNumberingInLegacy = "5.1", *kNewNumberingInXml = "2.1";
+// Returns true if the mesh has Lagrange or Bezier hexahedra.
 bool has_renumbered_cells(const MeshInfo& info);
 // Key of an extra that marks a piece of a mesh as using the newer node order. A whole mesh does not
 // need this extra, because its skeleton (the file without its numbers) contains the file version. A

@@ -82,7 +82,9 @@ class LegacyBuilder {
 
   LegacyParts build() {
     const std::string version = contents_.version();
-    parts_.skeleton.version = version >= "2.1" && has_renumbered_cells(info_) ? "5.1" : "4.2";
+    parts_.skeleton.version = version >= kNewNumberingInXml && has_renumbered_cells(info_)
+                                  ? kNewNumberingInLegacy
+                                  : "4.2";
     find_step();
     add_field_data();
     add_points();

@@ -109,7 +109,8 @@ class XmlBuilder {
     add_title();
     for (Node* data : {&parts_.field, &parts_.point_data, &parts_.cell_data})
       make_names_unique(*data);
-    if (skeleton_->version >= "5.1" && vtk::has_renumbered_cells(info_)) parts_.version = "2.2";
+    if (skeleton_->version >= vtk::kNewNumberingInLegacy && vtk::has_renumbered_cells(info_))
+      parts_.version = "2.2";
     return std::move(parts_);
   }
 

@@ -84,6 +84,10 @@ class LegacySource final : public FamilySource {
 
   bool describes_steps(const MeshInfo&) const override { return false; }
 
+  bool has_model_nodes(const BlockInfo& block) const override {
+    return vtk::has_model_nodes(block);
+  }
+
   // Returns true if the mesh has voxels, whose corners must be ordered along the axes.
   bool needs_corner_order(const MeshInfo& info) const override {
     for (const BlockInfo& block : info.schema.blocks)

@@ -31,6 +31,7 @@ FilePlan::FilePlan(MeshSource& mesh) : CellPlan(mesh) {
   check_lists();
   add_unplaced_arrays();
   choose_layout();
+  set_old_numbering(skeleton_.version < kNewNumberingInLegacy);
 }
 
 // Throws Failure if the skeleton contains a cell list (CELLS, POLYGONS, ...) twice, or a cell list
@@ -230,7 +231,8 @@ void FilePlan::plan_for_foreign() {
     made_.register_in(extras_);
     return;
   }
-  if (extra(kNewNumbering) != nullptr) skeleton_.version = "5.1";
+  if (extra(kNewNumbering) != nullptr || makes_lagrange_cells())
+    skeleton_.version = kNewNumberingInLegacy;
   if (const Extra* title = extra("mesh/title")) set_title(*title);
   if (!info_.step_times.empty()) skeleton_.entries = time_entries(0);
   for (std::size_t i = 0; i < info_.schema.arrays.size(); ++i)

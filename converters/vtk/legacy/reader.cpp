@@ -424,7 +424,10 @@ void Parser::finish_cells() {
   if (seen(EntryKind::cells) && !saw_types_)
     input_.fail(ErrorCode::truncated, "the file has no CELL_TYPES");
   const auto types_place = static_cast<std::ptrdiff_t>(info_.extras.size());
-  for (CellTable& list : source_.lists_) list.find_blocks(info_, path_);
+  for (CellTable& list : source_.lists_) {
+    list.set_old_numbering(skeleton_.version < kNewNumberingInLegacy);
+    list.find_blocks(info_, path_);
+  }
   if (info_.cells() > 0)
     info_.extras.insert(info_.extras.begin() + types_place, cell_types_extra(info_));
 }

@@ -81,6 +81,10 @@ class XmlSource final : public vtk::FamilySource {
     return vtu::points_of_step(info, step);
   }
 
+  bool has_model_nodes(const BlockInfo& block) const override {
+    return vtk::has_model_nodes(block);
+  }
+
   LossList losses(const MeshInfo& info, const Keys& used) const override {
     constexpr std::string_view kKnown[] = {"vtu/skeleton",    "vtk/cell_types", "vtk/polyhedron/",
                                            "vtk/strings/",    "vtu/data/",      "vtu/polyhedron/",

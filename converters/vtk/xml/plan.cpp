@@ -39,6 +39,7 @@ VtuPlan::VtuPlan(MeshSource& mesh) : CellPlan(mesh) {
   } else {
     plan_for_foreign();
   }
+  set_old_numbering(document_.root().attribute_or("version", "0.1") < vtk::kNewNumberingInXml);
   std::size_t next_piece = 0;
   for (Node& piece : grid().children) {
     if (!is_piece(piece)) continue;
@@ -249,7 +250,8 @@ void VtuPlan::plan_for_foreign() {
   Node grid_node = element("UnstructuredGrid");
   Node piece = element("Piece", {{"NumberOfPoints", std::to_string(info_.vertices)},
                                  {"NumberOfCells", std::to_string(info_.cells())}});
-  if (extra(vtk::kNewNumbering) != nullptr) root.set_attribute("version", "2.2");
+  if (extra(vtk::kNewNumbering) != nullptr || makes_lagrange_cells())
+    root.set_attribute("version", "2.2");
   if (info_.schema.source_format == "vtk" && extra("vtk/skeleton") != nullptr) {
     plan_from_legacy(root, grid_node, piece);
   } else {

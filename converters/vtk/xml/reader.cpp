@@ -132,6 +132,8 @@ void Parser::parse() {
   data(Location::cell, "CellData");
   keep_rest(document_.root());
   forget_offsets(document_.root());
+  source_.cells_.set_old_numbering(document_.root().attribute_or("version", "0.1") <
+                                   vtk::kNewNumberingInXml);
   source_.cells_.find_blocks(info_, path_);
   info_.extras.push_back(vtk::cell_types_extra(info_));
   const std::string text = to_text(document_);

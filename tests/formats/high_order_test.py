@@ -1,0 +1,263 @@
+#!/usr/bin/env python3
+"""Tests Lagrange cells of VTK, Gmsh and Exodus: each node must be where the target format defines it.
+
+The meshes are boxes of straight hexahedra, so each node lies at the position that follows from its parametric
+coordinates and the corners. VTK's and Gmsh's libraries state these coordinates for each node of a cell; for Exodus,
+this test contains the edges and faces of HEX64 as SEACAS lists them.
+
+Usage: high_order_test.py PATH_OF_SHM     (exit code 77, skipped, if NumPy, netCDF4, gmsh or VTK is missing)
+"""
+import json
+import os
+import sys
+import unittest
+
+try:
+    import gmsh
+    import netCDF4
+    import numpy as np
+    from vtkmodules.vtkIOLegacy import vtkUnstructuredGridReader
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+except ImportError as missing:
+    print(missing)
+    sys.exit(77)
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from folder_test import FolderTest, forced
+
+CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
+# The nodes of a HEX64: the ends of each edge with the nodes between them, and the corners of each face with the
+# nodes inside it, each next to one corner.
+HEX64_EDGES = [(0, 1, 8, 9), (1, 5, 17, 21), (5, 4, 25, 24), (4, 0, 20, 16), (3, 2, 13, 12), (2, 6, 18, 22),
+               (6, 7, 28, 29), (7, 3, 23, 19), (0, 3, 15, 14), (1, 2, 10, 11), (5, 6, 26, 27), (4, 7, 31, 30)]
+HEX64_FACES = [(0, 1, 5, 4, 36, 37, 49, 48), (1, 2, 6, 5, 38, 39, 51, 50), (2, 3, 7, 6, 40, 41, 53, 52),
+               (0, 4, 7, 3, 43, 55, 54, 42), (0, 3, 2, 1, 32, 35, 34, 33), (4, 5, 6, 7, 60, 61, 62, 63)]
+HEX27_CENTRES = {20: range(8), 21: (0, 1, 2, 3), 22: (4, 5, 6, 7), 23: (0, 3, 7, 4), 24: (1, 2, 6, 5),
+                 25: (0, 1, 5, 4), 26: (2, 3, 7, 6)}
+
+
+def interpolated(corners, parameters):
+    """The points of a trilinear hexahedron at parametric coordinates from 0 to 1, of shape (n, 3)."""
+    weights = np.prod(np.where(CORNERS[None] == 1, parameters[:, None], 1 - parameters[:, None]), axis=2)
+    return weights @ corners
+
+
+def write_box(path, order):
+    """Writes a Gmsh file with six hexahedra of an order, and the cells of its surface."""
+    gmsh.initialize(["gmsh", "-v", "0"])
+    try:
+        box = gmsh.model.occ.addBox(0, 0, 0, 2.25, 3.5, 1.25)
+        gmsh.model.occ.synchronize()
+        for _, curve in gmsh.model.getEntities(1):
+            length = max(np.ptp(np.reshape(gmsh.model.getBoundingBox(1, curve), (2, 3)), axis=0))
+            gmsh.model.mesh.setTransfiniteCurve(curve, int(length) + 1)
+        for _, surface in gmsh.model.getEntities(2):
+            gmsh.model.mesh.setTransfiniteSurface(surface)
+            gmsh.model.mesh.setRecombine(2, surface)
+        gmsh.model.mesh.setTransfiniteVolume(box)
+        gmsh.model.addPhysicalGroup(3, [box])
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(order)
+        gmsh.option.setNumber("Mesh.Binary", 1)
+        gmsh.write(path)
+    finally:
+        gmsh.finalize()
+
+
+class HighOrderTest(FolderTest):
+    def shm(self, *words, **how):
+        return super().shm(*forced(words), **how)
+
+    def check_points(self, points, nodes, parameters, what):
+        corners = points[nodes[:8]]
+        np.testing.assert_allclose(points[nodes], interpolated(corners, parameters), atol=1e-9, err_msg=what)
+
+    def check_vtk(self, path, cells):
+        reader = vtkXMLUnstructuredGridReader() if path.endswith(".vtu") else vtkUnstructuredGridReader()
+        reader.SetFileName(path)
+        reader.Update()
+        grid = reader.GetOutput()
+        points = vtk_to_numpy(grid.GetPoints().GetData())
+        found = 0
+        for c in range(grid.GetNumberOfCells()):
+            cell = grid.GetCell(c)
+            if cell.GetCellDimension() < 3:
+                continue
+            found += 1
+            count = cell.GetNumberOfPoints()
+            coordinates = cell.GetParametricCoords()
+            if not isinstance(coordinates, tuple) or len(coordinates) != 3 * count:
+                coordinates = [coordinates[i] for i in range(3 * count)]
+            nodes = np.array([cell.GetPointId(i) for i in range(count)])
+            self.check_points(points, nodes, np.reshape(coordinates, (-1, 3)), path)
+        self.assertEqual(found, cells, path)
+
+    def check_gmsh(self, path, cells):
+        gmsh.initialize(["gmsh", "-v", "0"])
+        try:
+            gmsh.open(path)
+            tags, points, _ = gmsh.model.mesh.getNodes()
+            points = points.reshape(-1, 3)
+            place = {tag: i for i, tag in enumerate(tags)}
+            found = 0
+            for kind, of_kind, nodes in zip(*gmsh.model.mesh.getElements(3)):
+                _, _, _, count, coordinates, _ = gmsh.model.mesh.getElementProperties(kind)
+                parameters = (coordinates.reshape(-1, 3) + 1) / 2
+                found += len(of_kind)
+                for row in nodes.reshape(-1, count):
+                    self.check_points(points, np.array([place[tag] for tag in row]), parameters, path)
+            self.assertEqual(found, cells, path)
+        finally:
+            gmsh.finalize()
+
+    def check_exodus(self, path, cells):
+        with netCDF4.Dataset(path) as file:
+            points = np.stack([np.asarray(file["coord" + axis][:]) for axis in "xyz"], axis=1)
+            blocks = [file[name] for name in file.variables if name.startswith("connect")]
+            blocks = [(block.elem_type, np.asarray(block[:]) - 1) for block in blocks if "HEX" in block.elem_type]
+        self.assertEqual(sum(len(nodes) for _, nodes in blocks), cells, path)
+        for kind, nodes in blocks:
+            self.assertEqual(kind, f"HEX{nodes.shape[1]}")
+            for row in nodes:
+                at = points[row]
+                if len(row) == 27:
+                    for node, around in HEX27_CENTRES.items():
+                        np.testing.assert_allclose(at[node], at[list(around)].mean(axis=0), atol=1e-9)
+                if len(row) == 64:
+                    self.check_hex64(at)
+
+    def check_hex64(self, at):
+        for a, b, first, second in HEX64_EDGES:
+            np.testing.assert_allclose(at[[first, second]], [(2 * at[a] + at[b]) / 3, (at[a] + 2 * at[b]) / 3],
+                                       atol=1e-9)
+        for face in HEX64_FACES:
+            for i in range(4):
+                near, beside, opposite, other = (at[face[(i + k) % 4]] for k in range(4))
+                expected = (4 * near + 2 * beside + opposite + 2 * other) / 9
+                np.testing.assert_allclose(at[face[4 + i]], expected, atol=1e-9)
+        inside = np.array([(1, 1, 1), (2, 1, 1), (2, 2, 1), (1, 2, 1), (1, 1, 2), (2, 1, 2), (2, 2, 2), (1, 2, 2)])
+        np.testing.assert_allclose(at[[44, 45, 46, 47, 56, 57, 58, 59]], interpolated(at[:8], inside / 3), atol=1e-9)
+
+    def check(self, path, cells):
+        (self.check_exodus if path.endswith(".e") else self.check_gmsh if path.endswith(".msh") else
+         self.check_vtk)(path, cells)
+
+    def test_hexahedra_of_each_order(self):
+        for order in range(1, 8):
+            source = self.path(f"box{order}.msh")
+            write_box(source, order)
+            self.check(source, 6)
+            packed = self.path(f"box{order}.shm")
+            self.shm("compress", source, "-o", packed)
+            self.assertEqual(json.loads(self.shm("info", packed, "--json"))["hexahedra"], 6)
+            back = self.path(f"back{order}.msh")
+            self.shm("decompress", packed, "-o", back)
+            self.shm("diff", source, back)
+            targets = [f"box{order}.vtu", f"box{order}.vtk"] + ([f"box{order}.e"] if order <= 3 else [])
+            for target in targets:
+                self.shm("convert", source, self.path(target))
+                self.check(self.path(target), 6)
+            for first in targets:  # from each of them to each other, and back to Gmsh
+                for second in targets + ["again.msh"]:
+                    if first == second:
+                        continue
+                    name = f"{order}_{first[-3:].strip('.')}_{second}"
+                    self.shm("convert", self.path(first), self.path(name))
+                    self.check(self.path(name), 6)
+
+    def test_orders_that_exodus_lacks(self):
+        source, target = self.path("four.msh"), self.path("four.e")
+        write_box(source, 4)
+        message = self.shm("convert", source, target, "--strict", code=6)
+        self.assertIn(b"hexahedron with 125 nodes", message)
+        self.shm("convert", source, target)
+        with netCDF4.Dataset(target) as file:
+            kinds = {file[name].elem_type for name in file.variables if name.startswith("connect")}
+        self.assertIn("OTHER125", kinds)
+
+    def test_old_numbering_of_vtk(self):
+        for order in (2, 3, 4):
+            source, vtu = self.path("box.msh"), self.path("new.vtu")
+            write_box(source, order)
+            self.shm("convert", source, vtu)
+            reader = vtkXMLUnstructuredGridReader()
+            reader.SetFileName(vtu)
+            reader.Update()
+            grid = reader.GetOutput()
+            points = vtk_to_numpy(grid.GetPoints().GetData())
+            cells = []
+            for c in range(grid.GetNumberOfCells()):
+                cell = grid.GetCell(c)
+                if cell.GetNumberOfPoints() == (order + 1)**3:
+                    cells.append([cell.GetPointId(i) for i in range(cell.GetNumberOfPoints())])
+            between = order - 1
+            a = 8 + 10 * between
+            for row in cells:
+                row[a:a + between], row[a + between:a + 2 * between] = (row[a + between:a + 2 * between],
+                                                                        row[a:a + between])
+            old = self.path("old.vtu")
+            with open(old, "w", encoding="ascii") as out:
+                out.write('<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian">\n<UnstructuredGrid>\n'
+                          f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">\n<Points>\n'
+                          '<DataArray type="Float64" NumberOfComponents="3" format="ascii">\n')
+                np.savetxt(out, points, "%.17g")
+                out.write('</DataArray>\n</Points>\n<Cells>\n'
+                          '<DataArray type="Int64" Name="connectivity" format="ascii">\n')
+                np.savetxt(out, cells, "%d")
+                out.write('</DataArray>\n<DataArray type="Int64" Name="offsets" format="ascii">\n')
+                np.savetxt(out, (np.arange(len(cells)) + 1) * (order + 1)**3, "%d")
+                out.write('</DataArray>\n<DataArray type="UInt8" Name="types" format="ascii">\n')
+                np.savetxt(out, np.full(len(cells), 72), "%d")
+                out.write('</DataArray>\n</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n')
+            self.check(old, 6)  # VTK knows the old numbering
+            packed = self.path("old.shm")
+            self.shm("compress", old, "-o", packed)
+            self.shm("decompress", packed, "-o", self.path("old_again.vtu"))
+            self.shm("diff", old, self.path("old_again.vtu"))
+            self.check(self.path("old_again.vtu"), 6)
+            for target in ("old.vtk", "old.msh") + (("old.e",) if order < 4 else ()):
+                self.shm("convert", packed, self.path(target))
+                self.check(self.path(target), 6)
+
+    def test_bezier_and_anisotropic_cells(self):
+        """Other formats cannot name cells whose nodes are control points, or whose order differs by axis."""
+        for kind, nodes in ((79, 64), (79, 27), (72, 12), (72, 32)):
+            source = self.path(f"cell{kind}_{nodes}.vtk")
+            with open(source, "w", encoding="ascii") as out:
+                out.write(f"# vtk DataFile Version 3.0\none cell\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {nodes} double\n")
+                for i in range(nodes):
+                    out.write(f"{i % 4} {i // 4 % 4} {i // 16}\n")
+                out.write(f"CELLS 1 {nodes + 1}\n{nodes} {' '.join(map(str, range(nodes)))}\nCELL_TYPES 1\n{kind}\n")
+            self.shm("convert", source, self.path("one.e"), "--strict", code=6)
+            self.shm("convert", source, self.path("one.e"))
+            with netCDF4.Dataset(self.path("one.e")) as file:
+                self.assertEqual(file["connect1"].elem_type, f"OTHER{nodes}")
+            self.shm("compress", source, "-o", self.path("one.shm"))
+            self.shm("decompress", self.path("one.shm"), "-o", self.path("one.vtk"))
+            self.shm("diff", source, self.path("one.vtk"))
+
+    def test_linear_and_quadratic_cells(self):
+        """Lagrange cells of order 1 and 2 are the cells that other type numbers have, and keep their type."""
+        shapes = {68: ("line", 2), 69: ("triangle", 3), 70: ("quad", 4), 71: ("tetrahedron", 4), 73: ("wedge", 6),
+                  76: ("triangle", 3), 77: ("quad", 4), 78: ("tetrahedron", 4), 80: ("wedge", 6)}
+        quadratic = {68: 3, 69: 6, 70: 9, 71: 10, 72: 27, 73: 18}
+        for kind, (shape, nodes) in list(shapes.items()) + [
+                (kind, (shapes.get(kind, ("hexahedron", 8))[0], nodes)) for kind, nodes in quadratic.items()]:
+            source, packed = self.path("cell.vtk"), self.path("cell.shm")
+            with open(source, "w", encoding="ascii") as out:
+                out.write(f"# vtk DataFile Version 3.0\none cell\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {nodes} double\n")
+                for i in range(nodes):
+                    out.write(f"{i % 3} {i // 3 % 3} {i // 9}\n")
+                out.write(f"CELLS 1 {nodes + 1}\n{nodes} {' '.join(map(str, range(nodes)))}\nCELL_TYPES 1\n{kind}\n")
+            self.shm("compress", source, "-o", packed)
+            block = json.loads(self.shm("info", packed, "--json"))["blocks"][0]
+            self.assertEqual((block["id"], block["shape"]), (kind, shape))
+            self.shm("decompress", packed, "-o", self.path("again.vtk"))
+            with open(self.path("again.vtk"), encoding="ascii") as again, open(source, encoding="ascii") as before:
+                self.assertEqual(again.read().split(), before.read().split())
+
+
+if __name__ == "__main__":
+    FolderTest.tool = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
