@@ -64,6 +64,10 @@ std::string label_of_key(const ExtraIndex& extras, const std::string& key) {
   return "netCDF variable" + quoted(name);
 }
 
+bool has_type_of_block(const BlockInfo& block) {
+  return has_element_type(block.shape, block.nodes_per_cell);
+}
+
 class ExodusSource final : public SourceFormat {
  public:
   std::string title(const MeshInfo& info, Keys&) const override {
@@ -78,9 +82,13 @@ class ExodusSource final : public SourceFormat {
   }
 
   // HEX9, HEX16 and hexahedra with yet other numbers of nodes have an order of their own.
-  bool has_model_nodes(const BlockInfo& block) const override {
-    return block.shape != CellShape::hexahedron ||
-           has_element_type(block.shape, block.nodes_per_cell);
+  std::vector<std::size_t> blocks_with_own_nodes(MeshSource& mesh) const override {
+    std::vector<std::size_t> found;
+    const std::vector<BlockInfo>& blocks = mesh.info().schema.blocks;
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      if (blocks[b].shape == CellShape::hexahedron && !has_type_of_block(blocks[b]))
+        found.push_back(b);
+    return found;
   }
 
   bool is_flat(const MeshInfo& info) const override {
@@ -126,10 +134,6 @@ class ExodusSource final : public SourceFormat {
     return exodus::lengthened_extras(old, steps);
   }
 };
-
-bool has_type_of_block(const BlockInfo& block) {
-  return has_element_type(block.shape, block.nodes_per_cell);
-}
 
 bool is_short_enough(const std::string& name) {
   constexpr std::size_t kSuffix = 4;  // length of the suffix of a component

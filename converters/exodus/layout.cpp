@@ -479,31 +479,31 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
   struct Family {
     std::string_view prefix;
     CellShape shape;
-    std::array<std::uint32_t, 3> nodes;
+    std::array<std::uint32_t, 4> nodes;
   };
   // The first entry of the table that matches both the element type and the number of nodes is
   // used. An element of type SHELL is a triangle or a quad, depending on its number of nodes.
   static constexpr std::array<Family, 16> kFamilies{{
       {"HEX", CellShape::hexahedron, {8, 20, 27}},
-      {"TET", CellShape::tetrahedron, {4, 10, 10}},
+      {"TET", CellShape::tetrahedron, {4, 10}},
       {"WEDGE", CellShape::wedge, {6, 15, 18}},
       {"PYR", CellShape::pyramid, {5, 13, 14}},
-      {"QUAD", CellShape::quad, {4, 8, 9}},
+      {"QUAD", CellShape::quad, {4, 8, 9, 16}},
       {"SHEL", CellShape::quad, {4, 8, 9}},
       {"SHEL", CellShape::triangle, {3, 6, 7}},
       {"TRI", CellShape::triangle, {3, 6, 7}},
-      {"BAR", CellShape::line, {2, 3, 3}},
-      {"BEAM", CellShape::line, {2, 3, 3}},
-      {"TRUSS", CellShape::line, {2, 3, 3}},
-      {"ROD", CellShape::line, {2, 3, 3}},
-      {"EDGE", CellShape::line, {2, 3, 3}},
-      {"SPHERE", CellShape::vertex, {1, 1, 1}},
-      {"CIRCLE", CellShape::vertex, {1, 1, 1}},
-      {"POINT", CellShape::vertex, {1, 1, 1}},
+      {"BAR", CellShape::line, {2, 3, 4}},
+      {"BEAM", CellShape::line, {2, 3, 4}},
+      {"TRUSS", CellShape::line, {2, 3}},
+      {"ROD", CellShape::line, {2, 3}},
+      {"EDGE", CellShape::line, {2, 3, 4}},
+      {"SPHERE", CellShape::vertex, {1}},
+      {"CIRCLE", CellShape::vertex, {1}},
+      {"POINT", CellShape::vertex, {1}},
   }};
   const std::string type = upper_without_padding(element_type);
   for (const Family& family : kFamilies)
-    if (type.rfind(family.prefix, 0) == 0 &&
+    if (nodes != 0 && type.rfind(family.prefix, 0) == 0 &&
         std::find(family.nodes.begin(), family.nodes.end(), nodes) != family.nodes.end())
       return family.shape;
   // HEX9, HEX16 and similar elements are hexahedra whose corners come first. Elements with 24 nodes
@@ -521,7 +521,7 @@ bool has_element_type(CellShape shape, std::uint32_t nodes) {
       {CellShape::vertex, {1}},
       {CellShape::line, {2, 3, 4}},
       {CellShape::triangle, {3, 6, 7}},
-      {CellShape::quad, {4, 8, 9}},
+      {CellShape::quad, {4, 8, 9, 16}},
       {CellShape::tetrahedron, {4, 10}},
       {CellShape::pyramid, {5, 13, 14}},
       {CellShape::wedge, {6, 15, 18}},
@@ -538,7 +538,10 @@ bool has_element_type(CellShape shape, std::uint32_t nodes) {
 std::vector<std::uint16_t> node_places(CellShape shape, std::uint32_t nodes) {
   std::vector<std::uint16_t> places;
   if (shape == CellShape::hexahedron && nodes == 64)
-    return node_permutation(exodus_hex64(), vtk_hexahedron(3));
+    return node_permutation(exodus_hex64(), vtk_positions(shape, 3));
+  // QUAD16 has the order of Gmsh.
+  if (shape == CellShape::quad && nodes == 16)
+    return node_permutation(gmsh_positions(shape, 3), vtk_positions(shape, 3));
   if (nodes > 32) return places;
   const auto identity = [&] {
     for (std::uint8_t i = 0; i < nodes; ++i) places.push_back(i);

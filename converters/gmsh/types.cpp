@@ -1,6 +1,7 @@
 #include "gmsh/types.h"
 
 #include <array>
+#include <map>
 #include <vector>
 
 #include "mesh/node_orders.h"
@@ -15,22 +16,19 @@ struct Run {  // consecutive type numbers of one dimension
   std::array<std::uint16_t, 8> nodes;
 };
 
-// Element types without a shape in the model: types of order 0, types of order 3 and above except
-// complete hexahedra, and types whose elements are borders, children or parts of another element.
+// Element types without a shape in the model: types of order 0, incomplete types and prisms of
+// order 3 and above, and types whose elements are borders, children or parts of another element.
 constexpr Run kRuns[] = {
-    {20, 2, {9, 10, 12, 15, 15, 21}},            // triangles
-    {26, 1, {4, 5, 6}},                          // lines
-    {29, 3, {20, 35, 56, 22, 28}},               // tetrahedra
-    {36, 2, {16, 25, 36, 12, 16, 20}},           // quadrilaterals
-    {42, 2, {28, 36, 45, 55, 66}},               // triangles
-    {47, 2, {49, 64, 81, 100, 121}},             // quadrilaterals
+    {20, 2, {9}},  // triangles, incomplete
+    {22, 2, {12}},
+    {24, 2, {15}},
+    {32, 3, {22, 28}},                           // tetrahedra, incomplete
+    {39, 2, {12, 16, 20}},                       // quadrilaterals, incomplete
     {52, 2, {18, 21, 24, 27, 30}},               // triangles, incomplete
     {57, 2, {24, 28, 32, 36, 40}},               // quadrilaterals, incomplete
-    {62, 1, {7, 8, 9, 10, 11}},                  // lines
     {67, 1, {2}},                                // border of a line
     {68, 2, {3}},                                // border of a triangle
     {70, 1, {2}},                                // child of a line
-    {71, 3, {84, 120, 165, 220, 286}},           // tetrahedra
     {79, 3, {34, 40, 46, 52, 58}},               // tetrahedra, incomplete
     {84, 1, {1}},                                // order 0: line,
     {85, 2, {1, 1}},                             // triangle, quadrilateral,
@@ -62,18 +60,44 @@ constexpr std::uint16_t kWedge18[] = {0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 
 constexpr std::uint16_t kPyramid13[] = {0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12};
 constexpr std::uint16_t kPyramid14[] = {0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12, 13};
 
-// MSH type of complete hexahedra of order 3; the types of higher orders follow.
-constexpr std::int32_t kHexahedronOfOrder3 = 92;
+// Consecutive type numbers of complete Lagrange elements, from the type of order `order` on.
+struct LagrangeRun {
+  std::int32_t first;
+  CellShape shape;
+  std::uint32_t order, count;
+};
+constexpr LagrangeRun kLagrangeRuns[] = {
+    {26, CellShape::line, 3, 3},        {62, CellShape::line, 6, 5},
+    {21, CellShape::triangle, 3, 1},    {23, CellShape::triangle, 4, 1},
+    {25, CellShape::triangle, 5, 1},    {42, CellShape::triangle, 6, 5},
+    {36, CellShape::quad, 3, 3},        {47, CellShape::quad, 6, 5},
+    {29, CellShape::tetrahedron, 3, 3}, {71, CellShape::tetrahedron, 6, 5},
+    {92, CellShape::hexahedron, 3, 7},
+};
 
-// Returns the permutation of the nodes of a complete hexahedron of order 3 to kMostOrder.
-std::span<const std::uint16_t> hexahedron_permutation(std::uint32_t order) {
-  static const auto permutations = [] {
-    std::array<std::vector<std::uint16_t>, kMostOrder + 1> all;
-    for (std::uint32_t p = 3; p <= kMostOrder; ++p)
-      all[p] = node_permutation(gmsh_hexahedron(p), vtk_hexahedron(p));
+// Returns the Lagrange element with the MSH number `type` if its order is at least 3; otherwise
+// returns an unknown type.
+GmshType lagrange_type(std::int64_t type) {
+  static const auto types = [] {
+    struct Known {
+      CellShape shape;
+      std::vector<std::uint16_t> permutation;
+    };
+    std::map<std::int64_t, Known> all;
+    for (const LagrangeRun& run : kLagrangeRuns)
+      for (std::uint32_t i = 0; i < run.count; ++i)
+        all[run.first + i] = {run.shape, node_permutation(gmsh_positions(run.shape, run.order + i),
+                                                          vtk_positions(run.shape, run.order + i))};
     return all;
   }();
-  return permutations[order];
+  const auto found = types.find(type);
+  if (found == types.end()) return {};
+  const auto& [shape, permutation] = found->second;
+  const bool is_flat = shape == CellShape::triangle || shape == CellShape::quad;
+  return {shape == CellShape::line ? 1
+          : is_flat                ? 2
+                                   : 3,
+          static_cast<std::uint32_t>(permutation.size()), shape, permutation};
 }
 
 // Returns the element type with the MSH number `type` if the model has a shape for it; otherwise
@@ -108,11 +132,7 @@ GmshType shaped_type(std::int64_t type) {
 
 GmshType gmsh_type(std::int64_t type) {
   if (const GmshType shaped = shaped_type(type); shaped.known()) return shaped;
-  if (type >= kHexahedronOfOrder3 && type <= kHexahedronOfOrder3 + kMostOrder - 3) {
-    const auto order = static_cast<std::uint32_t>(type - kHexahedronOfOrder3 + 3);
-    return {3, (order + 1) * (order + 1) * (order + 1), CellShape::hexahedron,
-            hexahedron_permutation(order)};
-  }
+  if (const GmshType lagrange = lagrange_type(type); lagrange.known()) return lagrange;
   if (type == 35) return {3, 0, CellShape::other, {}};  // polyhedron, made of tetrahedra
   if (type == 69) return {2, 0, CellShape::other, {}};  // border of a polygon
   for (const Run& run : kRuns) {
@@ -137,8 +157,11 @@ std::int32_t gmsh_type_for(CellShape shape, std::uint64_t nodes) {
     const GmshType candidate = shaped_type(type);
     if (candidate.known() && candidate.shape == shape && candidate.nodes == nodes) return type;
   }
-  const std::uint32_t order = shape == CellShape::hexahedron ? order_of_hexahedron(nodes) : 0;
-  return order >= 3 ? kHexahedronOfOrder3 + static_cast<std::int32_t>(order) - 3 : 0;
+  const std::uint32_t order = order_of_cell(shape, nodes);
+  for (const LagrangeRun& run : kLagrangeRuns)
+    if (run.shape == shape && order >= run.order && order < run.order + run.count)
+      return run.first + static_cast<std::int32_t>(order - run.order);
+  return 0;
 }
 
 }  // namespace shm::converters

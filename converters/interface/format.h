@@ -165,10 +165,10 @@ class SourceFormat {
     return {};
   }
 
-  // Returns true if the nodes of the block's cells have the meaning and order that the mesh model
-  // defines for the shape and number of nodes. Other formats can name the type of these cells only
-  // then.
-  virtual bool has_model_nodes(const BlockInfo&) const { return true; }
+  // Returns the indices of the blocks whose cells have nodes of another meaning or in another order
+  // than the mesh model defines for their shape and number of nodes. Other formats cannot name the
+  // type of these cells.
+  virtual std::vector<std::size_t> blocks_with_own_nodes(MeshSource&) const { return {}; }
 
   // Returns true if the mesh is two-dimensional, so that the sides of its triangles and quads are
   // edges.

@@ -51,8 +51,8 @@ class WithKnownShapes final : public ForwardingMesh {
  public:
   WithKnownShapes(MeshSource& source, const SourceFormat& format) : ForwardingMesh(source) {
     info_ = source.info();
-    for (BlockInfo& block : info_.schema.blocks)
-      if (!format.has_model_nodes(block)) block.shape = CellShape::other;
+    for (const std::size_t block : format.blocks_with_own_nodes(source))
+      info_.schema.blocks[block].shape = CellShape::other;
   }
 };
 

@@ -94,21 +94,8 @@ constexpr CellKind kCellKinds[] = {
     {kPolyhedron, CellShape::faces, 0},
     {kVoxel, CellShape::hexahedron, 8},
     {kPixel, CellShape::quad, 4},
-    // Lagrange cells, and Bezier cells of order 1
-    {68, CellShape::line, 2},
-    {68, CellShape::line, 3},
-    {68, CellShape::line, 4},
-    {69, CellShape::triangle, 3},
-    {69, CellShape::triangle, 6},
+    // Lagrange cells that lagrange_shape() does not cover, and Bezier cells of order 1
     {69, CellShape::triangle, 7},
-    {70, CellShape::quad, 4},
-    {70, CellShape::quad, 9},
-    {71, CellShape::tetrahedron, 4},
-    {71, CellShape::tetrahedron, 10},
-    {kLagrangeHexahedron, CellShape::hexahedron, 8},
-    {kLagrangeHexahedron, CellShape::hexahedron, 27},
-    {73, CellShape::wedge, 6},
-    {73, CellShape::wedge, 18},
     {74, CellShape::pyramid, 5},
     {75, CellShape::line, 2},
     {76, CellShape::triangle, 3},
@@ -119,6 +106,26 @@ constexpr CellKind kCellKinds[] = {
     {81, CellShape::pyramid, 5},
 };
 constexpr int kFirstLagrange = 68, kFirstBezier = 75, kLastBezier = 81;
+// Shapes of the VTK types kFirstLagrange, kFirstLagrange + 1, ...
+constexpr std::array<CellShape, 6> kLagrangeShapes{CellShape::line,       CellShape::triangle,
+                                                   CellShape::quad,       CellShape::tetrahedron,
+                                                   CellShape::hexahedron, CellShape::wedge};
+
+// Returns the shape of a Lagrange cell of a VTK type whose order is the same along all axes.
+// Returns `other` if the type is not that of a Lagrange cell, or if no order has this number of
+// nodes.
+CellShape lagrange_shape(std::int64_t type, std::uint32_t nodes) {
+  const std::int64_t place = type - kFirstLagrange;
+  if (place < 0 || place >= std::ssize(kLagrangeShapes)) return CellShape::other;
+  const CellShape shape = kLagrangeShapes[static_cast<std::size_t>(place)];
+  return order_of_cell(shape, nodes) > 0 ? shape : CellShape::other;
+}
+
+bool is_in_table(std::int64_t type, std::uint32_t nodes) {
+  return std::any_of(std::begin(kCellKinds), std::end(kCellKinds), [&](const CellKind& kind) {
+    return kind.type == type && kind.nodes == nodes;
+  });
+}
 
 constexpr std::array<std::string_view, 5> kDatasets{
     "UNSTRUCTURED_GRID", "STRUCTURED_GRID", "RECTILINEAR_GRID", "STRUCTURED_POINTS", "POLYDATA"};
@@ -252,6 +259,7 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
     if (kind.nodes == 0 || kind.nodes == nodes) return kind.shape;
     other_size = &kind;
   }
+  if (const CellShape shape = lagrange_shape(type, nodes); shape != CellShape::other) return shape;
   if (type >= kFirstLagrange && type <= kLastBezier) {
     // Lagrange and Bezier hexahedra of other orders list the corners first. Cells with 20, 24 or 27
     // nodes are excluded, because they could not be distinguished from the quadratic hexahedra
@@ -272,12 +280,9 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
 }
 
 bool has_model_nodes(const BlockInfo& block) {
-  const auto type = block.id;
-  if (type >= kFirstBezier && type <= kLastBezier)
-    return std::any_of(std::begin(kCellKinds), std::end(kCellKinds), [&](const CellKind& kind) {
-      return kind.type == type && kind.nodes == block.nodes_per_cell;
-    });
-  return type != kLagrangeHexahedron || order_of_hexahedron(block.nodes_per_cell) > 0;
+  if (block.id < kFirstLagrange || block.id > kLastBezier) return true;
+  return is_in_table(block.id, block.nodes_per_cell) ||
+         lagrange_shape(block.id, block.nodes_per_cell) != CellShape::other;
 }
 
 int cell_type_of_block(const BlockInfo& block) {
@@ -288,9 +293,9 @@ int cell_type_of_block(const BlockInfo& block) {
   for (const CellKind& kind : kCellKinds)
     if (kind.shape == block.shape && (kind.nodes == 0 || kind.nodes == block.nodes_per_cell))
       return kind.type;
-  const bool is_hexahedron = block.shape == CellShape::hexahedron;
-  return is_hexahedron && order_of_hexahedron(block.nodes_per_cell) > 0 ? kLagrangeHexahedron
-                                                                        : kPolyVertex;
+  if (order_of_cell(block.shape, block.nodes_per_cell) == 0) return kPolyVertex;
+  const auto shape = std::find(kLagrangeShapes.begin(), kLagrangeShapes.end(), block.shape);
+  return kFirstLagrange + static_cast<int>(shape - kLagrangeShapes.begin());
 }
 
 bool has_cell_type(const BlockInfo& block) {
@@ -309,7 +314,7 @@ void permute_nodes(int type, std::uint64_t* nodes, std::size_t count, bool old_n
   if (voxel || (type == kPixel && count == 4)) std::swap(nodes[2], nodes[3]);
   if (voxel) std::swap(nodes[6], nodes[7]);
   if (!old_numbering || (type != kLagrangeHexahedron && type != kBezierHexahedron)) return;
-  const std::uint32_t order = order_of_hexahedron(count);
+  const std::uint32_t order = order_of_cell(CellShape::hexahedron, count);
   if (order < 2) return;
   // The old numbering exchanges the last two of the 12 edges.
   std::uint64_t* const edge = nodes + 8 + 10 * std::size_t{order - 1};

@@ -40,10 +40,9 @@ int cell_type_of_block(const BlockInfo& block);
 bool has_cell_type(const BlockInfo& block);
 // Returns true if cells of this type may have any number of nodes.
 bool has_varying_nodes(int type);
-// Returns true if the nodes of cells of a block have the meaning and order of the mesh model, so
-// that other formats can name the type of these cells. False for Bezier cells above order 1, whose
-// nodes are control points, and for hexahedra whose order differs by axis. `block`: a block of a
-// mesh from a VTK file, whose id is the VTK type.
+// Returns false for Bezier cells above order 1, and for Lagrange cells with a number of nodes that
+// no order has if it is the same along all axes. `block`: a block of a mesh from a VTK file, whose
+// id is the VTK type.
 bool has_model_nodes(const BlockInfo& block);
 // Permutes the nodes of a cell from VTK's order to the model's: the corners of a voxel or pixel,
 // and the edges of a Lagrange or Bezier hexahedron in a file with `old_numbering` (legacy files

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Tests Lagrange cells of VTK, Gmsh and Exodus: each node must be where the target format defines it.
 
-The meshes are boxes of straight hexahedra, so each node lies at the position that follows from its parametric
-coordinates and the corners. VTK's and Gmsh's libraries state these coordinates for each node of a cell; for Exodus,
-this test contains the edges and faces of HEX64 as SEACAS lists them.
+All cells are straight, so each node lies at the position that follows from its parametric coordinates and the
+corners. VTK's and Gmsh's libraries state these coordinates for each node of a cell; for Exodus, this test contains
+the edges and faces of HEX64 and QUAD16 as SEACAS lists them.
 
 Usage: high_order_test.py PATH_OF_SHM     (exit code 77, skipped, if NumPy, netCDF4, gmsh or VTK is missing)
 """
@@ -33,18 +33,26 @@ HEX64_EDGES = [(0, 1, 8, 9), (1, 5, 17, 21), (5, 4, 25, 24), (4, 0, 20, 16), (3,
                (6, 7, 28, 29), (7, 3, 23, 19), (0, 3, 15, 14), (1, 2, 10, 11), (5, 6, 26, 27), (4, 7, 31, 30)]
 HEX64_FACES = [(0, 1, 5, 4, 36, 37, 49, 48), (1, 2, 6, 5, 38, 39, 51, 50), (2, 3, 7, 6, 40, 41, 53, 52),
                (0, 4, 7, 3, 43, 55, 54, 42), (0, 3, 2, 1, 32, 35, 34, 33), (4, 5, 6, 7, 60, 61, 62, 63)]
+QUAD16_EDGES = [(0, 1, 4, 5), (1, 2, 6, 7), (2, 3, 8, 9), (3, 0, 10, 11)]
 HEX27_CENTRES = {20: range(8), 21: (0, 1, 2, 3), 22: (4, 5, 6, 7), 23: (0, 3, 7, 4), 24: (1, 2, 6, 5),
                  25: (0, 1, 5, 4), 26: (2, 3, 7, 6)}
 
 
 def interpolated(corners, parameters):
-    """The points of a trilinear hexahedron at parametric coordinates from 0 to 1, of shape (n, 3)."""
-    weights = np.prod(np.where(CORNERS[None] == 1, parameters[:, None], 1 - parameters[:, None]), axis=2)
+    """The points of a straight cell at parametric coordinates, of shape (n, axes of the cell). The weights of the
+    corners follow from the number of axes and corners: products of r or 1 - r, or barycentric coordinates."""
+    axes = parameters.shape[1]
+    if len(corners) == 2**axes:
+        at = CORNERS[:len(corners), :axes]
+        weights = np.prod(np.where(at[None] == 1, parameters[:, None], 1 - parameters[:, None]), axis=2)
+    else:
+        weights = np.column_stack([1 - parameters.sum(axis=1), parameters])
     return weights @ corners
 
 
-def write_box(path, order):
-    """Writes a Gmsh file with six hexahedra of an order, and the cells of its surface."""
+def write_box(path, order, simplices=False):
+    """Writes a Gmsh file with a box of six hexahedra or of tetrahedra of an order, and with the cells of its surface
+    and edges. Returns the number of cells, except for points."""
     gmsh.initialize(["gmsh", "-v", "0"])
     try:
         box = gmsh.model.occ.addBox(0, 0, 0, 2.25, 3.5, 1.25)
@@ -54,13 +62,14 @@ def write_box(path, order):
             gmsh.model.mesh.setTransfiniteCurve(curve, int(length) + 1)
         for _, surface in gmsh.model.getEntities(2):
             gmsh.model.mesh.setTransfiniteSurface(surface)
-            gmsh.model.mesh.setRecombine(2, surface)
+            if not simplices:
+                gmsh.model.mesh.setRecombine(2, surface)
         gmsh.model.mesh.setTransfiniteVolume(box)
-        gmsh.model.addPhysicalGroup(3, [box])
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(order)
         gmsh.option.setNumber("Mesh.Binary", 1)
         gmsh.write(path)
+        return sum(len(tags) for dim in (1, 2, 3) for tags in gmsh.model.mesh.getElements(dim)[1])
     finally:
         gmsh.finalize()
 
@@ -69,9 +78,9 @@ class HighOrderTest(FolderTest):
     def shm(self, *words, **how):
         return super().shm(*forced(words), **how)
 
-    def check_points(self, points, nodes, parameters, what):
-        corners = points[nodes[:8]]
-        np.testing.assert_allclose(points[nodes], interpolated(corners, parameters), atol=1e-9, err_msg=what)
+    def check_points(self, points, nodes, parameters, corners, what):
+        expected = interpolated(points[nodes[:corners]], parameters)
+        np.testing.assert_allclose(points[nodes], expected, atol=1e-9, err_msg=what)
 
     def check_vtk(self, path, cells):
         reader = vtkXMLUnstructuredGridReader() if path.endswith(".vtu") else vtkUnstructuredGridReader()
@@ -82,15 +91,18 @@ class HighOrderTest(FolderTest):
         found = 0
         for c in range(grid.GetNumberOfCells()):
             cell = grid.GetCell(c)
-            if cell.GetCellDimension() < 3:
+            axes, count = cell.GetCellDimension(), cell.GetNumberOfPoints()
+            if axes == 0:
+                self.assertEqual(count, 1, path)
                 continue
             found += 1
-            count = cell.GetNumberOfPoints()
             coordinates = cell.GetParametricCoords()
-            if not isinstance(coordinates, tuple) or len(coordinates) != 3 * count:
-                coordinates = [coordinates[i] for i in range(3 * count)]
+            coordinates = np.array([coordinates[i] for i in range(3 * count)]).reshape(-1, 3)[:, :axes]
+            if cell.GetClassName() == "vtkCubicLine":  # the only class whose coordinates range from -1 to 1
+                coordinates = (coordinates + 1) / 2
+            corners = 2 if axes == 1 else {2: cell.GetNumberOfEdges(), 3: 8 - 4 * (cell.GetNumberOfFaces() == 4)}[axes]
             nodes = np.array([cell.GetPointId(i) for i in range(count)])
-            self.check_points(points, nodes, np.reshape(coordinates, (-1, 3)), path)
+            self.check_points(points, nodes, coordinates, corners, f"{path} {cell.GetClassName()}")
         self.assertEqual(found, cells, path)
 
     def check_gmsh(self, path, cells):
@@ -101,12 +113,16 @@ class HighOrderTest(FolderTest):
             points = points.reshape(-1, 3)
             place = {tag: i for i, tag in enumerate(tags)}
             found = 0
-            for kind, of_kind, nodes in zip(*gmsh.model.mesh.getElements(3)):
-                _, _, _, count, coordinates, _ = gmsh.model.mesh.getElementProperties(kind)
-                parameters = (coordinates.reshape(-1, 3) + 1) / 2
-                found += len(of_kind)
-                for row in nodes.reshape(-1, count):
-                    self.check_points(points, np.array([place[tag] for tag in row]), parameters, path)
+            for axes in (1, 2, 3):
+                for kind, of_kind, nodes in zip(*gmsh.model.mesh.getElements(axes)):
+                    name, _, _, count, coordinates, corners = gmsh.model.mesh.getElementProperties(kind)
+                    parameters = coordinates.reshape(-1, axes)
+                    if corners == 2**axes:
+                        parameters = (parameters + 1) / 2
+                    found += len(of_kind)
+                    for row in nodes.reshape(-1, count):
+                        self.check_points(points, np.array([place[tag] for tag in row]), parameters, corners,
+                                          f"{path} {name}")
             self.assertEqual(found, cells, path)
         finally:
             gmsh.finalize()
@@ -115,9 +131,14 @@ class HighOrderTest(FolderTest):
         with netCDF4.Dataset(path) as file:
             points = np.stack([np.asarray(file["coord" + axis][:]) for axis in "xyz"], axis=1)
             blocks = [file[name] for name in file.variables if name.startswith("connect")]
-            blocks = [(block.elem_type, np.asarray(block[:]) - 1) for block in blocks if "HEX" in block.elem_type]
-        self.assertEqual(sum(len(nodes) for _, nodes in blocks), cells, path)
+            blocks = [(block.elem_type, np.asarray(block[:]) - 1) for block in blocks]
+        self.assertEqual(sum(len(nodes) for kind, nodes in blocks if kind != "SPHERE"), cells, path)
         for kind, nodes in blocks:
+            if kind == "QUAD16":
+                for row in nodes:
+                    self.check_cubic(points[row], QUAD16_EDGES, [(0, 1, 2, 3, 12, 13, 14, 15)])
+            if "HEX" not in kind:
+                continue
             self.assertEqual(kind, f"HEX{nodes.shape[1]}")
             for row in nodes:
                 at = points[row]
@@ -127,15 +148,18 @@ class HighOrderTest(FolderTest):
                 if len(row) == 64:
                     self.check_hex64(at)
 
-    def check_hex64(self, at):
-        for a, b, first, second in HEX64_EDGES:
+    def check_cubic(self, at, edges, faces):
+        for a, b, first, second in edges:
             np.testing.assert_allclose(at[[first, second]], [(2 * at[a] + at[b]) / 3, (at[a] + 2 * at[b]) / 3],
                                        atol=1e-9)
-        for face in HEX64_FACES:
+        for face in faces:
             for i in range(4):
                 near, beside, opposite, other = (at[face[(i + k) % 4]] for k in range(4))
                 expected = (4 * near + 2 * beside + opposite + 2 * other) / 9
                 np.testing.assert_allclose(at[face[4 + i]], expected, atol=1e-9)
+
+    def check_hex64(self, at):
+        self.check_cubic(at, HEX64_EDGES, HEX64_FACES)
         inside = np.array([(1, 1, 1), (2, 1, 1), (2, 2, 1), (1, 2, 1), (1, 1, 2), (2, 1, 2), (2, 2, 2), (1, 2, 2)])
         np.testing.assert_allclose(at[[44, 45, 46, 47, 56, 57, 58, 59]], interpolated(at[:8], inside / 3), atol=1e-9)
 
@@ -143,28 +167,31 @@ class HighOrderTest(FolderTest):
         (self.check_exodus if path.endswith(".e") else self.check_gmsh if path.endswith(".msh") else
          self.check_vtk)(path, cells)
 
-    def test_hexahedra_of_each_order(self):
-        for order in range(1, 8):
-            source = self.path(f"box{order}.msh")
-            write_box(source, order)
-            self.check(source, 6)
-            packed = self.path(f"box{order}.shm")
-            self.shm("compress", source, "-o", packed)
-            self.assertEqual(json.loads(self.shm("info", packed, "--json"))["hexahedra"], 6)
-            back = self.path(f"back{order}.msh")
-            self.shm("decompress", packed, "-o", back)
-            self.shm("diff", source, back)
-            targets = [f"box{order}.vtu", f"box{order}.vtk"] + ([f"box{order}.e"] if order <= 3 else [])
-            for target in targets:
-                self.shm("convert", source, self.path(target))
-                self.check(self.path(target), 6)
-            for first in targets:  # from each of them to each other, and back to Gmsh
-                for second in targets + ["again.msh"]:
-                    if first == second:
-                        continue
-                    name = f"{order}_{first[-3:].strip('.')}_{second}"
-                    self.shm("convert", self.path(first), self.path(name))
-                    self.check(self.path(name), 6)
+    def test_cells_of_each_order(self):
+        for simplices in (False, True):
+            for order in range(1, 8):
+                self.check_order(order, simplices)
+
+    def check_order(self, order, simplices):
+        source, packed, back = (self.path(name) for name in ("box.msh", "box.shm", "back.msh"))
+        cells = write_box(source, order, simplices)
+        self.check(source, cells)
+        self.shm("compress", source, "-o", packed)
+        shapes = {block["shape"] for block in json.loads(self.shm("info", packed, "--json"))["blocks"]}
+        solid = {"triangle", "tetrahedron"} if simplices else {"quad", "hexahedron"}
+        self.assertEqual(shapes, {"vertex", "line"} | solid)
+        self.shm("decompress", packed, "-o", back)
+        self.shm("diff", source, back)
+        # Exodus has tetrahedra and triangles up to order 2, the other cells up to order 3.
+        targets = ["box.vtu", "box.vtk"] + (["box.e"] if order <= (2 if simplices else 3) else [])
+        for target in targets:
+            self.shm("convert", source, self.path(target))
+            self.check(self.path(target), cells)
+        for first in targets:  # from each of them to each other, and back to Gmsh
+            for second in targets + ["again.msh"]:
+                if first != second:
+                    self.shm("convert", self.path(first), self.path("from_" + second))
+                    self.check(self.path("from_" + second), cells)
 
     def test_orders_that_exodus_lacks(self):
         source, target = self.path("four.msh"), self.path("four.e")
@@ -236,6 +263,20 @@ class HighOrderTest(FolderTest):
             self.shm("compress", source, "-o", self.path("one.shm"))
             self.shm("decompress", self.path("one.shm"), "-o", self.path("one.vtk"))
             self.shm("diff", source, self.path("one.vtk"))
+
+    def test_orders_that_differ_by_axis(self):
+        """A quad of 16 nodes has order 3, or orders 7 and 1. An array of VTK tells which."""
+        for orders, kind in (((3, 3, 3), "QUAD16"), ((7, 1, 0), "OTHER16")):
+            source = self.path("quad.vtk")
+            with open(source, "w", encoding="ascii") as out:
+                out.write("# vtk DataFile Version 3.0\none cell\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 16 double\n")
+                for i in range(16):
+                    out.write(f"{i % 4} {i // 4} 0\n")
+                out.write(f"CELLS 1 17\n16 {' '.join(map(str, range(16)))}\nCELL_TYPES 1\n70\nCELL_DATA 1\n"
+                          "FIELD FieldData 1\nHigherOrderDegrees 3 1 double\n" + " ".join(map(str, orders)) + "\n")
+            self.shm("convert", source, self.path("quad.e"))
+            with netCDF4.Dataset(self.path("quad.e")) as file:
+                self.assertEqual(file["connect1"].elem_type, kind)
 
     def test_linear_and_quadratic_cells(self):
         """Lagrange cells of order 1 and 2 are the cells that other type numbers have, and keep their type."""

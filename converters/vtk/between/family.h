@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "interface/losses.h"
 #include "mesh/mesh_source.h"
@@ -77,6 +78,9 @@ inline bool is_range_key(std::string_view name) {
 inline constexpr const char *kNewNumberingInLegacy = "5.1", *kNewNumberingInXml = "2.1";
 // Returns true if the mesh has Lagrange or Bezier hexahedra.
 bool has_renumbered_cells(const MeshInfo& info);
+// Returns the blocks that SourceFormat::blocks_with_own_nodes() describes: Bezier cells above order
+// 1, whose nodes are control points, and Lagrange cells whose order differs by axis.
+std::vector<std::size_t> blocks_with_own_nodes(MeshSource& mesh);
 // Key of an extra that marks a piece of a mesh as using the newer node order. A whole mesh does not
 // need this extra, because its skeleton (the file without its numbers) contains the file version. A
 // piece has no skeleton.

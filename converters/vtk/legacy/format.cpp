@@ -84,8 +84,8 @@ class LegacySource final : public FamilySource {
 
   bool describes_steps(const MeshInfo&) const override { return false; }
 
-  bool has_model_nodes(const BlockInfo& block) const override {
-    return vtk::has_model_nodes(block);
+  std::vector<std::size_t> blocks_with_own_nodes(MeshSource& mesh) const override {
+    return vtk::blocks_with_own_nodes(mesh);
   }
 
   // Returns true if the mesh has voxels, whose corners must be ordered along the axes.

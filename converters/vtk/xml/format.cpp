@@ -81,8 +81,8 @@ class XmlSource final : public vtk::FamilySource {
     return vtu::points_of_step(info, step);
   }
 
-  bool has_model_nodes(const BlockInfo& block) const override {
-    return vtk::has_model_nodes(block);
+  std::vector<std::size_t> blocks_with_own_nodes(MeshSource& mesh) const override {
+    return vtk::blocks_with_own_nodes(mesh);
   }
 
   LossList losses(const MeshInfo& info, const Keys& used) const override {
