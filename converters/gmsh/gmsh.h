@@ -1,4 +1,5 @@
-// Gmsh MSH files as meshes: versions 1.0, 2.x, 4.0 and 4.1, ASCII and binary, either byte order.
+// Gmsh MSH files as meshes: versions 1.0, 2.x, 4.0 and 4.1, ASCII and binary, either byte order;
+// and version 3.0, ASCII.
 //
 // A mesh has one block for each entity block of MSH 4 (the block id is the entity tag), or for each
 // combination of element type and tags of MSH 1 and 2 (the block id is the elementary tag). If

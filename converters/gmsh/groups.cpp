@@ -48,14 +48,19 @@ void GmshNaming::add_entities(std::string_view content, bool partitioned, GmshEn
         const std::uint64_t parts = scan.count(v41);
         for (std::uint64_t k = 0; k < parts && scan.good(); ++k) scan.integer32();
       }
-      const int box = dimension == 0 && version >= 41 ? 3 : 6;
+      const int box = version == 30 ? 0 : dimension == 0 && version >= 41 ? 3 : 6;
       for (int k = 0; k < box; ++k) scan.real();
+      std::uint64_t bounds = 0;
+      const auto pass_bounds = [&] {
+        bounds = dimension > 0 ? scan.count() : 0;
+        for (std::uint64_t k = 0; k < bounds && scan.good(); ++k) scan.integer32();
+      };
+      if (version == 30) pass_bounds();
       std::vector<std::int64_t> tags;
       const std::uint64_t group_count = scan.count();
       for (std::uint64_t k = 0; k < group_count && scan.good(); ++k)
         tags.push_back(scan.integer32());
-      const std::uint64_t bounds = dimension > 0 ? scan.count() : 0;
-      for (std::uint64_t k = 0; k < bounds && scan.good(); ++k) scan.integer32();
+      if (version != 30) pass_bounds();
       if (!scan.good()) return;
       any_bounds |= bounds > 0;
       groups[{dimension, tag}] = std::move(tags);
@@ -63,28 +68,39 @@ void GmshNaming::add_entities(std::string_view content, bool partitioned, GmshEn
   }
 }
 
+namespace {
+
+// Returns the dimension and number of the entity to which the elements of a block belong. A row of
+// MSH 4 contains both, and the element type.
+std::pair<std::int64_t, std::int64_t> entity_of(std::span<const std::int32_t> row) {
+  if (row.size() == 3) return {row[0], row[1]};
+  if (row.size() == 4 && row[1] > 1) return {gmsh_type(row[0]).dimension, row[3]};
+  return {-1, 0};
+}
+
+}  // namespace
+
 std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
     std::span<const std::int32_t> row) const {
   std::vector<std::pair<std::int64_t, std::int64_t>> found;
-  if (row.size() == 3) {  // row of MSH 4: dimension, entity, type
-    const auto entity = groups.find({row[0], row[1]});
-    if (entity == groups.end()) return found;
-    for (const std::int64_t tag : entity->second) found.emplace_back(row[0], std::abs(tag));
-    // In MSH 1 and 2, a row contains the element type, the number of tags, the physical tag and the
-    // elementary tag.
-  } else if (row.size() == 4 && row[1] > 0 && row[2] != 0) {
+  // In MSH 1 to 3, a row contains the element type, the number of tags, the physical tag and the
+  // elementary tag. In MSH 3, the physical tag is 0.
+  if (row.size() == 4 && row[1] > 0 && row[2] != 0) {
     found.emplace_back(gmsh_type(row[0]).dimension, std::abs(std::int64_t{row[2]}));
+    return found;
   }
+  const auto entity = groups.find(entity_of(row));
+  if (entity == groups.end()) return found;
+  for (const std::int64_t tag : entity->second)
+    found.emplace_back(entity->first.first, std::abs(tag));
   return found;
 }
 
 std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
-  // Call groups_of() only if the entity has exactly one group. If an entity has very many blocks
+  // Call groups_of() only if the entity has at most one group. If an entity has very many blocks
   // and groups, calling groups_of() for each block would be slow.
-  if (row.size() == 3) {
-    const auto entity = groups.find({row[0], row[1]});
-    if (entity == groups.end() || entity->second.size() != 1) return {};
-  }
+  const auto entity = groups.find(entity_of(row));
+  if (entity != groups.end() && entity->second.size() > 1) return {};
   const auto found = groups_of(row);
   if (found.size() != 1) return {};
   const auto name = names.find(found[0]);
@@ -133,7 +149,7 @@ GmshNaming naming_of_extras(const MeshInfo& info) {
   double number = 1;
   const std::string format = text("gmsh/mesh_format");
   TextInput::parse(std::string_view(format).substr(0, format.find(' ')), number);
-  const int version = number < 2 ? 10 : number < 3 ? 20 : number < 4.05 ? 40 : 41;
+  const int version = gmsh_version(number);
   GmshEncoding encoding;
   const std::string byte_order = text("gmsh/byte_order");
   encoding.binary = !byte_order.empty();

@@ -106,7 +106,7 @@ struct GmshReading {
   GmshScan scan;
   Spool& spool;
   std::unique_ptr<GmshMesh> mesh;
-  int version = 10;  // ten times the version: 10, 20 (for all versions 2.x), 40 or 41
+  int version = 10;  // result of gmsh_version()
   bool have_nodes = false, have_elements = false;
   // True if parts of the file that the reader does not parse may refer to nodes or elements by tag.
   // If so, arrays store the tags of all nodes and elements, even if the tags are consecutive.

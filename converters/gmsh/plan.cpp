@@ -89,7 +89,7 @@ class PlanFromExtras {
     GmshMemoryScan words(plan_.format_line, {});
     const double version = words.real();
     if (!words.good() || version < 1 || version >= 4.15) extras_.fail(key, "is not a known format");
-    plan_.version = version < 2 ? 10 : version < 3 ? 20 : version < 4.05 ? 40 : 41;
+    plan_.version = gmsh_version(version);
     if (extras_.find("gmsh/byte_order") == nullptr) return;
     plan_.encoding.binary = plan_.version >= 20;
     const bool little = extras_.text("gmsh/byte_order") == "little";

@@ -39,7 +39,7 @@ struct GmshPlannedSection {
 };
 
 struct GmshPlan {
-  int version = 41;  // 10, 20, 40 or 41
+  int version = 41;  // result of gmsh_version()
   std::string format_line = "4.1 1 8";
   GmshEncoding encoding;
   std::vector<GmshPlannedSection> sections;

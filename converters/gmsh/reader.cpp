@@ -32,6 +32,23 @@ std::string end_marker(const std::string& name) {
   return (name == "NOD" || name == "ELM" ? "$END" : "$End") + name;
 }
 
+// Describes a line with a section marker at a place where `marker` should be.
+std::string misplaced(std::string_view line, const std::string& marker) {
+  return "'" + std::string(trimmed(line).substr(0, 40)) + "' is where " + marker + " should be";
+}
+
+// Returns the first line of a section's content that begins with "$End" or "$END"; empty if there
+// is none.
+std::string_view other_end_marker(std::string_view content) {
+  for (std::size_t begin = 0; begin < content.size();) {
+    const std::size_t end = std::min(content.find('\n', begin), content.size());
+    const std::string_view line = content.substr(begin, end - begin);
+    if (line.starts_with("$End") || line.starts_with("$END")) return line;
+    begin = end + 1;
+  }
+  return {};
+}
+
 class SectionReader {
  public:
   SectionReader(const std::string& path, Spool& spool) : r_(path, spool) {}
@@ -144,10 +161,12 @@ class SectionReader {
     if (!words.good() || type < 0 || type > 1)
       r_.input.fail(ErrorCode::corrupt,
                     "the line should contain the version, the file type and the data size");
-    if (!((version >= 2 && version < 3) || (version >= 4 && version < 4.15)))
-      r_.input.fail(ErrorCode::unsupported,
-                    "version " + std::string(trimmed(line)) + " is not one of 1, 2.x, 4.0, 4.1");
-    r_.version = version < 3 ? 20 : version < 4.05 ? 40 : 41;
+    if (!(version >= 2 && version < 4.15))
+      r_.input.fail(ErrorCode::unsupported, "version " + std::string(trimmed(line)) +
+                                                " is not one of 1, 2.x, 3.0, 4.0, 4.1");
+    r_.version = gmsh_version(version);
+    if (r_.version == 30 && type == 1)
+      r_.input.fail(ErrorCode::unsupported, "binary files of version 3 are not read");
     r_.add_text("gmsh/mesh_format", trimmed(line));
     if (type == 1) read_byte_order(data_size);
     expect_section_end(r_);
@@ -185,8 +204,11 @@ class SectionReader {
       }
       searched = content.size() - std::min(content.size(), marker.size());
       const std::uint64_t piece = std::min<std::uint64_t>(r_.input.left(), 65536);
-      if (piece == 0)
+      if (piece == 0) {
+        if (const std::string_view other = other_end_marker(content); !other.empty())
+          r_.input.fail(ErrorCode::corrupt, misplaced(other, marker));
         r_.input.fail(ErrorCode::truncated, "the file ends before the line " + marker);
+      }
       const std::size_t size = content.size();
       content.resize(size + piece);
       r_.input.bytes(reinterpret_cast<std::byte*>(content.data() + size), piece);
@@ -216,6 +238,7 @@ void expect_section_end(GmshReading& reading) {
     if (text.starts_with(marker)) return;
     if (text.empty()) continue;
     if (input.at_end() && marker.starts_with(text)) break;
+    if (text[0] == '$') input.fail(ErrorCode::corrupt, misplaced(text, marker));
     input.fail(ErrorCode::corrupt, "the section contains more data than its header states");
   }
   input.fail(ErrorCode::truncated, "the file ends before the line " + marker);

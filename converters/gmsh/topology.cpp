@@ -34,9 +34,15 @@ class NodeReader {
     for (std::uint64_t i = 0; i < count; ++i) {
       r_.nodes.append(r_.scan.integer32());
       add_point();
-      if (!parametric) continue;
-      const auto dimension = static_cast<std::int32_t>(r_.scan.integer32());
-      const auto tag = static_cast<std::int32_t>(r_.scan.integer32());
+      if (!parametric && r_.version != 30) continue;
+      std::int32_t dimension = 0, tag = 0;
+      if (r_.version == 30) {  // a 0, or the entity of the node
+        tag = static_cast<std::int32_t>(r_.scan.integer32());
+        if (tag != 0) dimension = static_cast<std::int32_t>(r_.scan.integer32());
+      } else {
+        dimension = static_cast<std::int32_t>(r_.scan.integer32());
+        tag = static_cast<std::int32_t>(r_.scan.integer32());
+      }
       const std::int32_t entity = entity_number(dimension, tag);
       entity_of_.append(1, bytes_of(entity));
       add_parameters(gmsh_parameters(dimension, true, false));
@@ -131,7 +137,7 @@ class ElementReader {
   explicit ElementReader(GmshReading& reading)
       : r_(reading), info_(reading.mesh->info_), binary_(reading.scan.encoding.binary) {}
 
-  // Reads the elements of MSH 1 and 2, which are one list of elements of mixed types.
+  // Reads the elements of MSH 1 to 3, which are one list of elements of mixed types.
   void read_flat() {
     const std::uint64_t count = r_.scan.text_count();
     r_.input.skip_line();
@@ -176,7 +182,8 @@ class ElementReader {
         r_.block_table.push_back(static_cast<std::int32_t>(number));
       for (std::uint64_t i = 0; i < count; ++i) {
         r_.elements.append(r_.scan.tag(v41));
-        add_cell(block, type, type.nodes, v41);
+        read_nodes(type.nodes, v41);
+        add_cell(block, type);
       }
     }
     if (r_.elements.size() != total)
@@ -206,7 +213,8 @@ class ElementReader {
     return static_cast<std::uint32_t>(info_.schema.blocks.size() - 1);
   }
 
-  void add_cell(std::uint32_t block, const GmshType& type, std::uint64_t nodes, bool wide) {
+  // Reads the nodes of an element, in Gmsh's order, into in_file_.
+  void read_nodes(std::uint64_t nodes, bool wide) {
     in_file_.resize(nodes);
     for (std::uint64_t& node : in_file_) {
       const std::int64_t tag = r_.scan.tag(wide);
@@ -216,6 +224,11 @@ class ElementReader {
                       "an element uses node " + std::to_string(tag) + ", which does not exist");
       node = *place;
     }
+  }
+
+  // Adds the element whose nodes are in in_file_.
+  void add_cell(std::uint32_t block, const GmshType& type) {
+    const std::size_t nodes = in_file_.size();
     const std::vector<std::uint64_t>* corners = &in_file_;
     if (!type.permutation.empty()) {
       in_order_.resize(nodes);
@@ -242,9 +255,10 @@ class ElementReader {
     r_.elements.append(r_.scan.integer32());
     const std::int64_t type_number = r_.scan.integer32();
     const GmshType type = known_type(type_number);
+    r_.tags_are_referred_to |= gmsh_type_has_parent(type_number);
+    if (r_.version == 30) return read_element_of_version_3(type_number, type);
     const std::uint64_t tags = r_.version >= 20 ? r_.scan.text_count() : 2;
     check_tag_count(tags);
-    r_.tags_are_referred_to |= gmsh_type_has_parent(type_number);
     read_tags(tags);
     std::uint64_t nodes = type.nodes;
     if (r_.version < 20 || nodes == 0) nodes = r_.scan.text_count();
@@ -252,7 +266,26 @@ class ElementReader {
       r_.input.fail(ErrorCode::corrupt, "an element of type " + std::to_string(type_number) +
                                             " has " + std::to_string(nodes) + " nodes");
     r_.input.expect_room(nodes, 1, "nodes of an element");
-    add_cell(tag_block(type_number, type), type, nodes, false);
+    read_nodes(nodes, false);
+    add_cell(tag_block(type_number, type), type);
+  }
+
+  // Reads the rest of an element: its entity, the number of the numbers that follow, its nodes and
+  // the partitions of the element. They become the tags of an element without a physical group.
+  void read_element_of_version_3(std::int64_t type_number, const GmshType& type) {
+    std::vector<std::int32_t> tags{0, static_cast<std::int32_t>(r_.scan.integer32())};
+    const std::uint64_t numbers = r_.scan.text_count();
+    const std::uint64_t nodes = type.nodes == 0 ? numbers : type.nodes;
+    if (numbers < nodes)
+      r_.input.fail(ErrorCode::corrupt, "an element of type " + std::to_string(type_number) +
+                                            " has " + std::to_string(numbers) + " nodes");
+    check_tag_count(numbers - nodes);
+    r_.input.expect_room(numbers, 1, "nodes of an element");
+    read_nodes(nodes, false);
+    for (std::uint64_t i = nodes; i < numbers; ++i)
+      tags.push_back(static_cast<std::int32_t>(r_.scan.integer32()));
+    set_tags(std::move(tags));
+    add_cell(tag_block(type_number, type), type);
   }
 
   void read_binary_run(std::uint64_t most) {
@@ -270,14 +303,19 @@ class ElementReader {
     for (std::int64_t i = 0; i < count; ++i) {
       r_.elements.append(r_.scan.integer32());
       read_tags(static_cast<std::uint64_t>(tags));
-      add_cell(tag_block(type_number, type), type, type.nodes, false);
+      read_nodes(type.nodes, false);
+      add_cell(tag_block(type_number, type), type);
     }
   }
 
   void read_tags(std::uint64_t count) {
-    tags_.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      tags_[i] = static_cast<std::int32_t>(r_.scan.integer32());
+    std::vector<std::int32_t> tags(count);
+    for (std::int32_t& tag : tags) tag = static_cast<std::int32_t>(r_.scan.integer32());
+    set_tags(std::move(tags));
+  }
+  void set_tags(std::vector<std::int32_t> tags) {
+    tags_ = std::move(tags);
+    for (std::size_t i = 0; i < tags_.size(); ++i) {
       while (slots_.size() <= i) slots_.emplace_back(r_.spool, sizeof(std::int32_t));
       slots_[i].append(1, bytes_of(tags_[i]));
     }
@@ -357,7 +395,7 @@ class ElementReader {
   MeshInfo& info_;
   const bool binary_;
   std::vector<std::uint64_t> in_file_, in_order_;
-  // The following members are used only for MSH 1 and 2.
+  // The following members are used only for MSH 1 to 3.
   std::vector<std::int32_t> tags_;  // tags of the current element
   // Tags by position: slots_[i] contains the i-th tag of each element that has more than i tags.
   std::vector<PagedArray> slots_;

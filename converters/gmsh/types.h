@@ -22,6 +22,12 @@ struct GmshType {
 
 GmshType gmsh_type(std::int64_t type);
 
+// Returns ten times the version of a file, from the number that it states: 10, 20 (for all versions
+// 2.x), 30, 40 or 41.
+constexpr int gmsh_version(double number) {
+  return number < 2 ? 10 : number < 3 ? 20 : number < 4 ? 30 : number < 4.05 ? 40 : 41;
+}
+
 // Returns the number of parametric coordinates of a node on an entity of this dimension. Nodes in
 // volumes have such coordinates only in MSH 4.1.
 constexpr std::size_t gmsh_parameters(std::int32_t dimension, bool parametric, bool v41) {

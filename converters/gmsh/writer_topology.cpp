@@ -28,8 +28,13 @@ class NodeWriter {
         for (std::size_t k = 0; k < 3; ++k) w_.out.real(points_[3 * i + k]);
         if (parametric) {
           const auto& entity = w_.plan.node_entities[static_cast<std::size_t>(rows[i])];
-          w_.out.integer32(entity[0]);
-          w_.out.integer32(entity[1]);
+          if (w_.plan.version == 30) {
+            w_.out.integer32(entity[1]);
+            if (entity[1] != 0) w_.out.integer32(entity[0]);
+          } else {
+            w_.out.integer32(entity[0]);
+            w_.out.integer32(entity[1]);
+          }
           const std::size_t parameters = gmsh_parameters(entity[0], true, false);
           for (std::size_t k = 0; k < parameters; ++k) w_.out.real(parameters_[3 * i + k]);
         }
@@ -211,14 +216,13 @@ class ElementWriter {
         if (w_.plan.encoding.binary && i == run_end) run_end = begin_run(batch, i);
         w_.out.integer32(w_.element_tags[cell]);
         if (!w_.plan.encoding.binary) w_.out.integer32(group.type);
-        if (!w_.plan.encoding.binary && w_.plan.version >= 20) w_.out.integer32(group.tag_count);
+        if (!w_.plan.encoding.binary && w_.plan.version == 20) w_.out.integer32(group.tag_count);
+        tags_.clear();
         for (std::size_t slot = 0; slot < static_cast<std::size_t>(group.tag_count); ++slot)
-          w_.out.integer32(w_.plan.tag_arrays[slot] ? tag_values_[slot][tag_place_[slot]++]
-                           : slot == 0              ? group.physical
-                                                    : group.elementary);
-        const GmshType& type = w_.types[batch.blocks[i]];
-        if (w_.plan.version < 20 || type.nodes == 0) w_.out.count(batch.cell(i).size());
-        write_nodes_of(type, batch.cell(i), false);
+          tags_.push_back(w_.plan.tag_arrays[slot] ? tag_values_[slot][tag_place_[slot]++]
+                          : slot == 0              ? group.physical
+                                                   : group.elementary);
+        write_tags_and_nodes(w_.types[batch.blocks[i]], batch.cell(i));
         w_.out.end_line();
       }
     }
@@ -226,6 +230,22 @@ class ElementWriter {
   }
 
  private:
+  // Writes the rest of an element of MSH 1 to 3. Version 3 has no physical tag, and its other tags
+  // follow the nodes.
+  void write_tags_and_nodes(const GmshType& type, std::span<const std::uint64_t> corners) {
+    const std::span<const std::int32_t> tags(tags_);
+    if (w_.plan.version != 30) {
+      for (const std::int32_t tag : tags) w_.out.integer32(tag);
+      if (w_.plan.version < 20 || type.nodes == 0) w_.out.count(corners.size());
+      return write_nodes_of(type, corners, false);
+    }
+    w_.out.integer32(tags.size() > 1 ? tags[1] : 0);
+    const auto more = tags.subspan(std::min<std::size_t>(tags.size(), 2));
+    w_.out.count(corners.size() + more.size());
+    write_nodes_of(type, corners, false);
+    for (const std::int32_t tag : more) w_.out.integer32(tag);
+  }
+
   void write_nodes_of(const GmshType& type, std::span<const std::uint64_t> corners, bool wide) {
     in_file_.assign(corners.begin(), corners.end());
     for (std::size_t k = 0; k < type.permutation.size(); ++k)
@@ -343,11 +363,12 @@ class ElementWriter {
 
   GmshWriting& w_;
   std::vector<std::uint64_t> in_file_;
-  // The following members are used only for MSH 1 and 2. They are indexed by the position of a tag
+  // The following members are used only for MSH 1 to 3. They are indexed by the position of a tag
   // in the tag list of an element.
   std::array<std::uint64_t, 64> tag_first_{};  // index of the next value to read from the tag array
   std::array<std::size_t, 64> tag_place_{};    // index of the next value in tag_values_
   std::array<std::vector<std::int32_t>, 64> tag_values_;
+  std::vector<std::int32_t> tags_;  // tags of the current element
 };
 
 }  // namespace
@@ -382,7 +403,7 @@ void write_gmsh_nodes(GmshWriting& writing, const std::string& section_name) {
   if (writing.v4())
     writer.write_blocks();
   else
-    writer.write_flat(section_name == "ParametricNodes");
+    writer.write_flat(section_name == "ParametricNodes" || writing.plan.version == 30);
 }
 
 void write_gmsh_elements(GmshWriting& writing) {

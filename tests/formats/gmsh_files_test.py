@@ -28,7 +28,7 @@ from folder_test import FolderTest, forced, is_sampled
 NATIVE = "<" if sys.byteorder == "little" else ">"
 SHM = "shm"
 # Tested pairs of MSH version and file type (1: binary, 0: text). Gmsh 4.8 writes version 4.0 only as text.
-FILES = ((1, 0), (2.2, 0), (2.2, 1), (4.0, 0), (4.1, 0), (4.1, 1))
+FILES = ((1, 0), (2.2, 0), (2.2, 1), (3.0, 0), (4.0, 0), (4.1, 0), (4.1, 1))
 
 # Affine map that translates by one unit along x, as a 4 x 4 matrix.
 AFFINE = [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]

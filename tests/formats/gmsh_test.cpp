@@ -454,6 +454,27 @@ TEST_F(GmshTest, SecondOrderNodesStandInVtkOrder) {
   }
 }
 
+// Gmsh ignores misspelt end markers. The message names them.
+TEST_F(GmshTest, NamesMisspeltEndMarkers) {
+  for (const auto& [right, wrong] :
+       {std::pair{"$EndElements", "$EndElement"}, std::pair{"$EndNodes", "$ENDNOD"},
+        std::pair{"$EndElementNodeData", "$ElementEndNodeData"},
+        std::pair{"$EndComments", "$EndComment"}}) {
+    std::string content = kVersion2;
+    const std::string marker = std::string(right) + "\n";
+    for (std::size_t at = content.find(marker); at != std::string::npos;
+         at = content.find(marker, at + 1))
+      content.replace(at, marker.size(), std::string(wrong) + "\n");
+    try {
+      open_text(content);
+      ADD_FAILURE() << wrong;
+    } catch (const Failure& failure) {
+      EXPECT_NE(failure.error().detail.find(wrong), std::string::npos) << failure.error().detail;
+      EXPECT_NE(failure.error().detail.find(right), std::string::npos) << failure.error().detail;
+    }
+  }
+}
+
 // The written file contains the same mesh even if the vertices, cells and references arrive in
 // reverse order.
 TEST_F(GmshTest, FollowsARenumbering) {
@@ -643,7 +664,7 @@ TEST_F(GmshTest, NamesWhatIsWrong) {
   const std::string nodes = head + "$Nodes\n2\n1 0 0 0\n2 1 0 0\n$EndNodes\n";
   EXPECT_EQ(error_of(""), ErrorCode::corrupt);
   EXPECT_EQ(error_of("hello\n"), ErrorCode::corrupt);
-  EXPECT_EQ(error_of("$MeshFormat\n3 0 8\n$EndMeshFormat\n"), ErrorCode::unsupported);
+  EXPECT_EQ(error_of("$MeshFormat\n3 1 8\n$EndMeshFormat\n"), ErrorCode::unsupported);
   EXPECT_EQ(error_of("$MeshFormat\n4.1 2 8\n$EndMeshFormat\n"), ErrorCode::corrupt);
   EXPECT_EQ(error_of("$MeshFormat\n4.1 1 4\n$EndMeshFormat\n"), ErrorCode::unsupported);
   EXPECT_EQ(error_of(head + "$Nodes\n2\n1 0 0 0\n"), ErrorCode::corrupt);
