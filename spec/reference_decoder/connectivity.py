@@ -2,7 +2,7 @@
 
 from .basics import FACES, reject, reject_unless
 from .coders import Bits, Mixer, Mixing, Models, Number, RangeDecoder, Signed, choice, number, signed, tree
-from .mid_nodes import MidNodes, mid_nodes_of
+from .mid_nodes import MidNodes, grid_of, mid_nodes_of
 from .other_cells import OtherCells, corners_of
 from .polyhedra import Polyhedra
 from .replay import Replay
@@ -25,10 +25,16 @@ class Cell:
         self.stored_corner = AS_STORED
         self.corners = corners_of(block, count)  # c of section 37; 8 for hexahedra
         self.mid = mid_nodes_of(block)  # section 36: position -> what it is in the middle of
+        self.grid = grid_of(block)  # section 48
         self.behind = [None] * 8  # section 37
         self.by_faces = False  # section 42
         self.last_use = []  # positions
         self.number = 0
+
+    def reversed_axes(self):
+        """Section 48: the axes along which the rows of a grid begin at the high end."""
+        new = [CORNER_BITS[self.stored_corner[p]] for p in self.new_positions if p < 8]
+        return {a for a in range(3) if 2 * sum(bits >> a & 1 for bits in new) < len(new)}
 
     def turned(self):
         """Whether stored_corner is coded."""
@@ -146,28 +152,29 @@ class Connectivity:
     def nodes(self, cell, first):
         source, v, last = self.source, cell.v, self.node_ids[cell.block_index]
         shift = 0
-        for i in range(cell.count):
-            if i >= first and not (i in cell.mid and self.mid.as_expected(source, cell, i)):
-                m = self.nodes_models[min(i, 31)]
-                base = last[i] if i < len(last) else v[i - 1].id if i > 0 else 0
+        order = cell.grid.in_rows(cell.reversed_axes()) if cell.grid else range(cell.count)
+        for rank, i in enumerate(order):
+            if rank >= first and not (i in cell.mid and self.mid.as_expected(source, cell, i)):
+                m = self.nodes_models[min(rank, 31)]
+                base = last[rank] if rank < len(last) else v[order[rank - 1]].id if rank > 0 else 0
                 is_new = self.last_new = source.bit(m.is_new[self.last_new])
                 if is_new:
                     v[i] = self.surface.add_vertex()
                     cell.new_positions.append(i)
-                elif i > 0 and source.bit(m.repeated[0]):
+                elif rank > 0 and source.bit(m.repeated[0]):
                     back = number(source, m.repeat)
-                    reject_unless(back < i, "a repeated node of no position")
-                    v[i] = v[i - 1 - back]
+                    reject_unless(back < rank, "a repeated node of no position")
+                    v[i] = v[order[rank - 1 - back]]
                 else:
                     v[i] = self.surface.with_id(base + shift + signed(source, m.step))
-                    if i < len(last):
-                        shift = v[i].id - last[i]
+                    if rank < len(last):
+                        shift = v[i].id - last[rank]
             if i in cell.mid:
                 self.mid.note(cell, i)
-            if i >= len(last):
+            if rank >= len(last):
                 last.append(v[i].id)
-            elif i >= first:
-                last[i] = v[i].id
+            elif rank >= first:
+                last[rank] = v[i].id
 
     # ------------------------------------------------------------------ Finalization flags
 

@@ -1,4 +1,4 @@
-"""Section 36: mid nodes of second-order cells. Their numbers are in vertex_numbers.py."""
+"""Sections 36 and 48: mid nodes, and grids of nodes. Their numbers are in vertex_numbers.py."""
 
 from functools import lru_cache
 
@@ -17,6 +17,8 @@ class MidNode:
         self.parallel = []  # (position of a node, corner that is beside the first corner there)
         self.edges = []  # of a face: the nodes of its edges
         self.sides = []  # of an edge: corners of the sides of the solid that it lies in
+        self.steps, self.order = (1, 1), 2  # along the edge, or along both axes of the face
+        self.continues = False  # a grid: whether the node before lies on the same edge or face, or inside too
 
 
 def _words(text):
@@ -100,9 +102,76 @@ def _table(shape, nodes):
     return mid
 
 
+class Grid:
+    """Section 48: the nodes of a hexahedron of order 3 to 10."""
+
+    def __init__(self, order):
+        self.order, inside = order, range(1, order)
+        corner = [tuple(order * (CORNER_BITS[c] >> a & 1) for a in range(3)) for c in range(8)]
+        self.places = list(corner)  # by position
+        for a, b in _words("01 12 32 03 45 56 76 47 04 15 26 37"):
+            self.places += [tuple(x if x == y else i for x, y in zip(corner[a], corner[b])) for i in inside]
+        for axis in range(3):
+            for end in (0, order):
+                for v in inside:
+                    for u in inside:
+                        place = [u, v]
+                        place.insert(axis, end)
+                        self.places.append(tuple(place))
+        self.places += [(x, y, z) for z in inside for y in inside for x in inside]
+        self.at = {place: position for position, place in enumerate(self.places)}
+        self.mid = {position: self._node(self.places[position]) for position in range(8, len(self.places))}
+        for position in range(9, len(self.places)):
+            node, before = self.mid[position], self.mid[position - 1]
+            node.continues = (node.kind, node.corners) == (before.kind, before.corners)
+
+    def _node(self, place):
+        inner = [a for a in range(3) if 0 < place[a] < self.order]
+        at_ends = [(0,), (self.order,)] if len(inner) == 1 else [(0, 0), (1, 0), (1, 1), (0, 1)]
+        corners = []
+        for ends in at_ends if len(inner) < 3 else []:
+            corner = list(place)
+            for a, end in zip(inner, ends):
+                corner[a] = self.order if end else 0
+            corners.append(self.at[tuple(corner)])
+        node = MidNode((EDGE, FACE, BODY)[len(inner) - 1], tuple(corners))
+        node.steps, node.order = tuple(place[a] for a in inner), self.order
+        if node.kind == EDGE:
+            node.sides = [side for side in _HEXAHEDRON_FACES if _next_to(side, *corners)]
+        return node
+
+    def in_rows(self, reversed_axes):
+        """All positions in the order of coding."""
+        turn = lambda place: [self.order - x if a in reversed_axes else x for a, x in enumerate(place)]
+        return [*range(8), *sorted(range(8, len(self.places)), key=lambda p: turn(self.places[p])[::-1])]
+
+    def back(self, position, reversed_axes, steps):
+        """The position that lies `steps` back from this one along the rows, or None."""
+        place = tuple(x + s if a in reversed_axes else x - s
+                      for a, (x, s) in enumerate(zip(self.places[position], steps)))
+        return self.at.get(place)
+
+
+_GRID_ORDERS = {(order + 1) ** 3: order for order in range(3, 11)}
+
+
+@lru_cache(maxsize=None)
+def _grid(order):
+    return Grid(order)
+
+
+def grid_of(block):
+    """Of a block whose cells have their nodes on a grid, else None."""
+    order = _GRID_ORDERS.get(block.nodes_per_cell) if block.shape == HEXAHEDRON else None
+    return _grid(order) if order else None
+
+
 def mid_nodes_of(block):
     if block.shape == HEXAHEDRON and block.nodes_per_cell < 8:
         return {}
+    grid = grid_of(block)
+    if grid:
+        return grid.mid
     return _table(block.shape, block.nodes_per_cell)
 
 
@@ -117,24 +186,35 @@ class MidNodes:
     def __init__(self, surface):
         self.surface = surface
         self.middle = {}
-        self.missed, self.ended = [0] * 3, [0] * 27
+        self.missed, self.ended = [0] * 3, [0] * 64
         self.expected_models, self.body_ends, self.ends_with_corner = Bits(), Bits(), Bits()
         self.face_ends, self.edge_ends = Bits(), Bits()
 
-    def _defining_vertices(self, cell, i):
-        """The two vertices that define the place of mid node i."""
-        corners = [cell.v[cell.position_stored(c)] for c in cell.mid[i].corners]
-        if len(corners) == 4:
-            least = min(range(4), key=lambda k: corners[k].id)
-            return corners[least], corners[least ^ 2]
-        return corners
+    def _place(self, cell, i):
+        """The two vertices that define the edge or face of mid node i, and which place on it this is."""
+        node = cell.mid[i]
+        corners = [cell.v[cell.position_stored(c)] for c in node.corners]
+        order = node.order
+        if len(corners) == 2:
+            a, b = corners
+            step = order - node.steps[0] if b.id < a.id else node.steps[0]
+            return a, b, step - 1
+        least = min(range(4), key=lambda k: corners[k].id)
+        first = order - node.steps[0] if least in (1, 2) else node.steps[0]
+        second = order - node.steps[1] if least in (2, 3) else node.steps[1]
+        after, before = corners[(least + 1) % 4], corners[least - 1]
+        along_first, along_second = (after, before) if least % 2 == 0 else (before, after)
+        older = after if after.id <= before.id else before
+        if older is not along_first or (along_first is along_second and least % 2):
+            first, second = second, first
+        return corners[least], corners[least ^ 2], first - 1 + (order - 1) * (second - 1)
 
     def as_expected(self, source, cell, i):
         kind = cell.mid[i].kind
         expected = None
         if kind != BODY:
-            a, b = self._defining_vertices(cell, i)
-            expected = self.middle.get((kind, frozenset((a.id, b.id))))
+            a, b, index = self._place(cell, i)
+            expected = self.middle.get((kind, frozenset((a.id, b.id)), index))
             if expected is None and a is b:
                 expected = a
         hit = source.bit(self.expected_models[kind, expected is not None, self.missed[kind]])
@@ -149,10 +229,10 @@ class MidNodes:
         node, vertex = cell.mid[i], cell.v[i]
         if node.kind == BODY:
             return
-        a, b = self._defining_vertices(cell, i)
+        a, b, index = self._place(cell, i)
         if vertex is a and vertex is b:
             return
-        place = node.kind, frozenset((a.id, b.id))
+        place = node.kind, frozenset((a.id, b.id)), index
         if vertex.place != place:
             if place in self.middle:
                 self.forget_vertex(self.middle[place])

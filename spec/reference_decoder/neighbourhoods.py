@@ -5,7 +5,7 @@ from .mid_nodes import BODY, EDGE
 from .other_cells import plain_shape, sides_of
 from .surface import CORNER_BITS
 
-LATTICE, MIDPOINT, OF_OTHER, CENTRE, LAYERED, FLAT, SIMPLEX, BESIDE = range(8)
+LATTICE, MIDPOINT, OF_OTHER, CENTRE, LAYERED, FLAT, SIMPLEX, BESIDE, GRID = range(9)
 
 # Places in Neighbourhood.at, and bits of `known`.
 NEAR, DIAGONAL, OPPOSITE, BEYOND, FARTHER, THIRD = 0, 3, 6, 7, 10, 13
@@ -126,6 +126,8 @@ class Neighbourhoods:
                 item = self._polyhedron(cell, p, known)
             elif not cell.hexahedral and p < cell.corners:
                 item = self._other_corner(cell, p, known)
+            elif cell.grid:
+                item = self._grid(cell, p)
             elif p in cell.mid and (cell.mid[p].kind != BODY or cell.count == 27):
                 item = self._mid(cell, p, known)
             else:
@@ -150,6 +152,22 @@ class Neighbourhoods:
         self.full[item.slot] = item.is_full()
         for a in range(3):
             self._look_beyond(item, a)
+        return item
+
+    def _grid(self, cell, p):
+        """Section 48: of a node of a grid, the nodes before it along the rows."""
+        grid, reversed_axes = cell.grid, cell.reversed_axes()
+        place = grid.places[p]
+        corner = sum(1 << a for a in range(3) if place[a] == (0 if a in reversed_axes else grid.order))
+        item = Neighbourhood(cell.v[p].slot, GRID, corner)
+        steps = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 0, 1), (0, 1, 1), (1, 1, 1),
+                 (2, 0, 0), (0, 2, 0), (0, 0, 2), (3, 0, 0), (0, 3, 0), (0, 0, 3)]
+        for place, step in enumerate(steps):
+            found = grid.back(p, reversed_axes, step)
+            if found is not None:
+                item.set(place, cell.v[cell.position_stored(found)].slot)
+        item.thirds(self.full)
+        self.full[item.slot] = item.is_full()
         return item
 
     def _look_beyond(self, item, a):

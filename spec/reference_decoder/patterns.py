@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from .basics import HEXAHEDRON, MASK64, Cursor, reject_unless, signed64, unzigzag, zstd_frame
 from .domains import FLOATS, INTEGERS, NARROW, as_double, nearest
-from .mid_nodes import BODY, EDGE, mid_nodes_of
+from .mid_nodes import BODY, EDGE, grid_of, mid_nodes_of
 from .other_cells import corners_of, sides_of
 from .schema import KEEP, Block
 from .shifts import COPY, domain_of_differences, from_residual, signed_of, widest_residual
@@ -229,6 +229,21 @@ def _middle_of(node, nodes):
     return node.corners if node.kind == EDGE else node.corners[::2]
 
 
+def _along_grid(grid, i):
+    """Section 48: the terms that a node of a grid may have, the best first."""
+    place, order = grid.places[i], grid.order
+    inner = [axis for axis in range(3) if 0 < place[axis] < order]
+    a, b, c = axes = inner + [axis for axis in range(3) if axis not in inner]
+    moved = {axis: place[axis] - 1 if axis in inner else order - place[axis] for axis in axes}
+    at = lambda *those: grid.at[tuple(moved[axis] if axis in those else place[axis] for axis in range(3))]
+    choices = [(at(a), at(b), at(c), at(a, b), at(a, c), at(b, c), at(a, b, c))]
+    choices += [(at(x), at(y), at(x, y)) for x, y in ((a, b), (a, c), (b, c))]
+    if place[a] > 1:
+        before = tuple(place[axis] - 2 if axis == a else place[axis] for axis in range(3))
+        choices.append((at(a), at(a), grid.at[before]))
+    return choices
+
+
 @lru_cache(maxsize=None)
 def _choices(block_shape, nodes, i):
     """The terms that node i may have, as nodes, the best first."""
@@ -242,7 +257,9 @@ def _choices(block_shape, nodes, i):
         at = [(side, side.index(i)) for side in sides_of(block_shape, corners) if i in side]
         choices += [(side[(p + 1) % 4], side[p - 1], side[(p + 2) % 4]) for side, p in at if len(side) == 4]
         choices += [(side[q % len(side)],) for side, p in at for q in (p - 1, p + 1)]
-    node = mid_nodes_of(block).get(i)
+    node, grid = mid_nodes_of(block).get(i), grid_of(block)
+    if node and grid:
+        choices += _along_grid(grid, i)
     if node:
         choices.append(_middle_of(node, nodes))
     return (*choices, (i - 1,)) if i else tuple(choices)

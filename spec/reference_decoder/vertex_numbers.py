@@ -5,7 +5,7 @@ from .coders import Bits, Models, RangeDecoder, Signed, signed
 from .mid_nodes import BODY, EDGE
 from .surface import CORNER_BITS, EDGE_CORNERS
 
-LAST, COPY, MIDPOINT, PARALLELOGRAM, LORENZO = range(5)
+LAST, COPY, PARALLELOGRAM, LORENZO = range(4)
 
 
 def at(p, d):
@@ -27,8 +27,6 @@ def stencil(cell, known, p):
             if at(p, d) in known:
                 return COPY, [at(p, d)]
         return LAST, []
-    if cell.hexahedral and p < 20 and cell.count >= 20:
-        return MIDPOINT, [cell.position_stored(corner) for corner in EDGE_CORNERS[p - 8]]
     if p == 0 or p > 64 or p - 1 not in known:
         return LAST, []
     return COPY, [p - 1]
@@ -38,8 +36,6 @@ def expected_of(kind, a):
     """From the numbers of the stencil."""
     if kind == COPY:
         return a[0]
-    if kind == MIDPOINT:
-        return (a[0] + towards_zero(signed64(a[1] - a[0]), 2)) & MASK64
     if kind == PARALLELOGRAM:
         return (a[0] + a[1] - a[2]) & MASK64
     return (a[0] + a[1] + a[2] - a[3] - a[4] - a[5] + a[6]) & MASK64
@@ -62,7 +58,9 @@ class MidNodeNumbers:
             other = number(22) if cell.count == 27 else corner(0)
         else:
             first = corner(node.corners[0])
-            other = corner(node.corners[1]) if node.kind == EDGE else number(node.edges[0])
+            other = corner(node.corners[1]) if node.kind == EDGE or not node.edges else number(node.edges[0])
+        if node.continues and cell.v[p - 1].number is not None:
+            other = number(p - 1)
         parallel = [(position, beside) for position, beside in node.parallel if position in known]
         step = lambda rule: self.step[p, rule]
         rules = [(0, following, following), (1, self.last_of[node.kind], self.last_of[node.kind] + 1)]
@@ -149,7 +147,7 @@ class VertexNumbers:
             return number
         kind, positions = stencil(cell, known, p)
         numbers = [cell.v[q].number for q in positions]
-        near = following if kind in (LAST, MIDPOINT) else expected_of(kind, numbers)
+        near = following if kind == LAST else expected_of(kind, numbers)
         d = None
         if kind == COPY and cell.hexahedral and p < 8:
             b = CORNER_BITS[p]
@@ -186,7 +184,7 @@ class VertexNumbers:
         vertex = cell.v[p]
         known = {q for q in range(min(cell.count, 64)) if cell.v[q].import_state == 2 and cell.v[q] is not vertex}
         kind, positions = stencil(cell, known, p)
-        if kind in (LAST, MIDPOINT):
+        if kind == LAST:
             return self._imported(LAST, self.last_imported)
         return self._imported(kind, expected_of(kind, [cell.v[q].number for q in positions]))
 
@@ -213,7 +211,7 @@ class Imports:
         state = lambda position: cell.v[position].import_state
         if cell.hexahedral and p < 8:
             model = self.at_corner[p, 9 * state(at(p, 1)) + 3 * state(at(p, 2)) + state(at(p, 4))]
-        elif cell.hexahedral and p < 20 and cell.count >= 20:
+        elif cell.hexahedral and p < 20 and cell.count >= 20 and not cell.grid:
             a, b = (cell.position_stored(corner) for corner in EDGE_CORNERS[p - 8])
             model = self.at_edge[3 * state(a) + state(b)]
         else:

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <random>
+#include <set>
 #include <vector>
 
 #include "codecs/surface/cells/mid_node_numbers.h"
@@ -69,24 +70,17 @@ TEST(NodeLayout, OfAllShapes) {
     std::uint32_t nodes;
     std::array<int, 3> kinds;
   };
-  for (const Expected& expected : std::vector<Expected>{{line, 3, {1, 0, 0}},
-                                                        {triangle, 6, {3, 0, 0}},
-                                                        {triangle, 7, {3, 0, 1}},
-                                                        {quad, 8, {4, 0, 0}},
-                                                        {quad, 9, {4, 1, 0}},
-                                                        {tetrahedron, 10, {6, 0, 0}},
-                                                        {pyramid, 13, {8, 0, 0}},
-                                                        {pyramid, 14, {8, 1, 0}},
-                                                        {wedge, 15, {9, 0, 0}},
-                                                        {wedge, 18, {9, 3, 0}},
-                                                        {hexahedron, 9, {0, 0, 1}},
-                                                        {hexahedron, 20, {12, 0, 0}},
-                                                        {hexahedron, 21, {12, 0, 1}},
-                                                        {hexahedron, 23, {12, 0, 0}},
-                                                        {hexahedron, 24, {12, 4, 0}},
-                                                        {hexahedron, 26, {12, 6, 0}},
-                                                        {hexahedron, 27, {12, 6, 1}},
-                                                        {hexahedron, 64, {12, 0, 0}}}) {
+  for (const Expected& expected :
+       std::vector<Expected>{{line, 3, {1, 0, 0}},          {triangle, 6, {3, 0, 0}},
+                             {triangle, 7, {3, 0, 1}},      {quad, 8, {4, 0, 0}},
+                             {quad, 9, {4, 1, 0}},          {tetrahedron, 10, {6, 0, 0}},
+                             {pyramid, 13, {8, 0, 0}},      {pyramid, 14, {8, 1, 0}},
+                             {wedge, 15, {9, 0, 0}},        {wedge, 18, {9, 3, 0}},
+                             {hexahedron, 9, {0, 0, 1}},    {hexahedron, 20, {12, 0, 0}},
+                             {hexahedron, 21, {12, 0, 1}},  {hexahedron, 23, {12, 0, 0}},
+                             {hexahedron, 24, {12, 4, 0}},  {hexahedron, 26, {12, 6, 0}},
+                             {hexahedron, 27, {12, 6, 1}},  {hexahedron, 63, {12, 0, 0}},
+                             {hexahedron, 64, {24, 24, 8}}, {hexahedron, 1331, {108, 486, 729}}}) {
     const NodeLayout* layout = node_layout(expected.shape, expected.nodes);
     ASSERT_NE(layout, nullptr);
     std::array<int, 3> kinds{};
@@ -110,6 +104,74 @@ TEST(NodeLayout, OfAllShapes) {
   EXPECT_EQ(node_layout(tetrahedron, 4), nullptr);
   EXPECT_EQ(node_layout(other, 27), nullptr);
   EXPECT_EQ(node_layout(polyhedron, 20), nullptr);
+}
+
+TEST(NodeLayout, OfGridsIsThatOfPlaces) {
+  for (std::uint32_t order = kLeastGridOrder; order <= kMostGridOrder; ++order) {
+    const std::uint32_t side = order + 1;
+    const NodeLayout& layout = *node_layout(CellShape::hexahedron, side * side * side);
+    ASSERT_EQ(layout.grid.order, order);
+    ASSERT_EQ(layout.grid.places.size(), side * side * side);
+    for (std::uint32_t p = 0; p < layout.nodes; ++p) {
+      const NodeGrid::Place& place = layout.grid.places[p];
+      EXPECT_EQ(layout.grid.position(place), p);
+      const MidNode* node = layout.at(p);
+      ASSERT_EQ(node == nullptr, p < 8);
+      if (node == nullptr || node->kind == Kind::body) continue;
+      // The node is at the sum of its steps from its first corner.
+      const auto& first = layout.grid.places[node->corner[0]];
+      for (std::uint32_t a = 0; a < 3; ++a) {
+        std::uint32_t steps = 0;
+        for (std::size_t i = 0; i < (node->kind == Kind::edge ? 1u : 2u); ++i)
+          if (layout.grid.places[node->corner[i == 0 ? 1 : 3]][a] != first[a])
+            steps += node->step[i];
+        EXPECT_EQ(place[a], first[a] + steps) << p;
+      }
+    }
+    for (const auto& rows : layout.grid.rows) {
+      std::vector<std::uint16_t> sorted = rows;
+      std::sort(sorted.begin(), sorted.end());
+      for (std::uint32_t p = 0; p < layout.nodes; ++p) EXPECT_EQ(sorted[p], p);
+    }
+  }
+  const auto& rows = node_layout(CellShape::hexahedron, 64)->grid.rows;
+  EXPECT_EQ(rows[0][8], 8);   // the first row, from corner 0
+  EXPECT_EQ(rows[1][8], 9);   // the same row, from corner 1
+  EXPECT_EQ(rows[4][8], 16);  // the row from corner 4
+}
+
+TEST(MiddleTable, PlacesOnFacesDoNotDependOnTheFirstCorner) {
+  ActiveSurface surface;
+  MiddleTable table(surface);
+  constexpr std::uint32_t kOrder = 5;
+  std::array<std::uint32_t, 4> v{};
+  for (std::uint32_t& it : v) it = surface.add_vertex();
+  std::array<std::uint32_t, 4> corners = {2, 0, 3, 1};  // indices in v
+  do {
+    // A node with these steps along the sides 01 and 03 of the face 0123
+    std::set<std::uint32_t> indices;
+    for (std::uint32_t s = 1; s < kOrder; ++s)
+      for (std::uint32_t t = 1; t < kOrder; ++t) {
+        const auto place_of = [&](std::array<std::uint32_t, 4> face, std::uint32_t a,
+                                  std::uint32_t b) {
+          return table.face({v[face[0]], v[face[1]], v[face[2]], v[face[3]]},
+                            {static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b)}, kOrder);
+        };
+        const auto [p, q, r, o] = corners;
+        const MiddleTable::Place place = place_of({p, q, r, o}, s, t);
+        indices.insert(place.index);
+        EXPECT_EQ(place.low, v[0]);
+        // The same face, from another corner and in the opposite direction
+        for (const MiddleTable::Place& other :
+             {place_of({q, r, o, p}, t, kOrder - s), place_of({r, o, p, q}, kOrder - s, kOrder - t),
+              place_of({o, p, q, r}, kOrder - t, s), place_of({p, o, r, q}, t, s)}) {
+          EXPECT_EQ(other.index, place.index);
+          EXPECT_EQ(other.low, place.low);
+          EXPECT_EQ(other.high, place.high);
+        }
+      }
+    EXPECT_EQ(indices.size(), (kOrder - 1) * (kOrder - 1));
+  } while (std::next_permutation(corners.begin(), corners.end()));
 }
 
 TEST(MiddleTable, LeadsFromPlacesToLiveVertices) {
@@ -224,6 +286,38 @@ TEST(MidNodes, CostNothingOnAGrid) {
     }
 }
 
+TEST(GridNodes, ComeBack) {
+  for (const Order order : {Order::keep, Order::stream})
+    for (ConnectivityCodec codec : kCodecs) {
+      WriteOptions options;
+      options.connectivity = codec;
+      TestMesh mesh = grids_of_nodes();
+      mesh.schema.order = order;
+      if (order == Order::stream) mesh.schema.delay = 4;
+      expect_round_trip(mesh, options);
+    }
+}
+
+TEST(GridNodes, AreFoundByTheirEdgesAndFaces) {
+  for (ConnectivityCodec codec : kCodecs) {
+    WriteOptions options;
+    options.connectivity = codec;
+    SizeReport report;
+    expect_round_trip(turned_grids(6, 6, 4, 4), options, &report);
+    // Bytes for 144 cells with 117 nodes each that are not corners. The cells are turned.
+    EXPECT_LT(report.streams["connectivity"], 1000u);
+  }
+}
+
+// Grids predict a node from its neighbours along the rows, so coordinates that are sums of
+// functions of one axis cost little.
+TEST(GridNodes, ArePredictedAlongTheRows) {
+  TestMesh mesh = turned_grids(4, 4, 4, 5);
+  SizeReport report;
+  expect_round_trip(mesh, {}, &report);
+  EXPECT_LT(report.streams["geometry"], 3 * mesh.vertices);
+}
+
 // Any node may be the same vertex as any earlier node of its cell, in cells with and without
 // corners.
 TEST(Nodes, MayRepeatAnyEarlierNodeOfTheCell) {
@@ -260,7 +354,7 @@ TEST(MidNodeNumbers, RulesThatFitAreFound) {
   MidNodeNumbers rules;
   for (std::uint64_t c = 0; c < 20; ++c) {
     numbers = {c, 40 + 7 * c, 900, 9 * c * c, 1000 + 13 * c * c, 0, 0, 0};
-    const auto guess = rules.expect(cell, *cell.layout->at(6), 6, 0x1f, numbers, 0);
+    const auto guess = rules.expect(cell, *cell.layout->at(6), 6, 0x1f, false, numbers, 0);
     if (c > 8) {
       EXPECT_EQ(guess.best, 1100 + 13 * c * c) << c;
     }

@@ -29,7 +29,6 @@ double predict(const Stencil& s, const std::array<double, 8>& value) {
   switch (s.kind) {
     case Stencil::last: return 0;
     case Stencil::copy: return at(0);
-    case Stencil::midpoint: return (at(0) + at(1)) / 2;
     case Stencil::parallelogram: return at(0) + at(1) - at(2);
     case Stencil::lorenzo: return at(0) + at(1) + at(2) - at(3) - at(4) - at(5) + at(6);
   }
@@ -92,19 +91,6 @@ TEST(Stencil, ExactOnSmoothFunctions) {
         EXPECT_EQ(predict(s, more), more[i]);
       }
     }
-}
-
-TEST(Stencil, EdgeNodesLieBetweenTheirCorners) {
-  for (std::uint32_t r = 0; r < kRotationCount; ++r) {
-    auto cell = hexahedron(20);
-    cell.stored_corner = kRotations[r];
-    for (std::uint32_t e = 0; e < 12; ++e) {
-      const Stencil s = stencil_of(cell, 8 + e, ~std::uint64_t{0});
-      ASSERT_EQ(s.kind, Stencil::midpoint);
-      for (std::size_t end = 0; end < 2; ++end)
-        EXPECT_EQ(cell.stored_corner[s.at[end] - 100], kEdgeCorners[e][end]);
-    }
-  }
 }
 
 TEST(Stencil, OtherCellsCopyTheNodeBefore) {

@@ -76,6 +76,7 @@ class FaultyFiles {
     histories();
     copies_of_vertices();
     broken_bitstreams({"copied_vertices"});
+    broken_bitstreams({"grid_nodes", "patterns_grid_nodes"});
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 

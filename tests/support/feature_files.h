@@ -1245,6 +1245,9 @@ inline std::vector<FeatureFile> feature_files() {
   add("second_order", written(second_order_cells()));
   add("second_order_stream", written(with_order(second_order_grid(3, 2, 2, 27), stream, true, 0), 5,
                                      ConnectivityCodec::replay));
+  add("grid_nodes", written(grids_of_nodes()));
+  add("grid_nodes_stream", written(with_order(grids_of_nodes(), stream, false, 3), 5,
+                                   ConnectivityCodec::replay, Level::best));
   add("degenerate", written(degenerate_hexahedra()));
   add("arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 1))));
   add("arrays_on_some_blocks", written(arrays_on_some_blocks()));
@@ -1344,6 +1347,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("patterns_shapes", written(with_few_nodes(second_order_cells()), 30, patterns, Level::fast));
   add("patterns_second_order",
       written(with_order(second_order_grid(3, 2, 2, 27), stream, true, 0), 5, patterns));
+  add("patterns_grid_nodes", written(turned_grids(2, 2, 2, 3), 5, patterns, Level::fast));
   add("patterns_broken", written(broken(bent_grid(5, 4, 3)), 20, patterns, Level::fast));
   add("patterns_arrays",
       written(with_arrays_of_every_type(bent_grid(3, 3, 3)), 7, patterns, Level::fast));

@@ -1,7 +1,8 @@
-// Meshes of second-order cells of all shapes that share mid nodes. The nodes are on a lattice with
+// Meshes of cells of second and higher order that share mid nodes. The nodes are on a lattice with
 // exact coordinates.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -52,6 +53,28 @@ class SecondOrderMesh {
     for (const Point& p : at) cell.corners.push_back(number(p));
     mesh_.cells.push_back(std::move(cell));
   }
+  /// Adds a cell with (order + 1)^3 nodes. Its corner with the lowest coordinates is at `from`, its
+  /// edges have `order` steps. `turned`: 0 to 7, how the axes of the cell are turned. `collapses`:
+  /// true if all nodes of the side at the high end of the third axis are the same vertex.
+  void add_grid(std::uint32_t block, const Point& from, std::uint32_t turned = 0,
+                bool collapses = false) {
+    const BlockInfo& info = mesh_.schema.blocks[block];
+    const NodeGrid& grid = node_layout(info.shape, info.nodes_per_cell)->grid;
+    TestCell cell;
+    cell.block = block;
+    for (NodeGrid::Place place : grid.places) {
+      if (collapses && place[2] == grid.order) place = grid.places[4];
+      Point steps = {place[0], place[1], place[2]};
+      std::rotate(steps.begin(), steps.begin() + turned % 3, steps.end());
+      for (std::size_t a = 0; a < 2; ++a)  // two reversed axes are a rotation
+        if (turned >= 4) steps[a] = grid.order - steps[a];
+      for (std::size_t a = 0; a < 3; ++a) steps[a] = 4 * (from[a] + steps[a]);
+      cell.corners.push_back(number(steps));
+    }
+    mesh_.cells.push_back(std::move(cell));
+  }
+  /// Returns the nodes of the cell that was added last.
+  std::vector<std::uint64_t>& nodes() { return mesh_.cells.back().corners; }
   TestMesh finish() {
     std::vector<std::array<double, 3>> points;
     for (const Point& p : points_) {
@@ -100,6 +123,46 @@ inline TestMesh second_order_grid(std::int64_t nx, std::int64_t ny, std::int64_t
   for (std::int64_t z = 0; z < nz; ++z)
     for (std::int64_t y = 0; y < ny; ++y)
       for (std::int64_t x = 0; x < nx; ++x) mesh.add(block, cube_at(x, y, z));
+  return mesh.finish();
+}
+
+/// Returns a grid of hexahedra of the given order. Neighbouring cells are turned differently.
+inline TestMesh turned_grids(std::int64_t nx, std::int64_t ny, std::int64_t nz,
+                             std::uint32_t order) {
+  SecondOrderMesh mesh;
+  const std::uint32_t block =
+      mesh.add_block(CellShape::hexahedron, (order + 1) * (order + 1) * (order + 1));
+  const auto p = static_cast<std::int64_t>(order);
+  std::uint32_t turned = 0;
+  for (std::int64_t z = 0; z < nz; ++z)
+    for (std::int64_t y = 0; y < ny; ++y)
+      for (std::int64_t x = 0; x < nx; ++x)
+        mesh.add_grid(block, {p * x, p * y, p * z}, turned++ % 8);
+  return mesh.finish();
+}
+
+/// Returns hexahedra of orders 3 and 4, some of them collapsed, next to hexahedra of other orders.
+/// Some nodes are not where the neighbours expect them, and some occur several times in a cell.
+inline TestMesh grids_of_nodes() {
+  SecondOrderMesh mesh;
+  const std::uint32_t cubic = mesh.add_block(CellShape::hexahedron, 64),
+                      quartic = mesh.add_block(CellShape::hexahedron, 125),
+                      quadratic = mesh.add_block(CellShape::hexahedron, 27);
+  for (std::uint32_t i = 0; i < 6; ++i) mesh.add_grid(cubic, {3 * (i % 3), 3 * (i / 3), 0}, i);
+  mesh.add(quadratic, cube_at(3, 0, 0));
+  mesh.add_grid(cubic, {0, 0, 3}, 0, true);
+  mesh.add_grid(quartic, {0, 6, 0}, 7);
+  mesh.add_grid(quartic, {4, 6, 0}, 1);
+  mesh.add_grid(quartic, {4, 6, 4}, 0, true);
+  mesh.add_grid(quartic, {4, 10, 0}, 5);
+  std::swap(mesh.nodes()[20], mesh.nodes()[60]);
+  mesh.add_grid(cubic, {6, 3, 3}, 2);
+  std::swap(mesh.nodes()[9], mesh.nodes()[40]);
+  mesh.nodes()[50] = mesh.nodes()[12];
+  mesh.nodes()[63] = mesh.nodes()[49];
+  mesh.add_grid(quartic, {8, 6, 0}, 4);
+  mesh.nodes()[124] = mesh.nodes()[8];
+  mesh.nodes()[100] = mesh.nodes()[99];
   return mesh.finish();
 }
 

@@ -132,7 +132,10 @@ enum Body : std::uint8_t { none, one };
 
 [[gnu::cold]] NodeLayout layout_of(const Solid& solid, bool edges, std::uint8_t faces, Body body) {
   NodeLayout layout;
-  layout.corners = layout.nodes = solid.corners;
+  layout.corners = solid.corners;
+  layout.nodes = solid.corners;
+  layout.mid.resize(solid.corners + (edges ? solid.edges.size() : 0) + faces +
+                    (body == one ? 1 : 0));
   if (edges)
     for (std::size_t e = 0; e < solid.edges.size(); ++e)
       layout.mid[layout.nodes++] = edge_node(solid, e);
@@ -149,6 +152,132 @@ enum Body : std::uint8_t { none, one };
   if (!solid.is_flat)
     for (const Face& face : solid.faces) layout.sides[layout.side_count++] = face;
   return layout;
+}
+
+// --- grids
+
+/// Returns the places of the nodes of a grid, in the order of VTK.
+[[gnu::cold]] std::vector<NodeGrid::Place> grid_places(std::uint8_t order) {
+  // Corners at which the rows of nodes on the edges begin and end
+  constexpr std::array<Edge, 12> kRows = {{{0, 1},
+                                           {1, 2},
+                                           {3, 2},
+                                           {0, 3},
+                                           {4, 5},
+                                           {5, 6},
+                                           {7, 6},
+                                           {4, 7},
+                                           {0, 4},
+                                           {1, 5},
+                                           {2, 6},
+                                           {3, 7}}};
+  const auto corner = [&](std::uint8_t c) {
+    NodeGrid::Place place{};
+    for (std::uint32_t a = 0; a < 3; ++a) place[a] = (kCornerBits[c] >> a & 1) != 0 ? order : 0;
+    return place;
+  };
+  std::vector<NodeGrid::Place> places;
+  for (std::uint8_t c = 0; c < 8; ++c) places.push_back(corner(c));
+  for (const Edge& row : kRows)
+    for (std::uint8_t i = 1; i < order; ++i) {
+      NodeGrid::Place place = corner(row[0]);
+      for (std::uint32_t a = 0; a < 3; ++a)
+        if (place[a] != corner(row[1])[a]) place[a] = i;
+      places.push_back(place);
+    }
+  for (std::uint32_t axis = 0; axis < 3; ++axis)
+    for (const std::uint8_t end : {std::uint8_t{0}, order})
+      for (std::uint8_t v = 1; v < order; ++v)
+        for (std::uint8_t u = 1; u < order; ++u) {
+          NodeGrid::Place place{};
+          place[axis] = end;
+          place[axis == 0 ? 1 : 0] = u;
+          place[axis == 2 ? 1 : 2] = v;
+          places.push_back(place);
+        }
+  for (std::uint8_t z = 1; z < order; ++z)
+    for (std::uint8_t y = 1; y < order; ++y)
+      for (std::uint8_t x = 1; x < order; ++x) places.push_back({x, y, z});
+  return places;
+}
+
+[[gnu::cold]] NodeGrid grid_of(std::uint8_t order) {
+  const std::uint32_t side = order + 1u;
+  NodeGrid grid;
+  grid.order = order;
+  grid.places = grid_places(order);
+  grid.positions.resize(grid.places.size());
+  for (std::size_t p = 0; p < grid.places.size(); ++p) {
+    const auto& [x, y, z] = grid.places[p];
+    grid.positions[x + side * (y + side * z)] = static_cast<std::uint16_t>(p);
+  }
+  for (std::uint32_t reversed = 0; reversed < 8; ++reversed) {
+    std::vector<std::uint16_t>& row = grid.rows[reversed];
+    for (std::uint16_t c = 0; c < 8; ++c) row.push_back(c);
+    for (std::uint8_t z = 0; z <= order; ++z)
+      for (std::uint8_t y = 0; y <= order; ++y)
+        for (std::uint8_t x = 0; x <= order; ++x) {
+          NodeGrid::Place place = {x, y, z};
+          for (std::uint32_t a = 0; a < 3; ++a)
+            if ((reversed >> a & 1) != 0) place[a] = static_cast<std::uint8_t>(order - place[a]);
+          const std::uint32_t position = grid.position(place);
+          if (position >= 8) row.push_back(static_cast<std::uint16_t>(position));
+        }
+  }
+  return grid;
+}
+
+/// Returns the node at a place of a grid. The first corner of its edge or face is the one with the
+/// lowest coordinates; the second corner of a face is on its first axis.
+[[gnu::cold]] MidNode grid_node(const NodeGrid& grid, const NodeGrid::Place& place) {
+  const auto order = static_cast<std::uint8_t>(grid.order);
+  MidNode node;
+  node.order = order;
+  std::array<std::uint32_t, 3> inner{};  // axes along which the node is not at an end
+  std::uint32_t count = 0;
+  for (std::uint32_t a = 0; a < 3; ++a)
+    if (place[a] != 0 && place[a] != order) inner[count++] = a;
+  node.kind = count == 1 ? MidNode::edge : count == 2 ? MidNode::face : MidNode::body;
+  if (node.kind == MidNode::body) return node;
+  const auto corner = [&](bool first_end, bool second_end) {
+    NodeGrid::Place end = place;
+    end[inner[0]] = first_end ? order : 0;
+    if (count == 2) end[inner[1]] = second_end ? order : 0;
+    return static_cast<std::uint8_t>(grid.position(end));
+  };
+  for (std::uint32_t i = 0; i < count; ++i) node.step[i] = place[inner[i]];
+  node.corner = {corner(false, false), corner(true, false)};
+  if (node.kind == MidNode::face) {
+    node.corner[2] = corner(true, true);
+    node.corner[3] = corner(false, true);
+    return node;
+  }
+  std::uint8_t sides = 0;
+  for (std::uint8_t f = 0; f < kHexahedronFaces.size(); ++f)
+    for (std::size_t i = 0; i < 4; ++i)
+      if (joins({node.corner[0], node.corner[1]}, kHexahedronFaces[f][i],
+                kHexahedronFaces[f][(i + 1) % 4]))
+        node.side[sides++] = f;
+  node.has_sides = true;
+  return node;
+}
+
+[[gnu::cold]] NodeLayout layout_of_grid(std::uint8_t order) {
+  NodeLayout layout = layout_of(kHexahedron, false, 0, none);
+  layout.grid = grid_of(order);
+  layout.nodes = static_cast<std::uint16_t>(layout.grid.places.size());
+  layout.mid.resize(layout.nodes);
+  for (std::size_t p = 8; p < layout.nodes; ++p) {
+    layout.mid[p] = grid_node(layout.grid, layout.grid.places[p]);
+    layout.mid[p].continues = p > 8 && layout.mid[p].corner == layout.mid[p - 1].corner;
+  }
+  return layout;
+}
+
+template <std::uint8_t order>
+const NodeLayout* grid_layout() {
+  static const NodeLayout kLayout = layout_of_grid(order);
+  return &kLayout;
 }
 
 }  // namespace
@@ -184,6 +313,14 @@ const NodeLayout* node_layout(CellShape shape, std::uint32_t nodes) {
         case 24: return &hexahedron24;
         case 26: return &hexahedron26;
         case 27: return &hexahedron27;
+        case 64: return grid_layout<3>();
+        case 125: return grid_layout<4>();
+        case 216: return grid_layout<5>();
+        case 343: return grid_layout<6>();
+        case 512: return grid_layout<7>();
+        case 729: return grid_layout<8>();
+        case 1000: return grid_layout<9>();
+        case 1331: return grid_layout<10>();
         default: return nodes >= 20 ? &hexahedron20 : nullptr;
       }
     default: return nullptr;

@@ -1,21 +1,26 @@
-// Node layouts: the positions of the mid nodes in second-order cells. A mid node is in the middle
-// of an edge, of a quadrilateral face, or of the cell. The nodes are in the order of VTK.
-// spec: "Mid nodes"
+// Node layouts: the positions of the nodes that are not corners. In a second-order cell, such a mid
+// node is in the middle of an edge, of a quadrilateral face, or of the cell. The nodes of a
+// hexahedron of order p, from 3 to 10, form a grid of p + 1 nodes along each axis; here, each of
+// them that is not a corner counts as a mid node of its edge, of its face, or of the cell. The
+// nodes are in the order of VTK.
+// spec: "Mid nodes", "Grid nodes"
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "shm/schema.h"
 
 namespace shm {
 
-/// Largest number of nodes of a cell with a layout. Frozen: part of the format.
-inline constexpr std::uint32_t kMostLayoutNodes = 27;
+/// Orders of the hexahedra whose nodes form a grid. Frozen: part of the format.
+inline constexpr std::uint32_t kLeastGridOrder = 3, kMostGridOrder = 10;
 
-/// A mid node: the node in the middle of an edge, of a face, or of a cell. All numbers in this
-/// struct are positions of nodes in the stored cell.
+/// A mid node: a node on an edge, on a face, or inside a cell. All numbers in this struct are
+/// positions of nodes in the stored cell, unless stated otherwise.
 struct MidNode {
   enum Kind : std::uint8_t { edge, face, body };
   static constexpr std::uint32_t kKinds = 3;
@@ -41,13 +46,38 @@ struct MidNode {
   /// Valid only if has_sides is set.
   std::array<std::uint8_t, 2> side{};
   bool has_sides = false;
+  /// Steps along the grid, from corner[0] towards corner[1] and, on a face, towards corner[3]. The
+  /// whole way has `order` steps: 2 in a second-order cell, in which each node is one step away.
+  std::array<std::uint8_t, 2> step{1, 1};
+  std::uint8_t order = 2;
+  /// True if the previous node is on the same edge or face, or inside the cell like this one.
+  bool continues = false;
+};
+
+/// The nodes of a hexahedron of order 3 to 10, as a grid.
+struct NodeGrid {
+  using Place = std::array<std::uint8_t, 3>;  ///< steps along each axis, from corner 0
+
+  std::uint32_t order = 0;
+  std::vector<Place> places;             ///< place of each node, by position
+  std::vector<std::uint16_t> positions;  ///< position of the node at each place, x fastest
+  /// For each set of reversed axes: the positions of all nodes in the order in which they are
+  /// coded. The corners come first, in stored order. The other nodes follow row by row: along the
+  /// first axis, then along the second one, then along the third one. Bit a of the index states
+  /// that axis a is reversed.
+  std::array<std::vector<std::uint16_t>, 8> rows;
+
+  std::uint32_t position(const Place& place) const {
+    const std::uint32_t side = order + 1;
+    return positions[place[0] + side * (place[1] + side * place[2])];
+  }
 };
 
 struct NodeLayout {
   std::uint8_t corners = 0;
-  std::uint8_t nodes = 0;                       ///< number of nodes of a cell, including the
-                                                ///< corners
-  std::array<MidNode, kMostLayoutNodes> mid{};  ///< mid nodes, by position
+  std::uint16_t nodes = 0;   ///< number of nodes of a cell, including the corners
+  std::vector<MidNode> mid;  ///< mid nodes, by position
+  NodeGrid grid;             ///< of order 0 unless the nodes form a grid
 
   /// Corners of the faces of a three-dimensional cell. If a face has three corners, its last entry
   /// repeats the first corner.
@@ -57,6 +87,7 @@ struct NodeLayout {
   const MidNode* at(std::size_t position) const {
     return position >= corners && position < nodes ? &mid[position] : nullptr;
   }
+  bool is_grid() const { return grid.order != 0; }
 };
 
 /// Returns the layout of cells with this shape and `nodes` nodes. Returns null if the layout is

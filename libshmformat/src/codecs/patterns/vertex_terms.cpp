@@ -17,6 +17,37 @@ constexpr std::array<std::uint8_t, 8> kCornerAtPlace = kPlaceOfCorner;
 
 bool has_bit(std::uint64_t mask, std::uint32_t i) { return (mask >> i & 1) != 0; }
 
+/// Takes the terms of a node of a grid. Along an axis on which the node is not at an end, its
+/// neighbour is one step back; along any other axis, the neighbour is at the other end. Returns
+/// false if too few neighbours are known.
+template <class Take>
+bool take_along_grid(const NodeGrid& grid, std::uint32_t node, const Take& take) {
+  const NodeGrid::Place here = grid.places[node];
+  const auto is_end = [&](std::uint32_t axis) { return here[axis] % grid.order == 0; };
+  std::array<std::uint32_t, 3> axes{};  // axes on which the node is not at an end first
+  std::uint32_t count = 0;
+  for (const bool ends : {false, true})
+    for (std::uint32_t axis = 0; axis < 3; ++axis)
+      if (is_end(axis) == ends) axes[count++] = axis;
+  // Nodes that differ from this one along the axes whose bits are set. Bit i belongs to axes[i].
+  std::array<std::uint32_t, 8> at{};
+  for (std::uint32_t moved = 1; moved < 8; ++moved) {
+    NodeGrid::Place place = here;
+    for (std::uint32_t i = 0; i < 3; ++i)
+      if ((moved >> i & 1) != 0)
+        place[axes[i]] = static_cast<std::uint8_t>(is_end(axes[i]) ? grid.order - here[axes[i]]
+                                                                   : here[axes[i]] - 1);
+    at[moved] = grid.position(place);
+  }
+  if (take({at[1], at[2], at[4], at[3], at[5], at[6], at[7]}) || take({at[1], at[2], at[3]}) ||
+      take({at[1], at[4], at[5]}) || take({at[2], at[4], at[6]}))
+    return true;
+  NodeGrid::Place before = here;
+  if (before[axes[0]] < 2) return false;
+  before[axes[0]] = static_cast<std::uint8_t>(before[axes[0]] - 2);
+  return take({at[1], at[1], grid.position(before)});
+}
+
 }  // namespace
 
 TermFinder::TermFinder(const Schema& schema) {
@@ -63,6 +94,7 @@ auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t
         }
       }
   } else if (const NodeLayout* const layout = node_layout(block.shape, block.nodes)) {
+    if (layout->is_grid() && take_along_grid(layout->grid, node, take)) return recipe;
     if (const MidNode* const mid = layout->at(node))
       if (take({mid->corner[0], mid->corner[mid->kind == MidNode::edge ? 1 : 2]})) return recipe;
   }

@@ -10,8 +10,8 @@
 // The neighbours of a vertex are corners of hexahedra. The neighbours of a cell are cells across
 // its faces. A mid node is a node of a second-order cell that is not a corner; it lies in the
 // middle of an edge, a face or a cell. The neighbours of a mid node are other nodes of that edge,
-// face or cell.
-// spec: "Neighbourhoods", "Mid nodes"
+// face or cell. The neighbours of a node of a grid are the earlier nodes of the rows of its cell.
+// spec: "Neighbourhoods", "Mid nodes", "Grid nodes"
 #pragma once
 
 #include <array>
@@ -49,8 +49,20 @@ struct Neighbourhood {
   /// - simplex: a corner opposite to a face or edge. near: the corners of that face or edge;
   ///   opposite: the vertex on the other side of that face or edge.
   /// - beside: a cell that is not a hexahedron. near: the cells across its sides.
+  /// - grid: a node of a hexahedron of order 3 or higher that is not a corner. All its neighbours
+  ///   are nodes of this hexahedron.
   /// - other: none of these.
-  enum Kind : std::uint8_t { lattice, midpoint, other, centre, layered, flat, simplex, beside };
+  enum Kind : std::uint8_t {
+    lattice,
+    midpoint,
+    other,
+    centre,
+    layered,
+    flat,
+    simplex,
+    beside,
+    grid
+  };
   /// Number of bits by which traits() shifts the kind to the left
   static constexpr std::uint32_t kKindShift = 16;
 
@@ -62,7 +74,8 @@ struct Neighbourhood {
   /// (three steps along one axis).
   std::array<std::uint32_t, 13> at{};
   std::uint16_t known = 0;
-  /// For a vertex of a hexahedron: which corner of the stored hexahedron it is (x + 2y + 4z)
+  /// For a vertex of a hexahedron: which corner of the stored hexahedron it is (x + 2y + 4z). For a
+  /// node of a grid: the axes along which its row ends with it (bit a for axis a).
   std::uint8_t corner = 0;
   Kind kind = other;
 
@@ -172,6 +185,7 @@ class NeighbourFinder {
   void look_beyond(Neighbourhood& item, Reach reach) const;
   void look_around_mid_node(Neighbourhood& item, const CellTopology& cell,
                             const MidNode& node) const;
+  void look_along_rows(Neighbourhood& item, const CellTopology& cell, std::uint32_t position) const;
   void look_around_cell(Neighbourhood& item, Reach reach) const;
   // Functions for polyhedra, which are described by lists of faces
   void begin_faces(const CellTopology& cell);

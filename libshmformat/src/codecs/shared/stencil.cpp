@@ -29,9 +29,6 @@ std::uint64_t spectral(const Stencil& s, const std::vector<std::uint64_t>& v) {
   switch (s.kind) {
     case Stencil::last: break;
     case Stencil::copy: return number(0);
-    case Stencil::midpoint:
-      return number(0) +
-             static_cast<std::uint64_t>(static_cast<std::int64_t>(number(1) - number(0)) / 2);
     case Stencil::parallelogram: return number(0) + number(1) - number(2);
     case Stencil::lorenzo:
       return number(0) + number(1) + number(2) - number(3) - number(4) - number(5) + number(6);
@@ -41,11 +38,6 @@ std::uint64_t spectral(const Stencil& s, const std::vector<std::uint64_t>& v) {
 
 Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known) {
   if (cell.hexahedral && position < 8) return corner_stencil(cell, position, known);
-  if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {
-    const auto& edge = kEdgeCorners[position - 8];  // the edge whose middle is the node
-    return {Stencil::midpoint,
-            {cell.slots[cell.framed_position(edge[0])], cell.slots[cell.framed_position(edge[1])]}};
-  }
   if (position == 0 || position > 64 || (known >> (position - 1) & 1) == 0) return {};
   return {Stencil::copy, {cell.slots[position - 1]}};
 }

@@ -16,10 +16,9 @@ namespace shm {
 
 struct Stencil {
   enum Kind : std::uint8_t {
-    last,      ///< predicted number: the number of the most recently coded vertex; 0 for the first
-               ///< vertex
-    copy,      ///< predicted number: at[0]
-    midpoint,  ///< predicted number: (at[0] + at[1]) / 2
+    last,  ///< predicted number: the number of the most recently coded vertex; 0 for the first
+           ///< vertex
+    copy,  ///< predicted number: at[0]
     parallelogram,  ///< predicted number: at[0] + at[1] - at[2]
     lorenzo,        ///< predicted number: at[0] + at[1] + at[2] - at[3] - at[4] - at[5] + at[6]
   };
@@ -28,7 +27,7 @@ struct Stencil {
 
   /// Returns the number of entries of `at` that this kind uses.
   std::uint32_t size() const {
-    constexpr std::array<std::uint8_t, 5> kSize = {0, 1, 2, 3, 7};
+    constexpr std::array<std::uint8_t, 4> kSize = {0, 1, 3, 7};
     return kSize[kind];
   }
 };

@@ -64,10 +64,12 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, const S
   const bool plain = cell.hexahedral && block.nodes_per_cell == 8;
   cell.layout = plain ? nullptr : node_layout(block.shape, block.nodes_per_cell);
   if (cell.layout != nullptr && !mid_nodes_) mid_nodes_.emplace(surface_);
+  cell.rows = nullptr;
   for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
   if constexpr (!Coder::kDecodes) sort_numbers(stored);
   if (block.shape == CellShape::faces && !code_polyhedron(symbols, stored, cell)) return false;
   if (cell.hexahedral && !code_hexahedron(symbols, corner_order, stored, cell)) return false;
+  if (cell.layout != nullptr && cell.layout->is_grid()) cell.begin_grid();
   if constexpr (!Coder::kDecodes)
     for (const std::uint32_t position : cell.new_positions)
       fill_farther_repeats(stored, cell, position);
@@ -181,52 +183,51 @@ bool Connectivity<Coder>::code_count(Coder& symbols, CellTopology& cell) {
 }
 
 /// Codes the nodes that are not corners. If the layout of nodes is known, a node is predicted from
-/// its position in the cell. Otherwise its id is coded relative to the id at the same position in
-/// the previous cell of the block.
+/// its position in the cell. Otherwise its id is coded relative to the id at the same rank in the
+/// previous cell of the block. The rank of a node is its index in the order of coding.
 template <class Coder>
 bool Connectivity<Coder>::code_nodes(Coder& symbols, const StoredCell& stored, CellTopology& cell,
                                      std::uint32_t first) {
   auto& last = node_ids_[cell.block];
-  std::uint64_t shift = 0;  // id of the previous node, minus the id at the same position in the
+  std::uint64_t shift = 0;  // id of the previous node, minus the id at the same rank in the
                             // previous cell of the block
   const std::size_t count = cell.slots.size();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (i >= first) {
+  for (std::uint32_t rank = 0; rank < count; ++rank) {
+    const std::uint32_t i = cell.ranked_position(rank);
+    if (rank >= first) {
       const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(i);
       if (node != nullptr) {
-        if (i == cell.layout->corners) begin_layout(cell);
+        if (rank == cell.layout->corners) begin_layout(cell);
         if constexpr (!Coder::kDecodes)
-          if (const std::uint32_t same = earlier_position(stored, cell, i); same != kNone)
-            cell.slots[i] = cell.slots[same];
+          if (const std::uint32_t same = earlier_rank(stored, cell, rank); same != kNone)
+            cell.slots[i] = cell.slots[cell.ranked_position(same)];
       }
       if (node == nullptr || !mid_nodes_->code(symbols, cell, *node, i)) {
-        if (!code_node(symbols, stored, cell, i, shift)) return false;
+        if (!code_node(symbols, stored, cell, rank, shift)) return false;
       } else if (cell.slots[i] == kNone) {
         add_vertex(stored, cell, i);
       }
       if (node != nullptr) mid_nodes_->note(cell, *node, i);
     }
     const std::uint64_t id = surface_.vertex(cell.slots[i]).id;
-    if (first == 0 || i >= first) {
-      if (i < last.size())
-        last[i] = id;
-      else
-        last.push_back(id);
-    } else if (i >= last.size()) {
+    if (rank >= last.size())
       last.push_back(id);
-    }
+    else if (rank >= first)
+      last[rank] = id;
   }
   return true;
 }
 
-/// Encoding: searches the kMaxLastUse positions before `i` for the vertex at position `i`. Returns
-/// the lowest position with this vertex, or kNone if the vertex does not occur there.
+/// Encoding: searches the kMaxLastUse ranks before `rank` for the vertex at `rank`. Returns the
+/// lowest rank with this vertex, or kNone if the vertex does not occur there.
 template <class Coder>
-std::uint32_t Connectivity<Coder>::earlier_position(const StoredCell& stored,
-                                                    const CellTopology& cell, std::uint32_t i) {
-  const std::uint64_t number = stored.numbers[cell.stored_position(i)];
-  for (std::uint32_t j = i > kMaxLastUse ? i - kMaxLastUse : 0; j < i; ++j)
-    if (stored.numbers[cell.stored_position(j)] == number) return j;
+std::uint32_t Connectivity<Coder>::earlier_rank(const StoredCell& stored, const CellTopology& cell,
+                                                std::uint32_t rank) {
+  const auto number = [&](std::uint32_t r) {
+    return stored.numbers[cell.stored_position(cell.ranked_position(r))];
+  };
+  for (std::uint32_t r = rank > kMaxLastUse ? rank - kMaxLastUse : 0; r < rank; ++r)
+    if (number(r) == number(rank)) return r;
   return kNone;
 }
 
@@ -242,14 +243,16 @@ void Connectivity<Coder>::sort_numbers(const StoredCell& stored) {
 }
 
 /// Encoding: copies the slot of the new vertex at position `i` to later positions of the cell that
-/// have the same vertex number. This is needed only for positions more than kMaxLastUse after `i`,
-/// since repetitions at nearer positions are coded by the models.
+/// have the same vertex number. This is needed only at a distance of more than kMaxLastUse ranks,
+/// since repetitions at smaller distances are coded by the models. The positions of a grid are not
+/// sorted by rank; there, the slot is copied to all positions that are not corners.
 template <class Coder>
 void Connectivity<Coder>::fill_farther_repeats(const StoredCell& stored, CellTopology& cell,
                                                std::uint32_t i) {
   if (positions_.empty()) return;
   const std::uint64_t number = stored.numbers[cell.stored_position(i)];
-  const std::pair<std::uint64_t, std::uint32_t> from{number, i + kMaxLastUse};
+  const std::pair<std::uint64_t, std::uint32_t> from{number,
+                                                     cell.rows != nullptr ? 8 : i + kMaxLastUse};
   for (auto it = std::lower_bound(positions_.begin(), positions_.end(), from);
        it != positions_.end() && it->first == number; ++it)
     cell.slots[it->second] = cell.slots[i];
@@ -269,33 +272,34 @@ void Connectivity<Coder>::add_vertex(const StoredCell& stored, CellTopology& cel
   cell.new_positions.push_back(position);
   const std::uint32_t slot = cell.slots[position] = surface_.add_vertex();
   if (finds_by_number_ && schema_->order != Order::keep) set_number(slot, surface_.vertex(slot).id);
-  // The models code repeats of a vertex only up to a distance of kMaxLastUse positions. At later
-  // positions, the vertex is found by its number.
+  // The models code repeats of a vertex only up to a distance of kMaxLastUse ranks. At a greater
+  // distance, the vertex is found by its number.
   if constexpr (!Coder::kDecodes) fill_farther_repeats(stored, cell, position);
 }
 
 template <class Coder>
 bool Connectivity<Coder>::code_node(Coder& symbols, const StoredCell& stored, CellTopology& cell,
-                                    std::uint32_t i, std::uint64_t& shift) {
+                                    std::uint32_t rank, std::uint64_t& shift) {
   const auto& last = node_ids_[cell.block];
-  while (nodes_.size() <= std::min<std::uint32_t>(i, 31))
+  const std::uint32_t i = cell.ranked_position(rank);
+  while (nodes_.size() <= std::min<std::uint32_t>(rank, 31))
     nodes_.push_back(std::make_unique<NodeModel>());
-  NodeModel& model = *nodes_[std::min<std::uint32_t>(i, 31)];
-  const std::uint64_t expected = (i < last.size()          ? last[i]
-                                  : i > 0 && !last.empty() ? last.back()
-                                                           : 0) +
+  NodeModel& model = *nodes_[std::min<std::uint32_t>(rank, 31)];
+  const std::uint64_t expected = (rank < last.size()          ? last[rank]
+                                  : rank > 0 && !last.empty() ? last.back()
+                                                              : 0) +
                                  shift;
   std::uint32_t repeats = kNone;
-  if constexpr (!Coder::kDecodes) repeats = earlier_position(stored, cell, i);
+  if constexpr (!Coder::kDecodes) repeats = earlier_rank(stored, cell, rank);
   const bool is_new =
       symbols.bit(model.is_new[last_new_], cell.slots[i] == kNone && repeats == kNone);
   last_new_ = is_new;
   if (is_new) {
     add_vertex(stored, cell, i);
-  } else if (i > 0 && symbols.bit(model.repeated, repeats != kNone)) {
-    const std::uint64_t back = code_number(symbols, model.repeat, i - 1 - repeats);
-    if (back >= i) return false;
-    cell.slots[i] = cell.slots[i - 1 - static_cast<std::uint32_t>(back)];
+  } else if (rank > 0 && symbols.bit(model.repeated, repeats != kNone)) {
+    const std::uint64_t back = code_number(symbols, model.repeat, rank - 1 - repeats);
+    if (back >= rank) return false;
+    cell.slots[i] = cell.slots[cell.ranked_position(rank - 1 - static_cast<std::uint32_t>(back))];
   } else {
     std::uint64_t id = 0;
     if constexpr (!Coder::kDecodes) id = surface_.vertex(cell.slots[i]).id;
@@ -303,7 +307,7 @@ bool Connectivity<Coder>::code_node(Coder& symbols, const StoredCell& stored, Ce
                         code_signed(symbols, model.step, static_cast<std::int64_t>(id - expected)));
     cell.slots[i] = surface_.slot_of(id);
     if (cell.slots[i] == kNone) return false;
-    if (i < last.size()) shift = id - last[i];
+    if (rank < last.size()) shift = id - last[rank];
   }
   return true;
 }

@@ -103,12 +103,12 @@ class Connectivity {
   bool order_matters(const BlockInfo& block) const {
     return schema_->corner_order || block.nodes_per_cell != 8;
   }
-  bool code_node(Coder& symbols, const StoredCell& stored, CellTopology& cell,
-                 std::uint32_t position, std::uint64_t& shift);
+  bool code_node(Coder& symbols, const StoredCell& stored, CellTopology& cell, std::uint32_t rank,
+                 std::uint64_t& shift);
   void add_vertex(const StoredCell& stored, CellTopology& cell, std::uint32_t position);
   void begin_layout(CellTopology& cell);
-  static std::uint32_t earlier_position(const StoredCell& stored, const CellTopology& cell,
-                                        std::uint32_t position);
+  static std::uint32_t earlier_rank(const StoredCell& stored, const CellTopology& cell,
+                                    std::uint32_t rank);
   void sort_numbers(const StoredCell& stored);
   void fill_farther_repeats(const StoredCell& stored, CellTopology& cell, std::uint32_t position);
   void code_last_use(Coder& symbols, CellTopology& cell);

@@ -23,7 +23,7 @@ AdaptiveBit& ImportFlags<Coder>::model(const CellTopology& cell, std::uint32_t p
       context = context * 3 + state(cell, kCornerBits[bits ^ edge]);
     return at_corner_[position][context];
   }
-  if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {
+  if (cell.hexahedral && position < 20 && cell.slots.size() >= 20 && !cell.layout->is_grid()) {
     const auto& edge = kEdgeCorners[position - 8];
     return at_edge_[3u * state(cell, cell.framed_position(edge[0])) +
                     state(cell, cell.framed_position(edge[1]))];
@@ -50,10 +50,7 @@ Stencil ImportFlags<Coder>::stencil(const CellTopology& cell, std::uint32_t posi
   for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)
     if (i != position && cell.slots[i] != cell.slots[position] && state_[cell.slots[i]] == imported)
       known |= std::uint64_t{1} << i;
-  const Stencil stencil = stencil_of(cell, position, known);
-  return stencil.kind == Stencil::midpoint
-             ? Stencil{}  // a midpoint would be predicted from corners, which may not be imported
-             : stencil;
+  return stencil_of(cell, position, known);
 }
 
 template class ImportFlags<RangeEncoder>;

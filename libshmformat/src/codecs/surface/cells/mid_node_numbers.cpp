@@ -2,6 +2,8 @@
 
 #include <bit>
 
+#include "base/lists.h"
+
 namespace shm {
 
 void MidNodeNumbers::add(Rule rule, std::uint64_t base, std::uint64_t step) {
@@ -11,18 +13,21 @@ void MidNodeNumbers::add(Rule rule, std::uint64_t base, std::uint64_t step) {
 }
 
 auto MidNodeNumbers::expect(const CellTopology& cell, const MidNode& node, std::uint32_t position,
-                            std::uint64_t known, const std::vector<std::uint64_t>& numbers,
-                            std::uint64_t next) -> Guess {
+                            std::uint64_t known, bool follows_known,
+                            const std::vector<std::uint64_t>& numbers, std::uint64_t next)
+    -> Guess {
   position_ = position;
   kind_ = node.kind;
   applied_ = 0;
-  const Place& place = places_[position];
+  const Place& place = at_slot(places_, position);
   const auto number = [&](std::uint32_t stored) {
     return numbers[cell.slots[stored < cell.layout->corners ? cell.framed[stored] : stored]];
   };
   const bool is_edge = node.kind == MidNode::edge;
   const std::uint64_t first = number(node.corner[0]);
-  const std::uint64_t other = number(is_edge || !node.has_middle ? node.corner[1] : node.middle[0]);
+  const std::uint64_t other = number(node.continues && follows_known ? position - 1
+                                     : is_edge || !node.has_middle   ? node.corner[1]
+                                                                     : node.middle[0]);
   std::uint32_t found = 0, nearest = 0;
   for (std::uint32_t i = node.parallels; i-- > 0;) {
     if ((known >> node.parallel[i] & 1) == 0) continue;

@@ -19,10 +19,12 @@ class MidNodeNumbers {
     std::uint64_t best = 0, second = 0;
   };
   /// Predicts the number of the new node at `position`. `known`: bit i is set if the number of the
-  /// vertex at position i of the cell is known. `numbers`: vertex numbers by slot. `next`: the most
-  /// recently coded number plus 1.
+  /// vertex at position i of the cell is known. `follows_known`: true if the number of the vertex
+  /// at position - 1 is known. `numbers`: vertex numbers by slot. `next`: the most recently coded
+  /// number plus 1.
   Guess expect(const CellTopology& cell, const MidNode& node, std::uint32_t position,
-               std::uint64_t known, const std::vector<std::uint64_t>& numbers, std::uint64_t next);
+               std::uint64_t known, bool follows_known, const std::vector<std::uint64_t>& numbers,
+               std::uint64_t next);
   /// Updates the mean error of each rule. `number`: the actual number of the node for which
   /// expect() was called most recently.
   void learn(std::uint64_t number);
@@ -41,7 +43,9 @@ class MidNodeNumbers {
     square,      ///< extrapolation from the mid nodes of three parallel edges
     from_first,  ///< the vertex number at the first end of the edge, plus a step
     /// For an edge node: the vertex number at the second end of the edge, plus a step. For a face
-    /// node or body node: the number of the second known node around it, plus a step
+    /// node or body node: the number of the second known node around it, plus a step. For a node of
+    /// a grid that continues an edge, a face or a body: the number of the node before it, plus a
+    /// step
     from_other,
     introduced,  ///< the number of the most recent new node at this position, plus a step
     midpoint,    ///< halfway between the numbers of the ends
@@ -55,7 +59,7 @@ class MidNodeNumbers {
   };
   void add(Rule rule, std::uint64_t base, std::uint64_t step);
 
-  std::array<Place, kMostLayoutNodes> places_{};
+  std::vector<Place> places_;
   std::array<std::uint64_t, MidNode::kKinds>
       last_{};  // most recently coded number, by kind of node
 

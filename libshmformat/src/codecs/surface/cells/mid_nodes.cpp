@@ -9,20 +9,35 @@ namespace shm {
 
 // --- table
 
-auto MiddleTable::edge(std::uint32_t a, std::uint32_t b) const -> Place {
-  if (surface_->vertex(b).id < surface_->vertex(a).id) std::swap(a, b);
-  return {a, b, false};
+auto MiddleTable::edge(std::uint32_t a, std::uint32_t b, std::uint32_t step,
+                       std::uint32_t order) const -> Place {
+  if (surface_->vertex(b).id < surface_->vertex(a).id) {
+    std::swap(a, b);
+    step = order - step;
+  }
+  return {a, b, false, static_cast<std::uint8_t>(step - 1)};
 }
 
-auto MiddleTable::face(const std::array<std::uint32_t, 4>& corners) const -> Place {
+auto MiddleTable::face(const std::array<std::uint32_t, 4>& corners,
+                       const std::array<std::uint8_t, 2>& steps, std::uint32_t order) const
+    -> Place {
+  const auto id = [&](std::uint32_t i) { return surface_->vertex(corners[i & 3]).id; };
   std::uint32_t oldest = 0;
   for (std::uint32_t i = 1; i < 4; ++i)
-    if (surface_->vertex(corners[i]).id < surface_->vertex(corners[oldest]).id) oldest = i;
-  return {corners[oldest], corners[oldest ^ 2], true};
+    if (id(i) < id(oldest)) oldest = i;
+  // Steps from the oldest corner towards its two neighbours, the older one first. Corners 1 and 2
+  // are at the far end of the first axis of the face, corners 2 and 3 at that of the second one.
+  std::uint32_t first = oldest == 1 || oldest == 2 ? order - steps[0] : steps[0];
+  std::uint32_t second = oldest >= 2 ? order - steps[1] : steps[1];
+  const bool first_is_next = oldest % 2 == 0;
+  if ((id(oldest + 1) <= id(oldest + 3)) != first_is_next) std::swap(first, second);
+  return {corners[oldest], corners[oldest ^ 2], true,
+          static_cast<std::uint8_t>(first - 1 + (order - 1) * (second - 1))};
 }
 
 std::uint32_t MiddleTable::find(const Place& place) const {
-  const std::uint32_t slot = by_place_[place.is_face ? 1 : 0].find(key_of(place));
+  const std::uint8_t map = map_of(place);
+  const std::uint32_t slot = map < by_place_.size() ? by_place_[map].find(key_of(place)) : kNone;
   if (slot == kNone) return kNone;
   // Check that the two slots that identify the edge or face still belong to the same vertices.
   const Entry& entry = entries_[slot];
@@ -35,19 +50,19 @@ std::uint32_t MiddleTable::find(const Place& place) const {
 void MiddleTable::put(const Place& place, std::uint32_t slot) {
   Entry& entry = at_slot(entries_, slot);
   const std::uint64_t low = surface_->vertex(place.low).id, high = surface_->vertex(place.high).id;
-  if (entry.is_set && entry.is_face == place.is_face && entry.low == low && entry.high == high)
-    return;
+  const std::uint8_t number = map_of(place);
+  if (entry.is_set && entry.map == number && entry.low == low && entry.high == high) return;
   if (entry.is_set) erase(slot);
-  IdMap& map = by_place_[place.is_face ? 1 : 0];
+  IdMap& map = at_slot(by_place_, number);
   const std::uint64_t key = key_of(place);
   if (const std::uint32_t other = map.find(key); other != kNone) erase(other);
   map.insert(key, slot);
-  entry = {key, low, high, 0, true, place.is_face};
+  entry = {key, low, high, 0, true, number};
 }
 
 void MiddleTable::erase(std::uint32_t slot) {
   Entry& entry = entries_[slot];
-  by_place_[entry.is_face ? 1 : 0].erase(entry.key);
+  by_place_[entry.map].erase(entry.key);
   entry.is_set = false;
   entry.open = 0;
 }
@@ -75,8 +90,8 @@ template <class Coder>
 auto MidNodes<Coder>::place_of(const CellTopology& cell, const MidNode& node) const
     -> MiddleTable::Place {
   const auto slot = [&](std::size_t i) { return cell.slots[cell.framed[node.corner[i]]]; };
-  if (node.kind == MidNode::edge) return middles_.edge(slot(0), slot(1));
-  return middles_.face({slot(0), slot(1), slot(2), slot(3)});
+  if (node.kind == MidNode::edge) return middles_.edge(slot(0), slot(1), node.step[0], node.order);
+  return middles_.face({slot(0), slot(1), slot(2), slot(3)}, node.step, node.order);
 }
 
 template <class Coder>
@@ -84,8 +99,7 @@ std::uint32_t MidNodes<Coder>::expected(const CellTopology& cell, const MidNode&
   if (node.kind == MidNode::body) return kNone;
   const MiddleTable::Place place = place_of(cell, node);
   const std::uint32_t found = middles_.find(place);
-  // If both ends of an edge are the same vertex, this vertex usually is also the node in the
-  // middle.
+  // If both ends of an edge are the same vertex, this vertex usually is also at its mid nodes.
   return found == kNone && place.low == place.high ? place.low : found;
 }
 

@@ -1,13 +1,13 @@
-// Mid nodes: codes the nodes of second-order cells that are not corners. All cells that contain an
-// edge or face share the node in its middle; a node in the middle of a cell belongs only to that
-// cell. So the expected vertex of a node is the vertex that an earlier cell has in the middle of
-// the same edge or face; if no such vertex exists, a new vertex is expected. One decision codes
-// whether the expectation is right.
+// Mid nodes: codes the nodes on the edges, on the faces and inside of cells of higher order. All
+// cells that contain an edge or face share the nodes on it; a node inside a cell belongs only to
+// that cell. So the expected vertex of a node is the vertex that an earlier cell has at the same
+// place of the same edge or face; if no such vertex exists, a new vertex is expected. One decision
+// codes whether the expectation is right.
 //
 // The corners of a cell must be known before its mid nodes are coded. The decisions are symbols of
-// the bitstream "connectivity". Encoder and decoder keep the same state: the vertices in the middle
-// of live edges and faces, and the models.
-// spec: "Mid nodes"
+// the bitstream "connectivity". Encoder and decoder keep the same state: the vertices on live edges
+// and faces, and the models.
+// spec: "Mid nodes", "Grid nodes"
 #pragma once
 
 #include <array>
@@ -22,28 +22,33 @@
 
 namespace shm {
 
-/// Map from edges and faces to the vertices in their middle. Each live vertex has at most one
-/// entry.
+/// Map from places on edges and faces to vertices. Each live vertex has at most one entry.
 class MiddleTable {
  public:
   explicit MiddleTable(const ActiveSurface& surface) : surface_(&surface) {}
 
-  /// An edge or a face, identified by two live vertices in any order: the ends of the edge, or
-  /// opposite corners of the face.
+  /// A place on an edge or a face. Two live vertices identify the edge or face, in any order: the
+  /// ends of the edge, or opposite corners of the face. `index` numbers the places on it. It does
+  /// not depend on the order in which a cell lists the corners.
   struct Place {
     std::uint32_t low = kNone, high = kNone;  ///< slots of the two vertices; `low` is the slot of
                                               ///< the older vertex
     bool is_face = false;
+    std::uint8_t index = 0;
   };
-  Place edge(std::uint32_t a, std::uint32_t b) const;
-  /// Returns the Place of a face. It consists of the ends of the diagonal that contains the face's
-  /// oldest vertex.
-  Place face(const std::array<std::uint32_t, 4>& corners) const;
+  /// Returns the place on an edge that is `step` of `order` steps from `a` towards `b`.
+  Place edge(std::uint32_t a, std::uint32_t b, std::uint32_t step = 1,
+             std::uint32_t order = 2) const;
+  /// Returns a place on a face. The face is identified by the ends of the diagonal that contains
+  /// its oldest vertex. `steps`: of `order` steps, from corners[0] towards corners[1] and towards
+  /// corners[3].
+  Place face(const std::array<std::uint32_t, 4>& corners,
+             const std::array<std::uint8_t, 2>& steps = {1, 1}, std::uint32_t order = 2) const;
 
-  /// Returns the live vertex in the middle of `place`, or kNone if no such vertex exists.
+  /// Returns the live vertex at `place`, or kNone if no such vertex exists.
   std::uint32_t find(const Place& place) const;
-  /// Stores `slot` as the vertex in the middle of `place`. If the same vertex has an entry for a
-  /// different place, removes that entry.
+  /// Stores `slot` as the vertex at `place`. If the same vertex has an entry for a different place,
+  /// removes that entry.
   void put(const Place& place, std::uint32_t slot);
   /// Removes the entry of a vertex. Call it before the vertex is finalized.
   void forget(std::uint32_t slot) {
@@ -52,7 +57,7 @@ class MiddleTable {
 
   /// Each edge has a checksum: the XOR of the signatures of the sides that contain the edge, over
   /// all cells coded so far. A side shared by two cells occurs twice and cancels out. Returns the
-  /// checksum of the edge whose middle vertex is `slot`.
+  /// checksum of the edge on which the vertex `slot` lies.
   std::uint64_t& open(std::uint32_t slot) { return entries_[slot].open; }
 
  private:
@@ -60,20 +65,24 @@ class MiddleTable {
     // `low`, `high`: stream numbers of the two vertices that identify the edge or face
     std::uint64_t key = 0, low = 0, high = 0;
     std::uint64_t open = 0;
-    bool is_set = false, is_face = false;
+    bool is_set = false;
+    std::uint8_t map = 0;  // index in by_place_
   };
   static std::uint64_t key_of(const Place& place) {
     return std::uint64_t{place.low} << 32 | place.high;
   }
+  static std::uint8_t map_of(const Place& place) {
+    return static_cast<std::uint8_t>(2 * place.index + (place.is_face ? 1 : 0));
+  }
   void erase(std::uint32_t slot);
 
   const ActiveSurface* surface_;
-  // For each vertex in the middle of an edge or face, which edge or face this is. Indexed by slot
+  // For each vertex on an edge or face, which edge or face this is. Indexed by slot
   std::vector<Entry> entries_;
 
-  // Two maps, one for edges and one for faces. The key consists of the slots of the two vertices
-  // that identify the edge or face. The value is the vertex in its middle
-  std::array<IdMap, 2> by_place_;
+  // Maps for edges, at even indices, and for faces: one for each index of a place. The key consists
+  // of the slots of the two vertices that identify the edge or face. The value is the vertex there
+  std::vector<IdMap> by_place_{2};
 };
 
 template <class Coder>
@@ -113,7 +122,7 @@ class MidNodes {
   std::array<std::uint8_t, MidNode::kKinds> missed_{};
   // For each position, ended_ is 1 if the node at this position of the previous cell was marked as
   // last use
-  std::array<std::uint8_t, kMostLayoutNodes> ended_{};
+  std::array<std::uint8_t, kMaxLastUse> ended_{};
 
   // Adaptive models of the decisions
 

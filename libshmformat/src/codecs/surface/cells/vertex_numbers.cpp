@@ -32,8 +32,9 @@ auto VertexNumbers<Coder>::expect(const CellTopology& cell, std::uint32_t positi
                                   const Stencil& stencil, std::uint64_t known) -> Expectation {
   Expectation expected;
   if (const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position)) {
+    const bool follows_known = node->continues && is_coming_[cell.slots[position - 1]] == 0;
     const MidNodeNumbers::Guess guess =
-        mid_node_numbers_.expect(cell, *node, position, known, numbers_, last_ + 1);
+        mid_node_numbers_.expect(cell, *node, position, known, follows_known, numbers_, last_ + 1);
     return {guess.best, guess.second, 3u + node->kind};
   }
   if (stencil.kind == Stencil::last) {

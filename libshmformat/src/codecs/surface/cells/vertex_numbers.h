@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/lists.h"
 #include "codecs/shared/stencil.h"
 #include "codecs/surface/cells/mid_node_numbers.h"
 #include "entropy/models.h"
@@ -52,6 +53,9 @@ class VertexNumbers {
                                     const Stencil& stencil);
 
   std::vector<std::uint64_t> numbers_;  // numbers by vertex slot
+  // By vertex slot: 1 if the number of this new vertex of the current cell has not been coded yet.
+  // Used only for cells whose nodes form a grid
+  std::vector<std::uint8_t> is_coming_;
   std::uint64_t last_ = ~std::uint64_t{0},
                 largest_ = ~std::uint64_t{0};  // largest number so far; before the first vertex it
                                                // is -1 modulo 2^64
@@ -81,10 +85,15 @@ void VertexNumbers<Coder>::code_cell(Coder& coder, const CellTopology& cell, Num
   std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
     return cell.stored_position(a) < cell.stored_position(b);
   });
+  if (cell.rows != nullptr) {
+    for (const std::uint32_t slot : cell.slots) at_slot(is_coming_, slot) = 0;
+    for (const std::uint32_t position : order_) is_coming_[cell.slots[position]] = 1;
+  }
   for_each_new_vertex(
       cell, order_, [&](std::uint32_t position, const Stencil& stencil, std::uint64_t known) {
         std::uint64_t& value = number(position);
         value = code(coder, expect(cell, position, stencil, known), cell.slots[position], value);
+        if (cell.rows != nullptr) is_coming_[cell.slots[position]] = 0;
       });
 }
 

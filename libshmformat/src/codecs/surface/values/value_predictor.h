@@ -63,10 +63,10 @@ class ClassNumbers {
     return (known & 0x3ffu) | (known >> 13 & 7u) << 10 | std::uint32_t{item.corner} << 13 |
            std::uint32_t{item.kind} << 16;
   }
-  /// Returns a number of 13 bits that combines the corner, the kind and the known neighbours within
+  /// Returns a number of 14 bits that combines the corner, the kind and the known neighbours within
   /// the hexahedron.
   static std::uint16_t family_key(std::uint32_t key) {
-    return static_cast<std::uint16_t>((key & Neighbourhood::kLattice) | (key >> 13 & 63u) << 7);
+    return static_cast<std::uint16_t>((key & Neighbourhood::kLattice) | (key >> 13 & 127u) << 7);
   }
   std::size_t place(std::uint32_t key) const {
     return (key * 0x9e3779b1u >> 8) & (entries_.size() - 1);
@@ -95,7 +95,7 @@ class ClassNumbers {
 
   std::vector<Entry> entries_ = std::vector<Entry>(64);
   std::vector<std::uint16_t> families_;     // family number of each class
-  std::vector<std::uint16_t> family_keys_;  // keys of the families, at most 8192
+  std::vector<std::uint16_t> family_keys_;  // keys of the families, at most 16384
   std::uint32_t count_ = 0;
   std::size_t used_ = 0;
 };
