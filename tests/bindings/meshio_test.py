@@ -59,6 +59,13 @@ class Meshio(unittest.TestCase):
         self.assertEqual([group.tolist() for group in back.cell_sets["few"]], [[1], [0], []])
         meshio.write(self.path("a.shm"), back)  # replaces the file, as meshio's writers do
 
+    def test_lagrange_cells_keep_their_order(self):
+        points = np.random.default_rng(5).random((125 + 20, 3))
+        cells = [("VTK_LAGRANGE_HEXAHEDRON", np.arange(125)[None, ::-1]), ("VTK_LAGRANGE_TETRAHEDRON", np.arange(125, 145)[None, :])]
+        meshio.write(self.path("a.shm"), meshio.Mesh(points, cells))
+        back = meshio.read(self.path("a.shm"))
+        self.same(meshio.Mesh(points, cells), back)
+
     def test_a_step_can_be_chosen(self):
         points = np.zeros((8, 3))
         steps = {1: np.full(8, 1.), 4: np.full(8, 4.)}

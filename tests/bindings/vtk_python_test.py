@@ -159,11 +159,14 @@ class Vtk(Case):
     def test_what_is_written_comes_back(self):
         writer = shmformat.vtk.Writer()
         writer.SetFileName(self.path("a.shm"))
-        for name in (ROOT / "tests" / "golden" / "0.10" / "mixed_cells.shm", self.bar()):  # the second has arrays
+        golden = ROOT / "tests" / "golden" / "0.10"
+        for name in (golden / "mixed_cells.shm", golden / "grid_nodes.shm", self.bar()):  # the last one has arrays
             first = self.read(str(name)).GetOutput()
             writer.SetInputData(first)
             self.assertGreater(writer.Write(), 100)
             self.same(first, self.read(self.path("a.shm")).GetOutput())
+            if Path(name).stem == "grid_nodes":
+                self.assertEqual(set(vtk_to_numpy(first.GetCellTypesArray()).tolist()), {29, 72})
         writer.Write()  # replaces the file, as VTK's writers do
         polyhedra = self.read(str(ROOT / "tests" / "golden" / "0.10" / "polyhedra.shm")).GetOutput()
         writer.SetInputData(polyhedra)

@@ -164,8 +164,8 @@ typedef enum shmf_shape {
   SHMF_FACES = 11
 } shmf_shape;
 /* Returns VTK's cell type for a shape with `nodes` nodes, e.g. 12, 25 or 29 for a hexahedron with
-   8, 20 or 27 nodes. Returns 2 (a poly-vertex) if VTK has no such cell, 41 (a convex point set) for
-   SHMF_POLYHEDRON, and 42 for SHMF_FACES. */
+   8, 20 or 27 nodes, and 72 (Lagrange) for a hexahedron of order 3 to 10. Returns 2 (a poly-vertex)
+   if VTK has no such cell, 41 (a convex point set) for SHMF_POLYHEDRON, and 42 for SHMF_FACES. */
 SHMF_API int32_t shmf_vtk_cell_type(int32_t shape, uint32_t nodes);
 
 /* Locations of arrays: vertices, cells, the whole mesh, or members of sets. Arrays at the last four

@@ -5,6 +5,25 @@
 #include "shmformat.h"
 
 namespace shmf {
+namespace {
+
+/// Returns VTK's type of Lagrange cells with this shape and number of nodes, of orders 3 to 10, or
+/// 0 if VTK has no such cells.
+std::uint8_t lagrange_type(shm::CellShape shape, std::uint64_t nodes) {
+  using shm::CellShape;
+  for (std::uint64_t n = 4; n <= 11; ++n) {  // nodes along an edge
+    const std::uint64_t triangle = n * (n + 1) / 2;
+    if (shape == CellShape::line && nodes == n) return 68;
+    if (shape == CellShape::triangle && nodes == triangle) return 69;
+    if (shape == CellShape::quad && nodes == n * n) return 70;
+    if (shape == CellShape::tetrahedron && nodes == triangle * (n + 2) / 3) return 71;
+    if (shape == CellShape::hexahedron && nodes == n * n * n) return 72;
+    if (shape == CellShape::wedge && nodes == triangle * n) return 73;
+  }
+  return 0;
+}
+
+}  // namespace
 
 std::uint8_t vtk_cell_type(shm::CellShape shape, std::uint64_t nodes) {
   using shm::CellShape;
@@ -32,7 +51,8 @@ std::uint8_t vtk_cell_type(shm::CellShape shape, std::uint64_t nodes) {
   if (shape == CellShape::faces) return 42;
   for (const Kind& kind : kKinds)
     if (kind.shape == shape && kind.nodes == nodes) return kind.type;
-  return kPolyVertex;
+  const std::uint8_t lagrange = lagrange_type(shape, nodes);
+  return lagrange != 0 ? lagrange : kPolyVertex;
 }
 
 }  // namespace shmf

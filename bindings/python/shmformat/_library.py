@@ -122,6 +122,8 @@ KINDS = (("vertex", 1), ("line", 2), ("line", 3), ("line", 4), ("triangle", 3), 
          ("wedge", 6), ("wedge", 15), ("wedge", 18), ("hexahedron", 8), ("hexahedron", 20), ("hexahedron", 24),
          ("hexahedron", 27))
 POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK cell types whose number of nodes varies
+# VTK cell types of Lagrange cells. The number of nodes depends on the order.
+LAGRANGE = {68: "line", 69: "triangle", 70: "quad", 71: "tetrahedron", 72: "hexahedron", 73: "wedge"}
 
 
 def vtk_type(shape: str, nodes: int) -> int:

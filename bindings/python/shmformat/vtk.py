@@ -30,7 +30,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline 
 from . import Arrays, Block, Cells, Mesh, Set
 from . import open as open_shm
 from . import write as write_shm
-from ._library import CONVEX_POINT_SET, DTYPES, KINDS, POLYGON, POLYHEDRON, lib, vtk_type
+from ._library import CONVEX_POINT_SET, DTYPES, KINDS, LAGRANGE, POLYGON, POLYHEDRON, lib, vtk_type
 from ._sides import is_flat, sides_as_cells
 
 # For each VTK cell type: shape and number of nodes. If this number is 0, cells can have any number of nodes.
@@ -592,22 +592,36 @@ def _merged(joined: _Joined) -> _Joined:
                    point_data={name: values[first] for name, values in joined.point_data.items()})
 
 
+def _shape_of(kind: int, nodes: int) -> tuple[str, int]:
+    """Returns the shape and the number of nodes of cells of a VTK type; 0 nodes if their number varies. `nodes`: the
+    number of nodes of Lagrange cells."""
+    if kind not in LAGRANGE:
+        return _SHAPES[kind]
+    shape = LAGRANGE[kind]
+    if vtk_type(shape, nodes) != kind and (shape, nodes) not in KINDS:
+        raise ValueError(f"cells of VTK type {kind} with {nodes} nodes cannot be written")
+    return shape, nodes
+
+
 def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
     count = grid.GetNumberOfCells()
     if count == 0:
         nothing = np.zeros(0, np.int64)
         return Cells(np.zeros(1, np.int64), nothing, nothing.astype(np.uint8), nothing.astype(np.uint32)), []
     types = vtk_to_numpy(grid.GetCellTypesArray())
-    unknown = set(np.unique(types).tolist()) - set(_SHAPES)
+    unknown = set(np.unique(types).tolist()) - set(_SHAPES) - set(LAGRANGE)
     if unknown:
         raise ValueError(f"cells of VTK type {min(unknown)} cannot be written")
+    if grid.GetCellData().GetHigherOrderDegrees() is not None:
+        raise ValueError("Lagrange cells with several orders cannot be written")
     named = grid.GetCellData().GetArray("block")
-    keys = np.column_stack([vtk_to_numpy(named) if named is not None else np.zeros(count, int), types]).astype(np.int64)
-    kinds, blocks = np.unique(keys, axis=0, return_inverse=True)
     offsets = vtk_to_numpy(grid.GetCells().GetOffsetsArray())
     corners = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
-    listed = [Block(index + 1, "", *_SHAPES[int(kind)], int((blocks == index).sum()))
-              for index, (_, kind) in enumerate(kinds.tolist())]
+    sizes = np.where(np.isin(types, list(LAGRANGE)), np.diff(offsets), 0)  # Lagrange cells of each order are a block
+    keys = np.column_stack([vtk_to_numpy(named) if named is not None else np.zeros(count, int), types, sizes]).astype(np.int64)
+    kinds, blocks = np.unique(keys, axis=0, return_inverse=True)
+    listed = [Block(index + 1, "", *_shape_of(kind, nodes), int((blocks == index).sum()))
+              for index, (_, kind, nodes) in enumerate(kinds.tolist())]
     return Cells(offsets, corners, types, blocks.reshape(-1).astype(np.uint32)), listed
 
 
