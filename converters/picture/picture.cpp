@@ -47,7 +47,8 @@ class Painter {
     for (std::size_t i = 1; i + 1 < corners; ++i) {
       unsigned outlines = 0;
       if (paint.outline_light < 256)
-        outlines = (i == 1 ? 1U : 0U) | 2U | (i + 2 == corners ? 4U : 0U);
+        outlines = (i == 1 && is_outline(f, 0) ? 1U : 0U) | (is_outline(f, i) ? 2U : 0U) |
+                   (i + 2 == corners && is_outline(f, i + 1) ? 4U : 0U);
       raster_.add_triangle({seen_[0], seen_[i], seen_[i + 1]}, paint, outlines);
     }
     return true;
@@ -59,7 +60,8 @@ class Painter {
     Paint paint = paint_of(f);
     paint.light = kLightOfLines;
     for (std::size_t i = 0; i < seen_.size(); ++i)
-      raster_.add_line(seen_[i], seen_[i + 1 < seen_.size() ? i + 1 : 0], paint);
+      if (is_outline(f, i))
+        raster_.add_line(seen_[i], seen_[i + 1 < seen_.size() ? i + 1 : 0], paint);
   }
 
  private:
@@ -73,16 +75,24 @@ class Painter {
     const auto face = surface_.face(f);
     if (!camera_.place(face, places_)) return false;
     const auto least = std::min_element(places_.begin(), places_.end());
-    const auto turn = static_cast<std::size_t>(least - places_.begin());
+    turn_ = static_cast<std::size_t>(least - places_.begin());
     std::rotate(places_.begin(), least, places_.end());
     seen_.clear();
     for (std::size_t i = 0; i < face.size(); ++i) {
       seen_.push_back(camera_.seen(places_[i]));
       if (colouring_ == nullptr || !colouring_->of_points) continue;
-      const std::uint32_t vertex = face[(i + turn) % face.size()];
+      const std::uint32_t vertex = face[(i + turn_) % face.size()];
       seen_.back().share = share_of(colouring_->values[vertex], range_);
     }
     return true;
+  }
+
+  // Returns true if the edge from corner `i` of seen_ is an outline of a side of a cell.
+  // Precondition: see(f) has been called.
+  bool is_outline(std::size_t f, std::size_t i) const {
+    if (surface_.inner_edges.empty()) return true;
+    const std::size_t corner = (i + turn_) % surface_.face(f).size();
+    return surface_.inner_edges[static_cast<std::size_t>(surface_.face_begin[f]) + corner] == 0;
   }
 
   Paint paint_of(std::size_t f) const {
@@ -143,6 +153,7 @@ class Painter {
   Vector lamp_{};
   std::vector<Vector> places_;  // positions of the corners of one face
   std::vector<RasterPoint> seen_;
+  std::size_t turn_ = 0;  // index in the face of the first corner in places_ and seen_
 };
 
 }  // namespace

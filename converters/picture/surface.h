@@ -23,6 +23,9 @@ struct Surface {
   // corners an edge, and a face with 3 or more corners a polygon.
   std::span<const std::uint32_t> corners;
   std::span<const std::uint32_t> blocks;  // block index of each face
+  // For each corner: 1 if the edge to the next corner is inside a side of a cell, where no outline
+  // is drawn. May be empty if there are no such edges.
+  std::span<const std::uint8_t> inner_edges;
 
   std::size_t faces() const { return blocks.size(); }
   std::size_t vertices() const { return xyz.size() / (3 * scalar_bytes(coordinate_type)); }

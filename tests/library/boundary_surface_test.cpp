@@ -20,6 +20,7 @@
 #include "boundary/boundary_search.h"
 #include "support/coded_meshes.h"
 #include "support/file_surgery.h"
+#include "support/second_order_mesh.h"
 
 namespace shm {
 namespace {
@@ -328,6 +329,171 @@ TEST(BoundarySurface, OfSecondOrderCellsHasTheirCorners) {
     EXPECT_EQ(surface.vertex_count(), 8u);
     EXPECT_DOUBLE_EQ(volume_within(surface), 6);
   }
+}
+
+/// Returns a mesh of one cell of higher order. Its corners are corners of a cube.
+TestMesh curved_cell(CellShape shape, std::uint32_t nodes, const std::vector<std::size_t>& at) {
+  SecondOrderMesh mesh;
+  const std::uint32_t block = mesh.add_block(shape, nodes);
+  const auto cube = cube_at(0, 0, 0);
+  std::vector<SecondOrderMesh::Point> corners;
+  for (const std::size_t i : at) corners.push_back(cube[i]);
+  mesh.add(block, corners);
+  return mesh.finish();
+}
+
+/// Checks that the surface is closed: each edge of a face belongs to one other face, in the
+/// opposite direction. Also checks that the faces of each side follow each other.
+void expect_closed(const BoundarySurface& surface) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (std::size_t f = 0; f < surface.face_count(); ++f) {
+    const Cycle face = face_of(surface, f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const auto from = static_cast<std::uint32_t>(face[i]),
+                 to = static_cast<std::uint32_t>(face[(i + 1) % face.size()]);
+      edges[std::minmax(from, to)] += from < to ? 1 : -1;
+    }
+    if (f == 0 || surface.cell_numbers[f] != surface.cell_numbers[f - 1]) continue;
+    EXPECT_GE(surface.sides[f], surface.sides[f - 1]);
+  }
+  for (const auto& [edge, sum] : edges) EXPECT_EQ(sum, 0) << edge.first << " " << edge.second;
+  EXPECT_GT(volume_within(surface), 0);
+}
+
+TEST(BoundarySurface, DividesCurvedSides) {
+  BoundaryOptions options;
+  options.subdivide = true;
+  struct Curved {
+    TestMesh mesh;
+    std::vector<std::size_t> faces;  // number of faces of each side
+  };
+  using enum CellShape;
+  const std::vector<std::size_t> all = {0, 1, 2, 3, 4, 5, 6, 7}, six = {0, 1, 3, 4, 5, 7},
+                                 four = {0, 1, 3, 4}, five = {0, 1, 2, 3, 4};
+  const std::vector<Curved> solids = {{curved_cell(hexahedron, 9, all), {1, 1, 1, 1, 1, 1}},
+                                      {curved_cell(hexahedron, 20, all), {5, 5, 5, 5, 5, 5}},
+                                      {curved_cell(hexahedron, 24, all), {4, 4, 4, 4, 5, 5}},
+                                      {curved_cell(hexahedron, 27, all), {4, 4, 4, 4, 4, 4}},
+                                      {turned_grids(1, 1, 1, 3), {9, 9, 9, 9, 9, 9}},
+                                      {turned_grids(1, 1, 1, 4), {16, 16, 16, 16, 16, 16}},
+                                      {curved_cell(tetrahedron, 10, four), {4, 4, 4, 4}},
+                                      {curved_cell(pyramid, 13, five), {4, 4, 4, 4, 5}},
+                                      {curved_cell(pyramid, 14, five), {4, 4, 4, 4, 4}},
+                                      {curved_cell(wedge, 15, six), {5, 5, 5, 4, 4}},
+                                      {curved_cell(wedge, 18, six), {4, 4, 4, 4, 4}}};
+  for (const Curved& solid : solids) {
+    const BlockInfo& block = solid.mesh.schema.blocks[0];
+    SCOPED_TRACE(std::string(shape_name(block.shape)) + std::to_string(block.nodes_per_cell));
+    const BoundarySurface surface = boundary_of(file_of(solid.mesh), options);
+    std::vector<std::size_t> faces(solid.faces.size());
+    for (const std::uint32_t side : surface.sides) ++faces.at(side - 1);
+    EXPECT_EQ(faces, solid.faces);
+    expect_closed(surface);
+  }
+  struct Flat {
+    CellShape shape;
+    std::uint32_t nodes;
+    std::vector<std::size_t> corners;
+    std::size_t faces;
+  };
+  for (const Flat& flat : std::vector<Flat>{{line, 3, {0, 1}, 2},
+                                            {triangle, 6, {0, 1, 2}, 4},
+                                            {triangle, 7, {0, 1, 2}, 3},
+                                            {quad, 8, {0, 1, 2, 3}, 5},
+                                            {quad, 9, {0, 1, 2, 3}, 4}}) {
+    const TestMesh mesh = curved_cell(flat.shape, flat.nodes, flat.corners);
+    const BoundarySurface surface = boundary_of(file_of(mesh), options);
+    EXPECT_EQ(surface.face_count(), flat.faces) << flat.nodes;
+    EXPECT_EQ(surface.sides, std::vector<std::uint32_t>(flat.faces, 0));
+  }
+}
+
+// Each face of a divided flat cell is one step long and wide. The positions are those of VTK's
+// Lagrange cells.
+TEST(BoundarySurface, DividesFlatCellsOfHigherOrder) {
+  BoundaryOptions options;
+  options.subdivide = true;
+  struct Flat {
+    CellShape shape;
+    std::vector<std::array<double, 2>> at;
+    std::size_t faces;
+    double twice_area;
+  };
+  using enum CellShape;
+  for (const Flat& flat : std::vector<Flat>{
+           {line, {{0, 0}, {3, 0}, {1, 0}, {2, 0}}, 3, 0},
+           {quad,
+            {{0, 0},
+             {3, 0},
+             {3, 3},
+             {0, 3},
+             {1, 0},
+             {2, 0},
+             {3, 1},
+             {3, 2},
+             {1, 3},
+             {2, 3},
+             {0, 1},
+             {0, 2},
+             {1, 1},
+             {2, 1},
+             {1, 2},
+             {2, 2}},
+            9,
+            2},
+           {triangle,
+            {{0, 0}, {3, 0}, {0, 3}, {1, 0}, {2, 0}, {2, 1}, {1, 2}, {0, 2}, {0, 1}, {1, 1}},
+            9,
+            1},
+           {triangle,
+            {{0, 0},
+             {4, 0},
+             {0, 4},
+             {1, 0},
+             {2, 0},
+             {3, 0},
+             {3, 1},
+             {2, 2},
+             {1, 3},
+             {0, 3},
+             {0, 2},
+             {0, 1},
+             {1, 1},
+             {2, 1},
+             {1, 2}},
+            16,
+            1}}) {
+    std::vector<std::array<double, 3>> points;
+    for (const auto& [x, y] : flat.at) points.push_back({x, y, 0});
+    const BoundarySurface surface = boundary_of(
+        file_of(one_cell(flat.shape, static_cast<std::uint32_t>(points.size()), points)), options);
+    ASSERT_EQ(surface.face_count(), flat.faces);
+    const auto xyz = surface.points_as<double>();
+    for (std::size_t f = 0; f < surface.face_count(); ++f) {
+      const Cycle face = face_of(surface, f);
+      double twice = 0;
+      for (std::size_t i = 0; i < face.size(); ++i) {
+        const double *const a = &xyz[3 * face[i]], *const b = &xyz[3 * face[(i + 1) % face.size()]];
+        twice += a[0] * b[1] - a[1] * b[0];
+        EXPECT_LE(std::max(std::abs(b[0] - a[0]), std::abs(b[1] - a[1])), 1) << points.size();
+      }
+      EXPECT_EQ(twice, flat.twice_area) << points.size();
+    }
+  }
+}
+
+TEST(BoundarySurface, NeighboursShareDividedSides) {
+  BoundaryOptions options;
+  options.subdivide = true;
+  const BoundarySurface grids = boundary_of(file_of(turned_grids(3, 2, 2, 3)), options);
+  EXPECT_EQ(grids.face_count(), 2u * (6 + 6 + 4) * 9);
+  expect_closed(grids);
+  const BoundarySurface quadratic = boundary_of(file_of(second_order_grid(3, 2, 2, 20)), options);
+  EXPECT_EQ(quadratic.face_count(), 2u * (6 + 6 + 4) * 5);
+  expect_closed(quadratic);
+  // Collapsed cells, and cells that repeat nodes
+  for (const TestMesh& mesh : {grids_of_nodes(), second_order_cells()})
+    EXPECT_GT(boundary_of(file_of(mesh), options).face_count(), 500u);
 }
 
 TEST(BoundarySurface, OfPolyhedraHasTheirFacesInTheirOrder) {

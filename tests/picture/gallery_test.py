@@ -51,7 +51,7 @@ class GalleryTest(unittest.TestCase):
         shown = re.findall(r"!\[([^]]*)\]\(gallery/([^)]*)\.png\)(.*?)(?= \|)",
                            gallery.PAGE.read_text(encoding="utf-8"))
         names = [name for _, name, _ in shown]
-        self.assertEqual(len(names), 24)
+        self.assertEqual(len(names), 26)
         self.assertEqual(sorted(names), sorted(path.stem for path in gallery.PICTURES.iterdir()))
         for word, name, text in shown:
             self.assertEqual(word, name)

@@ -194,6 +194,7 @@ ExitCode PreviewCommand::run() {
                                         .points_instead = true,
                                         .threads = threads,
                                         .next = "drawing"});
+  shown.find_inner_edges();
   const Surface surface = shown.surface();
   std::vector<double> values;
   std::optional<Colouring> colouring;

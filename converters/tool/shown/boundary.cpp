@@ -237,7 +237,9 @@ BoundarySurface boundary_of_mesh(MeshSource& mesh, const std::vector<BoundaryArr
                                  const Progress& progress) {
   Schema without_arrays = mesh.info().schema;
   without_arrays.arrays.clear();
-  BoundaryFinder finder = unwrap(BoundaryFinder::create(without_arrays));
+  BoundaryOptions options;
+  options.subdivide = true;
+  BoundaryFinder finder = unwrap(BoundaryFinder::create(without_arrays, options));
   {
     KeptCells cells(mesh, kept, spool);
     BoundaryFeeder feeder(cells, mesh, finder, spool);

@@ -112,6 +112,7 @@ class ShownReader {
     ReadOptions reading;
     reading.threads = request_.threads;
     reading.max_ahead_bytes = std::uint64_t{64} << 20;
+    options.subdivide = true;
     shown.boundary = unwrap(read_boundary(watched, options, limits, reading), path);
     if (request_.points_instead && shown.boundary.face_count() == 0)
       show_points(*in_.open(spool_, line_.callback(), request_.threads), std::nullopt, shown);
@@ -148,7 +149,42 @@ Surface ShownBoundary::surface() const {
   surface.face_begin = boundary.face_begin;
   surface.corners = boundary.corners;
   surface.blocks = boundary.blocks;
+  surface.inner_edges = inner_edges;
   return surface;
+}
+
+void ShownBoundary::find_inner_edges() {
+  struct Edge {
+    std::uint32_t low, high;
+    std::size_t corner;  // index in boundary.corners
+    bool is_same(const Edge& other) const { return low == other.low && high == other.high; }
+  };
+  inner_edges.assign(boundary.corners.size(), 0);
+  std::vector<Edge> edges;  // edges of the faces of one side
+  for (std::size_t first = 0, end = 0; first < boundary.face_count(); first = end) {
+    const auto is_of_side = [&](std::size_t f) {
+      return boundary.cell_numbers[f] == boundary.cell_numbers[first] &&
+             boundary.sides[f] == boundary.sides[first];
+    };
+    for (end = first + 1; end < boundary.face_count() && is_of_side(end);) ++end;
+    if (end == first + 1) continue;
+    edges.clear();
+    for (std::size_t f = first; f < end; ++f) {
+      const auto begin = static_cast<std::size_t>(boundary.face_begin[f]),
+                 stop = static_cast<std::size_t>(boundary.face_begin[f + 1]);
+      for (std::size_t c = begin; c < stop; ++c) {
+        const auto [low, high] =
+            std::minmax(boundary.corners[c], boundary.corners[c + 1 < stop ? c + 1 : begin]);
+        edges.push_back({low, high, c});
+      }
+    }
+    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+      return std::tie(a.low, a.high, a.corner) < std::tie(b.low, b.high, b.corner);
+    });
+    for (std::size_t e = 0; e + 1 < edges.size(); ++e)
+      if (edges[e].is_same(edges[e + 1]))
+        inner_edges[edges[e].corner] = inner_edges[edges[e + 1].corner] = 1;
+  }
 }
 
 ShownBoundary shown_boundary(const CommonOptions& options, ToolInput& in, Spool& spool,

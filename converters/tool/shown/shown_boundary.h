@@ -27,7 +27,12 @@ struct ShownBoundary {
   BoundarySurface boundary;
   std::optional<ArrayChoice> array;
   bool only_points = false;  // true if the mesh has no faces, so that its vertices are shown
+  // See Surface::inner_edges. Empty unless find_inner_edges() was called.
+  std::vector<std::uint8_t> inner_edges;
 
+  // Finds the edges inside of sides of cells of higher order, which consist of several faces.
+  // Precondition: the faces of a side follow each other.
+  void find_inner_edges();
   Surface surface() const;  // borrows the boundary
 };
 

@@ -18,6 +18,14 @@ struct BoundaryArray {
 
 struct BoundaryOptions {
   std::vector<BoundaryArray> arrays{};
+  /// True: the sides of cells of higher order are divided into flat faces at all nodes that lie on
+  /// them. A side of order p becomes p * p quadrilaterals or triangles; a quadrilateral without a
+  /// node in its middle becomes four triangles and a quadrilateral. Only the nodes of second-order
+  /// cells, and of lines, triangles, quads and hexahedra of orders 3 to 10 are used, in blocks
+  /// whose cells all have the same number of nodes. A side between two cells of different order is
+  /// then part of the boundary, seen from both cells. False: all nodes that are not corners are
+  /// ignored.
+  bool subdivide = false;
   /// Memory limit in bytes for the surface and for the data needed to find it. A mesh that needs
   /// more fails with ErrorCode::over_limit. The memory of a Reader or a MeshExtractor is not
   /// counted.
@@ -30,8 +38,8 @@ struct BoundaryOptions {
 /// - all cells of lower dimension: triangles, quads and polygons, lines (2 corners) and vertices (1
 ///   corner).
 ///
-/// Nodes of second-order cells that are not corners are ignored. Two sides are equal if they go
-/// around the same vertices in the same order, in either direction.
+/// Nodes that are not corners are ignored, unless BoundaryOptions::subdivide is set. Two sides are
+/// equal if they go around the same vertices in the same order, in either direction.
 /// - A side that three or more cells share is not part of the boundary.
 /// - If a vertex occurs twice in a row in a side, the repetition is ignored. A side with fewer than
 ///   three corners after that is ignored, so a collapsed hexahedron matches the wedge next to it.
@@ -46,7 +54,8 @@ struct BoundarySurface {
   /// mesh, as in MeshBlock::vertex_numbers, and `xyz` contains 3 coordinates of each vertex.
   std::vector<std::uint64_t> vertex_numbers;
   std::vector<std::byte> xyz;
-  /// Faces in the coding order of their cells, and within a cell by side. `face_begin` contains the
+  /// Faces in the coding order of their cells, and within a cell by side. If sides are divided, the
+  /// faces of a side follow each other. `face_begin` contains the
   /// offsets of the faces in `corners` (faces + 1 entries). `corners` contains indices into
   /// `vertex_numbers`. The corners of a side of a volume cell go around counter-clockwise as seen
   /// from outside, starting with any corner, provided that the corners of the cell are ordered as

@@ -27,8 +27,14 @@ BoundarySearch::BoundarySearch(const Schema& schema, const BoundaryOptions& opti
     : schema_(&schema),
       max_bytes_(std::min<std::uint64_t>(options.max_bytes, kMostBytes)),
       found_(schema, options.arrays) {
-  for (const BlockInfo& block : schema.blocks)
+  for (const BlockInfo& block : schema.blocks) {
     forms_.push_back(form_of(block.shape, block.nodes_per_cell));
+    facets_.emplace_back();
+    if (!options.subdivide) continue;
+    const auto [divided, is_new] = divided_.try_emplace({block.shape, block.nodes_per_cell});
+    if (is_new) divided->second = facets_of(block.shape, block.nodes_per_cell);
+    facets_.back() = divided->second;
+  }
   for (const RecordLayout::Column& column : found_.cell_layout().columns) {
     CellColumn& own = cell_columns_.emplace_back();
     for (std::uint32_t b = 0; b < schema.blocks.size(); ++b)
@@ -137,10 +143,21 @@ Result<void> BoundarySearch::add_cell(const MeshBlock& block, std::size_t c) {
   cell_ = {block.first_cell + c, block.cell_numbers[c], block.cell_blocks[c], 0};
   kept_as_ = kNone;
   if (!cell_columns_.empty()) read_cell_record(block, c);
+  const std::span<const Facet> facets = facets_[block.cell_blocks[c]];
   switch (form.kind) {
     case CellForm::unknown: ++left_out_; break;
-    case CellForm::itself: add_itself(form.corners); break;
-    case CellForm::solid: add_solid(form); break;
+    case CellForm::itself:
+      if (facets.empty())
+        add_itself(form.corners);
+      else
+        add_flat_facets(facets);
+      break;
+    case CellForm::solid:
+      if (facets.empty())
+        add_solid(form);
+      else
+        add_facets(facets, form.has_two_orders);
+      break;
     case CellForm::polyhedron: left_out_ += add_polyhedron() ? 0 : 1; break;
   }
   std::uint64_t last_use = block.last_use[c];
@@ -193,6 +210,14 @@ void BoundarySearch::add_itself(std::uint32_t corners) {
   found_.add_face({cell_.position, cell_.number, cell_.block, record_.data()}, 0);
 }
 
+void BoundarySearch::add_flat_facets(std::span<const Facet> facets) {
+  for (std::uint32_t k = 0; k < facets.size(); ++k) {
+    for (std::size_t i = 0; i < facets[k].size; ++i)
+      found_.add_corner(place_of(nodes_[facets[k].at[i]]));
+    found_.add_face({cell_.position, cell_.number, cell_.block, record_.data()}, k + 1);
+  }
+}
+
 bool BoundarySearch::are_distinct(std::uint32_t corners) const {
   std::uint64_t seen = 0;
   bool maybe = false;
@@ -214,12 +239,40 @@ void BoundarySearch::add_solid(const CellForm& form) {
     add_odd_solid(form);
     return;
   }
+  ordinals_.resize(nodes_.size());
   for (std::uint32_t i = 0; i < form.corners; ++i) ordinals_[i] = vertices_[nodes_[i]].ordinal;
   for (std::uint32_t k = 0; k < form.sides.size(); ++k)
     if (form.sides[k].size == 4)
       add_quad(k + 1, form.sides[k].at);
     else
       add_triangle(k + 1, form.sides[k].at);
+}
+
+/// Returns true if no vertex occurs at two nodes of the current cell.
+bool BoundarySearch::all_distinct() {
+  sorted_.assign(nodes_.begin(), nodes_.end());
+  std::sort(sorted_.begin(), sorted_.end());
+  return std::adjacent_find(sorted_.begin(), sorted_.end()) == sorted_.end();
+}
+
+/// Adds the facets of a solid as if they were its sides. Neighbouring cells have the same facets,
+/// as they share the nodes.
+void BoundarySearch::add_facets(std::span<const Facet> facets, bool has_two_orders) {
+  is_mirrored_ = has_two_orders && is_mirrored_wedge();
+  if (!all_distinct()) {
+    collected_ = 0;
+    for (std::uint32_t k = 0; k < facets.size(); ++k)
+      collect_side(k + 1, facets[k].size, [&](std::size_t i) { return nodes_[facets[k].at[i]]; });
+    add_collected();
+    return;
+  }
+  ordinals_.resize(nodes_.size());
+  for (std::size_t i = 0; i < nodes_.size(); ++i) ordinals_[i] = vertices_[nodes_[i]].ordinal;
+  for (std::uint32_t k = 0; k < facets.size(); ++k)
+    if (facets[k].size == 4)
+      add_quad(k + 1, facets[k].at);
+    else
+      add_triangle(k + 1, facets[k].at);
 }
 
 /// Returns true if the first three corners of a wedge are in counter-clockwise order when seen from
@@ -254,7 +307,8 @@ bool BoundarySearch::is_mirrored_wedge() const {
 // add_quad() and add_triangle() do not call least_cycle(): they contain faster versions of it for
 // four and three distinct vertices.
 
-void BoundarySearch::add_quad(std::uint32_t number, const std::array<std::uint8_t, 4>& corners) {
+template <class Position>
+void BoundarySearch::add_quad(std::uint32_t number, const std::array<Position, 4>& corners) {
   const std::size_t low = ordinals_[corners[1]] < ordinals_[corners[0]] ? 1 : 0;
   const std::size_t high = ordinals_[corners[3]] < ordinals_[corners[2]] ? 3 : 2;
   const std::size_t first = ordinals_[corners[high]] < ordinals_[corners[low]] ? high : low;
@@ -270,8 +324,8 @@ void BoundarySearch::add_quad(std::uint32_t number, const std::array<std::uint8_
     hang(sides_.add(from, rest), number, is_reversed, std::array{from, rest[0], rest[1], rest[2]});
 }
 
-void BoundarySearch::add_triangle(std::uint32_t number,
-                                  const std::array<std::uint8_t, 4>& corners) {
+template <class Position>
+void BoundarySearch::add_triangle(std::uint32_t number, const std::array<Position, 4>& corners) {
   const std::size_t low = ordinals_[corners[1]] < ordinals_[corners[0]] ? 1 : 0;
   const std::size_t first = ordinals_[corners[2]] < ordinals_[corners[low]] ? 2 : low;
   std::size_t second = (first + 1) % 3, last = (first + 2) % 3;
@@ -437,7 +491,17 @@ Result<void> BoundarySearch::end_mesh() {
   for (std::uint32_t slot = 0; slot < sides_.slots(); ++slot) take_sides(slot);
   if (auto status = check_memory(); !status) return status;
   found_.sort();
+  number_sides();
   return {};
+}
+
+/// Replaces the numbers of facets by those of their sides.
+void BoundarySearch::number_sides() {
+  BoundarySurface& surface = found_.surface();
+  for (std::size_t f = 0; f < surface.sides.size(); ++f) {
+    const std::span<const Facet> facets = facets_[surface.blocks[f]];
+    if (!facets.empty()) surface.sides[f] = facets[surface.sides[f] - 1].side;
+  }
 }
 
 }  // namespace shm

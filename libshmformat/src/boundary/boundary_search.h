@@ -8,7 +8,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/number_map.h"
@@ -81,8 +83,12 @@ class BoundarySearch {
   Result<void> find_slots(std::span<const std::uint64_t> corners, std::uint64_t cell);
   void add_itself(std::uint32_t corners);
   void add_solid(const CellForm& form);
-  void add_quad(std::uint32_t number, const std::array<std::uint8_t, 4>& corners);
-  void add_triangle(std::uint32_t number, const std::array<std::uint8_t, 4>& corners);
+  void add_flat_facets(std::span<const Facet> facets);
+  void add_facets(std::span<const Facet> facets, bool has_two_orders);
+  template <class Position>
+  void add_quad(std::uint32_t number, const std::array<Position, 4>& corners);
+  template <class Position>
+  void add_triangle(std::uint32_t number, const std::array<Position, 4>& corners);
   void add_odd_solid(const CellForm& form);
   bool add_polyhedron();
   template <class SlotAt>
@@ -90,7 +96,9 @@ class BoundarySearch {
   void add_collected();
   void add_collected(const Cycle& cycle);
   bool are_distinct(std::uint32_t corners) const;
+  bool all_distinct();
   bool is_mirrored_wedge() const;
+  void number_sides();
 
   void hang(SideTable::Side& side, std::uint32_t number, bool is_reversed,
             std::span<const std::uint32_t> cycle);
@@ -107,6 +115,10 @@ class BoundarySearch {
   // Form of the cells of each block (face, or solid with sides). Used for blocks whose cells have a
   // fixed number of nodes.
   std::vector<CellForm> forms_;
+  // Facets of the cells of each block; empty if the sides of its cells are not divided. While the
+  // surface is being built, the number of a face is that of its facet, counted from 1.
+  std::vector<std::span<const Facet>> facets_;
+  std::map<std::pair<CellShape, std::uint32_t>, std::vector<Facet>> divided_;  // by shape and nodes
   std::vector<CellColumn> cell_columns_;  // state of each requested cell array
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
   std::size_t unchecked_ = 0;  // number of nodes processed since the memory use was last checked
@@ -125,8 +137,9 @@ class BoundarySearch {
   std::vector<std::byte> record_;
   // Index of the current cell in cells_; kNone until a side of the cell is stored.
   std::uint32_t kept_as_ = kNone;
-  std::vector<std::uint32_t> nodes_;         // vertex slots of the cell's nodes
-  std::array<std::uint64_t, 8> ordinals_{};  // ordinals of the corners of a solid
+  std::vector<std::uint32_t> nodes_;     // vertex slots of the cell's nodes
+  std::vector<std::uint64_t> ordinals_;  // ordinals of the nodes of a solid
+  std::vector<std::uint32_t> sorted_;    // vertex slots of the nodes, sorted
   bool is_mirrored_ = false;   // true if the corners of each side are in counter-clockwise order as
                                // seen from inside the cell
   std::vector<Cycle> cycles_;  // sides of the cell; only the first collected_ entries are valid

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "mesh/open_faces.h"
 #include "shm/schema.h"
@@ -34,6 +35,17 @@ struct CellForm {
 
 /// Returns the form of a cell with `nodes` nodes.
 CellForm form_of(CellShape shape, std::uint64_t nodes);
+
+/// A flat piece of a side of a cell of higher order, or of a cell that itself is a face or an edge.
+struct Facet {
+  std::uint8_t side = 0;  ///< number of the side, counted from 1; 0 if the cell itself is the face
+  std::uint8_t size = 0;  ///< number of corners: 2, 3 or 4
+  std::array<std::uint16_t, 4> at{};  ///< nodes at the corners, in the direction of the side
+};
+
+/// Returns the facets of a cell, sorted by side. Returns an empty list if all nodes of the cell are
+/// corners, or if it is not known where the others lie.
+std::vector<Facet> facets_of(CellShape shape, std::uint32_t nodes);
 
 /// Calls visit(first, size) for each face of a polyhedron. The nodes of the face are nodes[first],
 /// ..., nodes[first + size - 1]; nodes[first + size] repeats nodes[first]. Returns false if the
