@@ -147,6 +147,17 @@ test("a polygon is divided into triangles around its first corner", () => {
   assert.deepEqual(surface.viewOfPlane(frame), [0, 0, 1]);
 });
 
+test("edges between faces of the same side are not outlined", () => {
+  const points = Float64Array.of(0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 0, 0, 2, 1, 0);
+  const faces = { points, faceCount: 2, connectivity: Uint32Array.of(0, 1, 2, 3, 1, 4, 5, 2),
+    offsets: Uint32Array.of(0, 4, 8), cellNumbers: Uint32Array.of(7, 7), sides: Uint32Array.of(1, 1) };
+  assert.deepEqual([...surface.innerEdges(faces)], [0, 1, 0, 0, 0, 0, 0, 1]);
+  assert.equal(surface.innerEdges({ ...faces, sides: Uint32Array.of(1, 2) }), null);
+  const places = surface.placesOf(surface.frameOf(points), points);
+  const bits = [...surface.cornersOf(faces, places).triangles].filter((_, i) => i % 6 === 1);
+  assert.deepEqual(bits.map((face) => face >>> 29), [1, 6, 3, 2]);
+});
+
 test("lines and vertices are drawn, and faces with a vertex that is not finite are left out", () => {
   const points = Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0, NaN, 0, 0, 0, 0, Infinity);
   const faces = { points, faceCount: 4, connectivity: Uint32Array.of(0, 1, 3, 0, 1, 2, 4),

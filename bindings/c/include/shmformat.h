@@ -510,6 +510,10 @@ typedef struct shmf_boundary_options {
   /* Memory limit in bytes for the surface and the search for it; 0: 4 GiB. If the limit is
      exceeded, the call fails with SHMF_OVER_LIMIT. */
   uint64_t max_bytes;
+  /* 1: sides of cells of higher order are divided into flat faces at their nodes, e.g. to draw
+     curved cells (BoundaryOptions::subdivide in shm/surface.h). 0: only corners are used. */
+  uint32_t subdivide;
+  uint32_t reserved;
 } shmf_boundary_options;
 
 /* Finds the boundary of the cells chosen by shmf_select(), in one pass. Memory grows with the

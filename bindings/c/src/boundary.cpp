@@ -36,6 +36,7 @@ Result<shm::BoundaryOptions> options_of(const shmf_boundary_options* options,
     wanted.arrays.push_back({own->arrays[i], own->steps == nullptr ? 0 : own->steps[i]});
   }
   if (own->max_bytes != 0) wanted.max_bytes = own->max_bytes;
+  wanted.subdivide = own->subdivide != 0;
   return wanted;
 }
 

@@ -633,13 +633,14 @@ class Mesh:
         return result
 
     def boundary(self, *, point_data: Sequence[str] = (), cell_data: Sequence[str] = (), step: int | None = None,
-                 max_bytes: int = 0, progress: Callable[[float], Any] | None = None, threads: int = 1) -> Boundary:
+                 subdivide: bool = False, max_bytes: int = 0, progress: Callable[[float], Any] | None = None, threads: int = 1) -> Boundary:
         """Returns the boundary surface of the mesh or selection: the sides that belong to exactly one volume cell, and
         all cells of lower dimension. Memory grows with the active surface (the vertices that later cells still use) and
         the result. For a selection, memory grows with the size of the selection instead.
 
         point_data, cell_data: names of the arrays whose values on the boundary are returned. step: the time step at
-        which arrays with time steps are read. max_bytes: memory limit in bytes; 0: 4 GiB. progress, threads: the same
+        which arrays with time steps are read. subdivide: divides the sides of cells of higher order into flat faces at
+        their nodes, e.g. to draw curved cells. max_bytes: memory limit in bytes; 0: 4 GiB. progress, threads: the same
         as for read().
         """
         names = [(self.point_data, name) for name in point_data] + [(self.cell_data, name) for name in cell_data]
@@ -653,7 +654,7 @@ class Mesh:
         options, made, surface = struct("boundary_options"), ffi.new("shmf_boundary**"), struct("surface")
         listed = ffi.new("uint32_t[]", arrays or [0]), ffi.new("uint64_t[]", [step or 0] * max(len(arrays), 1))
         options.arrays, options.steps = listed
-        options.array_count, options.max_bytes = len(arrays), max_bytes
+        options.array_count, options.max_bytes, options.subdivide = len(arrays), max_bytes, subdivide
         with _Run(progress, threads) as run:
             self._handle(lib.shmf_find_boundary, options, run.options, made)
         boundary = ffi.gc(made[0], lib.shmf_boundary_free)

@@ -501,6 +501,7 @@ const CALLS = {
       steps: scratch.array(BigUint64Array.from(arrays, ({ step }) => BigInt(step ?? 0))),
       array_count: arrays.length,
       max_bytes: wanted.maxBytes ?? 0,
+      subdivide: wanted.subdivide ? 1 : 0,
     });
     const handle = scratch.array(new Uint32Array(1));
     engine.status(scratch, "shmf_find_boundary", engine.file, options, engine.runOptions(scratch),

@@ -205,6 +205,8 @@ export interface WantedBoundary extends LongRun {
   arrays?: Iterable<Pick<WantedArray, "index" | "name" | "location" | "step">>;
   /** Cells whose boundary is found. Default: all cells. */
   select?: Selection;
+  /** Divides the sides of cells of higher order into flat faces at their nodes. Default: false. */
+  subdivide?: boolean;
   /** Memory limit for the surface and the search for it, in bytes; 0: 4 GiB. */
   maxBytes?: number;
 }

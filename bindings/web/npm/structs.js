@@ -55,7 +55,7 @@ export const LAYOUTS = {
   shmf_target: layout("u32 struct_size", "i32 what", "i32 type", "u32 array", "u32 flags",
     "u64 step", "pointer data", "u64 bytes", "u64 used"),
   shmf_boundary_options: layout("u32 struct_size", "pointer arrays", "pointer steps",
-    "u32 array_count", "u64 max_bytes"),
+    "u32 array_count", "u64 max_bytes", "u32 subdivide", "u32 reserved"),
   shmf_surface: layout("u32 struct_size", "u64 vertices", "u64 faces", "u64 corners",
     "u64 left_out", "pointer vertex_numbers", "pointer xyz", "pointer face_begin",
     "pointer face_corners", "pointer cell_numbers", "pointer cell_blocks", "pointer sides",

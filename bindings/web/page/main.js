@@ -157,7 +157,7 @@ async function readSurface(mesh, choice, step) {
   // If all blocks are switched off, there is nothing to read.
   if (select?.blocks?.length === 0) return NOTHING;
   const progress = (done) => { $("progress").value = done; };
-  const surface = await mesh.boundary({ arrays: parts, select, progress });
+  const surface = await mesh.boundary({ arrays: parts, select, subdivide: true, progress });
   if (surface.faceCount > 0) return surface;
   const ofPoints = choice !== null && choice.location === "point" ? parts : [];
   if (mesh.cellCount > 0 && mesh.vertexCount > MOST_VERTICES && select === undefined) {

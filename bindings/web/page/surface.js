@@ -71,11 +71,42 @@ function fanCorner(points, connectivity, from, end) {
   return best;
 }
 
+/** Finds the edges inside of sides of cells of higher order. Such a side consists of several faces
+ *  with the same cell and side, which follow each other. Returns a Uint8Array with a number for each
+ *  corner of `connectivity`: 1 if the edge from it to the next corner is inside of a side. Returns
+ *  null if no edge is. */
+export function innerEdges({ connectivity, offsets, faceCount, cellNumbers, sides }) {
+  let inner = null;
+  if (!cellNumbers || !sides) return inner; // vertices are shown instead of faces
+  const begin = (f) => Number(offsets[f]);
+  const isSame = (a, b) => cellNumbers[a] === cellNumbers[b] && sides[a] === sides[b];
+  for (let first = 0, end = 0; first < faceCount; first = end) {
+    for (end = first + 1; end < faceCount && isSame(first, end);) ++end;
+    if (end === first + 1) continue;
+    const met = new Map(); // ends of an edge -> corner at which it begins
+    for (let f = first; f < end; ++f) {
+      for (let i = begin(f); i < begin(f + 1); ++i) {
+        const [a, b] = [connectivity[i], connectivity[i + 1 < begin(f + 1) ? i + 1 : begin(f)]];
+        const key = a < b ? `${a} ${b}` : `${b} ${a}`;
+        if (!met.has(key)) {
+          met.set(key, i);
+          continue;
+        }
+        inner ??= new Uint8Array(connectivity.length);
+        inner[i] = inner[met.get(key)] = 1;
+      }
+    }
+  }
+  return inner;
+}
+
 /** Returns lists of triangles, lines and points, with two numbers per corner: the index of its
  *  vertex, and the index of its face combined with the edge bits (see EDGE). A triangle has three
  *  corners, a line has two, a point has one. Faces with a vertex whose coordinates are not finite
  *  are omitted. `offsets` may be a Uint32Array or a BigUint64Array. */
-export function cornersOf({ points, connectivity, offsets, faceCount }, places) {
+export function cornersOf(surface, places) {
+  const { points, connectivity, offsets, faceCount } = surface;
+  const inner = innerEdges(surface);
   if (faceCount > MOST_FACES) throw new RangeError(`${faceCount} faces are more than can be drawn`);
   const begin = (f) => Number(offsets[f]);
   const isSomewhere = (f) => {
@@ -112,7 +143,9 @@ export function cornersOf({ points, connectivity, offsets, faceCount }, places) 
     } else {
       const first = fanCorner(points, connectivity, from, end);
       for (let i = 1; i + 1 < corners; ++i) {
-        const edges = (i === 1 ? 1 : 0) | 2 | (i + 2 === corners ? 4 : 0);
+        const isEdge = (k) => inner === null || inner[from + ((first - from + k) % corners)] === 0;
+        const edges = (i === 1 && isEdge(0) ? 1 : 0) | (isEdge(i) ? 2 : 0)
+          | (i + 2 === corners && isEdge(i + 1) ? 4 : 0);
         const face = (f | (edges << EDGE)) >>> 0;
         put("triangles", first, face);
         put("triangles", from + ((first - from + i) % corners), face);
