@@ -229,6 +229,28 @@ std::uint32_t order_of_cell(CellShape shape, std::uint64_t nodes) {
   return 0;
 }
 
+std::uint32_t polynomial_order(CellShape shape, std::uint64_t nodes) {
+  struct Kind {
+    CellShape shape;
+    std::uint64_t nodes;
+  };
+  using enum CellShape;
+  constexpr std::array<Kind, 11> kSecondOrder = {{{triangle, 7},
+                                                  {quad, 8},
+                                                  {tetrahedron, 15},
+                                                  {pyramid, 13},
+                                                  {pyramid, 14},
+                                                  {pyramid, 19},
+                                                  {wedge, 15},
+                                                  {wedge, 21},
+                                                  {hexahedron, 20},
+                                                  {hexahedron, 24},
+                                                  {hexahedron, 26}}};
+  for (const Kind& kind : kSecondOrder)
+    if (kind.shape == shape && kind.nodes == nodes) return 2;
+  return shape == pyramid && nodes == 5 ? 1 : order_of_cell(shape, nodes);
+}
+
 NodePositions vtk_positions(CellShape shape, std::uint32_t order) {
   const auto p = static_cast<std::uint8_t>(order);
   NodePositions out;

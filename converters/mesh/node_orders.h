@@ -23,6 +23,11 @@ inline constexpr std::uint32_t kMostOrder = 10;
 // if no order has this number of nodes. Pyramids and shapes without corners have order 0.
 std::uint32_t order_of_cell(CellShape shape, std::uint64_t nodes);
 
+// Returns the order of the polynomials on a cell with this shape and number of nodes: that of
+// order_of_cell(), or 2 for second-order cells that lack some nodes, such as hexahedra with 20
+// nodes. Returns 0 if the order is unknown.
+std::uint32_t polynomial_order(CellShape shape, std::uint64_t nodes);
+
 // Return the positions of the nodes of a cell of order `order`, in the order of a format.
 // `vtk_positions`: of a line, triangle, quad, tetrahedron, wedge or hexahedron; in legacy files
 // from version 5.1 on, and in XML files from version 2.1 on. `gmsh_positions`: of these shapes

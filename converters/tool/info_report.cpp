@@ -14,6 +14,7 @@
 #include "formats/formats.h"
 #include "interface/format.h"
 #include "mesh/array_names.h"
+#include "mesh/node_orders.h"
 #include "shm/segment_reader.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
@@ -102,6 +103,12 @@ void add_quantization(Json& json, const std::string& prefix, const Quantization&
   if (is_relative) json[prefix + "max_relative_error"] = quantization.max_rel;
 }
 
+// Returns the order of the cells of a block, or null if it is unknown.
+Json order_json(const BlockInfo& block) {
+  const std::uint32_t order = polynomial_order(block.shape, block.nodes_per_cell);
+  return order > 0 ? Json(order) : Json(nullptr);
+}
+
 Json schema_json(const MeshInfo& info) {
   const Schema& schema = info.schema;
   Json json;
@@ -121,6 +128,7 @@ Json schema_json(const MeshInfo& info) {
                               {"name", block.name},
                               {"shape", shape_name(block.shape)},
                               {"nodes_per_cell", block.nodes_per_cell},
+                              {"order", order_json(block)},
                               {"cells", info.block_cells[b]}});
   }
   json["arrays"] = Json::array();
@@ -264,12 +272,19 @@ std::string first_of(const List& list, Line&& line) {
   return text;
 }
 
+// Returns the text ", order p" if the cells of a block have an order above 1.
+std::string order_text(const BlockInfo& block) {
+  const std::uint32_t order = polynomial_order(block.shape, block.nodes_per_cell);
+  return order > 1 ? ", order " + std::to_string(order) : "";
+}
+
 std::string block_text(const BlockInfo& block, std::uint64_t cells) {
   return "id " + std::to_string(block.id) + (block.name.empty() ? "" : " " + quoted(block.name)) +
          ": " + plural(cells, "cell", "cells") + ", " + std::string(shape_name(block.shape)) +
          " of " +
          (block.nodes_per_cell == 0 ? "any number of nodes"
-                                    : plural(block.nodes_per_cell, "node", "nodes"));
+                                    : plural(block.nodes_per_cell, "node", "nodes")) +
+         order_text(block);
 }
 
 // Returns the bounds of blocks of an array as text. `bounds` is empty if the array has none.

@@ -57,6 +57,19 @@ class InfoTest(FolderTest):
         self.ncgen("mesh.e", STEPS % (title, times, values))
         self.shm("compress", "mesh.e")
 
+    def test_cells_of_higher_order(self):
+        golden = Path(__file__).resolve().parents[1] / "golden" / "0.10"
+        text = self.shm("info", str(golden / "grid_nodes.shm"))
+        self.assertIn("id 1: 8 cells, hexahedron of 64 nodes, order 3\n", text)
+        blocks = json.loads(self.shm("info", "--json", str(golden / "grid_nodes.shm")))["blocks"]
+        self.assertEqual([block["order"] for block in blocks], [3, 4, 2])
+        blocks = json.loads(self.shm("info", "--json", str(golden / "second_order.shm")))["blocks"]
+        orders = {(block["shape"], block["nodes_per_cell"]): block["order"] for block in blocks}
+        self.assertEqual(orders["hexahedron", 8], 1)
+        self.assertEqual(orders["hexahedron", 20], 2)
+        self.assertEqual(orders["pyramid", 13], 2)
+        self.assertIsNone(orders["hexahedron", 22])
+
     def test_what_an_engineer_reads_first(self):
         self.steps()
         for name in ("mesh.e", "mesh.e.shm"):
