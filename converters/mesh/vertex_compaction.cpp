@@ -45,12 +45,14 @@ void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
   find_last_uses(mesh, table, progress);
 
   CellBatch batch;
+  std::vector<std::uint64_t> farther;
   std::uint64_t first_cell = 0;
   for (mesh.rewind_cells(); mesh.next_cells(batch, kCellsAtOnce); first_cell += batch.size()) {
     out.begin_batch(batch, first_cell);
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const auto corners = batch.cell(i);
-      std::uint64_t last_use = 0, finalized = 0;
+      std::uint64_t last_use = 0;
+      farther.clear();
       for (const std::uint64_t v : corners) {
         const std::uint64_t entry = table.get(v);
         if (entry & kEmitted) continue;
@@ -60,10 +62,12 @@ void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
       for (std::size_t c = 0; c < corners.size(); ++c) {
         if (table.get(corners[c]) != (kEmitted | last_in(first_cell + i))) continue;
         table.set(corners[c], kEmitted);
-        if (c < 64) last_use |= std::uint64_t{1} << c;
-        ++finalized;
+        if (c < 64)
+          last_use |= std::uint64_t{1} << c;
+        else
+          farther.push_back(corners[c]);
       }
-      out.cell(batch, i, last_use, finalized);
+      out.cell(batch, i, last_use, farther);
     }
     if (progress) progress("streaming cells", first_cell + batch.size(), cells);
   }

@@ -74,12 +74,13 @@ class LayoutMeter final : public CompactedMesh {
     compacted_.add(rank_++, cell_, last_cell);
     ++active_;
   }
-  void cell(const CellBatch&, std::size_t, std::uint64_t, std::uint64_t finalized) override {
+  void cell(const CellBatch&, std::size_t, std::uint64_t last_use,
+            std::span<const std::uint64_t> farther) override {
     if (active_ > layout_.width) {
       layout_.width = active_;
       layout_.width_at_cell = cell_;
     }
-    active_ -= finalized;
+    active_ -= static_cast<std::uint64_t>(std::popcount(last_use)) + farther.size();
     ++cell_;
   }
   Layout finish() {

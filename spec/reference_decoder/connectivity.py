@@ -186,7 +186,7 @@ class Connectivity:
         elif not cell.hexahedral:
             self.others.last_uses(cell)
             first = cell.corners
-        for i in range(first, min(cell.count, 64)):
+        for i in range(first, cell.count if cell.grid else min(cell.count, 64)):
             vertex = cell.v[i]
             if any(vertex is earlier for earlier in cell.v[:i]):
                 continue

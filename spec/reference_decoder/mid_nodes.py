@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from .basics import HEXAHEDRON, LINE, MASK64, PYRAMID, QUAD, TETRAHEDRON, TRIANGLE, WEDGE
-from .coders import Bits
+from .coders import Bits, Models
 from .surface import CORNER_BITS
 
 EDGE, FACE, BODY = range(3)
@@ -186,7 +186,7 @@ class MidNodes:
     def __init__(self, surface):
         self.surface = surface
         self.middle = {}
-        self.missed, self.ended = [0] * 3, [0] * 64
+        self.missed, self.ended = [0] * 3, Models(int)
         self.expected_models, self.body_ends, self.ends_with_corner = Bits(), Bits(), Bits()
         self.face_ends, self.edge_ends = Bits(), Bits()
 

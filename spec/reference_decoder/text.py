@@ -6,7 +6,7 @@ Floating-point numbers are written as the shortest decimal that reads back as th
 import math
 import struct
 
-from .basics import FLOAT32, FLOAT64, SCALAR_BYTES, SCALAR_CODES, SCALAR_NAMES, SHAPE_NAMES, xxh64
+from .basics import FLOAT32, FLOAT64, MASK64, SCALAR_BYTES, SCALAR_CODES, SCALAR_NAMES, SHAPE_NAMES, xxh64
 from .domains import as_float32
 from .file import Extra, File, StepTimes, Totals, is_archive, read_archive
 from .group import Tile
@@ -147,14 +147,15 @@ class Text:
             digest("cell numbers", [cell[0] for cell in tile.cells])
             digest("cell blocks", [cell[1] for cell in tile.cells])
             digest("corners", [corner for cell in tile.cells for corner in cell[2]])
-            digest("last uses", [cell[3] for cell in tile.cells])
+            digest("last uses", [cell[3] & MASK64 for cell in tile.cells])
         else:
             done = 0
             for before, (number, block, corners, last_use) in zip(tile.vertices_before_cell, tile.cells):
                 self.add_vertices(tile, done, before)
                 done = before
+                farther = [corner for i, corner in enumerate(corners) if i >= 64 and last_use >> i & 1]
                 self.line(f"  cell {number} of block {block}:" + "".join(f" {corner}" for corner in corners)
-                          + f", last use {last_use}")
+                          + f", last use {last_use & MASK64}" + "".join(f" and of {vertex}" for vertex in farther))
             self.add_vertices(tile, done, len(tile.vertex_numbers))
         for i, values in sorted(tile.arrays.items()):
             if values:

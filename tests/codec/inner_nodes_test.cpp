@@ -298,6 +298,24 @@ TEST(GridNodes, ComeBack) {
     }
 }
 
+// Nodes are finalized wherever they are in their cell, so few vertices stay active.
+TEST(GridNodes, AreFinalized) {
+  const TestMesh mesh = turned_grids(3, 3, 20, 5);  // a layer has 16 * 16 * 5 nodes
+  for (ConnectivityCodec codec : kCodecs)
+    for (const Order order : {Order::keep, Order::stream}) {
+      TestMesh ordered = mesh;
+      ordered.schema.order = order;
+      if (order == Order::stream) ordered.schema.delay = 3;
+      WriteOptions options;
+      options.connectivity = codec;
+      const auto bytes = expect_round_trip(ordered, options);
+      const auto back = read_mesh(bytes);
+      ASSERT_TRUE(back);
+      EXPECT_GT(back->mesh.farther_last_uses.size(), mesh.vertices / 2);
+      EXPECT_LT(back->totals.max_active_vertices, 16u * 16 * 6 * 2);
+    }
+}
+
 TEST(GridNodes, AreFoundByTheirEdgesAndFaces) {
   for (ConnectivityCodec codec : kCodecs) {
     WriteOptions options;

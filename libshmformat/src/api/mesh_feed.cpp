@@ -51,6 +51,7 @@ class MeshFeed {
   std::vector<std::size_t> next_element_;  // index of the next element of each cell array
   std::vector<std::uint64_t> corners_;     // corners of the current cell
   std::vector<std::byte> data_;
+  std::vector<std::uint64_t> farther_;  // see Writer::add_cell()
 };
 
 /// Checks the cells of the mesh, and counts how often each vertex is used.
@@ -154,6 +155,7 @@ Result<void> MeshFeed::add_vertex(std::size_t v) {
 /// Adds a cell to an encoder that delays cells.
 Result<void> MeshFeed::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners) {
   std::uint64_t last_use = 0;
+  farther_.clear();
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const auto v = static_cast<std::size_t>(corners[i]);
     FedVertex& vertex = vertices_[v];
@@ -162,10 +164,13 @@ Result<void> MeshFeed::add_cell(std::uint32_t block, std::span<const std::uint64
       if (auto status = add_vertex(v); !status) return status;
     }
     if (vertex.uses == FedVertex::kEndless || --vertex.uses > 0) continue;
+    std::uint64_t marks = 0;
     for (std::size_t j = 0; j < std::min<std::size_t>(i + 1, kMaxLastUse); ++j)
-      last_use |= std::uint64_t{corners[j] == corners[i]} << j;
+      marks |= std::uint64_t{corners[j] == corners[i]} << j;
+    if (marks == 0) farther_.push_back(corners[i]);
+    last_use |= marks;
   }
-  return encoder_->add_cell(block, corners, last_use, data_of_cell(block));
+  return encoder_->add_cell(block, corners, last_use, data_of_cell(block), farther_);
 }
 
 Result<void> MeshFeed::add_cells() {

@@ -246,9 +246,11 @@ Result<void> PartWriter::add_unused_vertex(std::uint64_t number, std::span<const
                          [&] { return impl_->mesh().add_unused_vertex(number, xyz, data); });
 }
 Result<void> PartWriter::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
-                                  std::uint64_t last_use, std::span<const std::byte> data) {
-  return impl_->in_phase(Impl::kAdding,
-                         [&] { return impl_->mesh().add_cell(block, corners, last_use, data); });
+                                  std::uint64_t last_use, std::span<const std::byte> data,
+                                  std::span<const std::uint64_t> farther) {
+  return impl_->in_phase(Impl::kAdding, [&] {
+    return impl_->mesh().add_cell(block, corners, last_use, data, farther);
+  });
 }
 Result<void> PartWriter::end_mesh() {
   return impl_->in_phase(Impl::kAdding, [&] { return impl_->end_mesh(); });

@@ -84,7 +84,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
     for (std::size_t c = 0; c < cells; ++c)
       if (auto status = mesh_.add_cell(block, corners.subspan(c * nodes, nodes),
                                        last_uses.empty() ? 0 : last_uses[c],
-                                       data.subspan(c * data_bytes, data_bytes));
+                                       data.subspan(c * data_bytes, data_bytes), {});
           !status)
         return status;
     return {};
@@ -178,8 +178,10 @@ Result<void> Writer::add_unused_vertex(std::uint64_t number, std::span<const std
   return impl_->in_mesh([&] { return impl_->mesh().add_unused_vertex(number, xyz, data); });
 }
 Result<void> Writer::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
-                              std::uint64_t last_use, std::span<const std::byte> data) {
-  return impl_->in_mesh([&] { return impl_->mesh().add_cell(block, corners, last_use, data); });
+                              std::uint64_t last_use, std::span<const std::byte> data,
+                              std::span<const std::uint64_t> farther) {
+  return impl_->in_mesh(
+      [&] { return impl_->mesh().add_cell(block, corners, last_use, data, farther); });
 }
 Result<void> Writer::add_vertices(std::span<const std::uint64_t> numbers,
                                   std::span<const std::byte> xyz, std::span<const std::byte> data) {

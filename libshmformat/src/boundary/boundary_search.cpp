@@ -31,9 +31,15 @@ BoundarySearch::BoundarySearch(const Schema& schema, const BoundaryOptions& opti
     forms_.push_back(form_of(block.shape, block.nodes_per_cell));
     facets_.emplace_back();
     if (!options.subdivide) continue;
-    const auto [divided, is_new] = divided_.try_emplace({block.shape, block.nodes_per_cell});
-    if (is_new) divided->second = facets_of(block.shape, block.nodes_per_cell);
-    facets_.back() = divided->second;
+    const auto known = std::find_if(divided_.begin(), divided_.end(), [&](const Divided& kind) {
+      return kind.shape == block.shape && kind.nodes == block.nodes_per_cell;
+    });
+    if (known != divided_.end()) {
+      facets_.back() = known->facets;
+    } else if (auto facets = facets_of(block.shape, block.nodes_per_cell); !facets.empty()) {
+      divided_.push_back({block.shape, block.nodes_per_cell, std::move(facets)});
+      facets_.back() = divided_.back().facets;
+    }
   }
   for (const RecordLayout::Column& column : found_.cell_layout().columns) {
     CellColumn& own = cell_columns_.emplace_back();
@@ -94,6 +100,7 @@ Result<void> BoundarySearch::check_memory() {
 Result<void> BoundarySearch::add(const MeshBlock& block) {
   if (auto status = check(block); !status) return status;
   for (CellColumn& column : cell_columns_) column.taken = 0;
+  farther_ = 0;
   // The vertices of the block that come after its last cell are not used by any cell of the mesh.
   std::size_t vertex = 0;
   for (std::size_t c = 0; c < block.cell_count(); ++c) {
@@ -163,6 +170,11 @@ Result<void> BoundarySearch::add_cell(const MeshBlock& block, std::size_t c) {
   std::uint64_t last_use = block.last_use[c];
   for (std::size_t i = 0; last_use != 0 && i < nodes_.size(); ++i, last_use >>= 1)
     if ((last_use & 1) != 0) finalize(nodes_[i]);
+  const auto& farther = block.farther_last_uses;
+  for (; farther_ < farther.size() && farther[farther_].cell == c; ++farther_) {
+    const std::uint32_t slot = slots_.find(farther[farther_].vertex);
+    if (slot != kNone) finalize(slot);
+  }
   unchecked_ += corners.size();
   constexpr std::size_t kCheckedAt = 4096;
   return unchecked_ < kCheckedAt ? Result<void>() : check_memory();

@@ -8,9 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "base/number_map.h"
@@ -118,9 +116,15 @@ class BoundarySearch {
   // Facets of the cells of each block; empty if the sides of its cells are not divided. While the
   // surface is being built, the number of a face is that of its facet, counted from 1.
   std::vector<std::span<const Facet>> facets_;
-  std::map<std::pair<CellShape, std::uint32_t>, std::vector<Facet>> divided_;  // by shape and nodes
+  struct Divided {
+    CellShape shape = CellShape::other;
+    std::uint32_t nodes = 0;
+    std::vector<Facet> facets;
+  };
+  std::vector<Divided> divided_;          // kinds of cells that have facets
   std::vector<CellColumn> cell_columns_;  // state of each requested cell array
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
+  std::size_t farther_ = 0;  // number of farther_last_uses of the current block that have been seen
   std::size_t unchecked_ = 0;  // number of nodes processed since the memory use was last checked
 
   NumberMap slots_;  // slots of live vertices, by vertex number

@@ -171,33 +171,26 @@ enum Body : std::uint8_t { none, one };
                                            {1, 5},
                                            {2, 6},
                                            {3, 7}}};
-  const auto corner = [&](std::uint8_t c) {
-    NodeGrid::Place place{};
-    for (std::uint32_t a = 0; a < 3; ++a) place[a] = (kCornerBits[c] >> a & 1) != 0 ? order : 0;
-    return place;
-  };
-  std::vector<NodeGrid::Place> places;
-  for (std::uint8_t c = 0; c < 8; ++c) places.push_back(corner(c));
+  const std::size_t side = order + std::size_t{1};
+  std::vector<NodeGrid::Place> places(side * side * side);
+  std::size_t next = 8;
+  for (std::uint32_t c = 0; c < 8; ++c)
+    for (std::uint32_t a = 0; a < 3; ++a) places[c][a] = (kCornerBits[c] >> a & 1) != 0 ? order : 0;
   for (const Edge& row : kRows)
-    for (std::uint8_t i = 1; i < order; ++i) {
-      NodeGrid::Place place = corner(row[0]);
+    for (std::uint8_t i = 1; i < order; ++i, ++next)
       for (std::uint32_t a = 0; a < 3; ++a)
-        if (place[a] != corner(row[1])[a]) place[a] = i;
-      places.push_back(place);
-    }
+        places[next][a] = places[row[0]][a] == places[row[1]][a] ? places[row[0]][a] : i;
   for (std::uint32_t axis = 0; axis < 3; ++axis)
     for (const std::uint8_t end : {std::uint8_t{0}, order})
       for (std::uint8_t v = 1; v < order; ++v)
-        for (std::uint8_t u = 1; u < order; ++u) {
-          NodeGrid::Place place{};
-          place[axis] = end;
-          place[axis == 0 ? 1 : 0] = u;
-          place[axis == 2 ? 1 : 2] = v;
-          places.push_back(place);
+        for (std::uint8_t u = 1; u < order; ++u, ++next) {
+          places[next][axis] = end;
+          places[next][axis == 0 ? 1 : 0] = u;
+          places[next][axis == 2 ? 1 : 2] = v;
         }
   for (std::uint8_t z = 1; z < order; ++z)
     for (std::uint8_t y = 1; y < order; ++y)
-      for (std::uint8_t x = 1; x < order; ++x) places.push_back({x, y, z});
+      for (std::uint8_t x = 1; x < order; ++x) places[next++] = {x, y, z};
   return places;
 }
 
@@ -207,22 +200,23 @@ enum Body : std::uint8_t { none, one };
   grid.order = order;
   grid.places = grid_places(order);
   grid.positions.resize(grid.places.size());
-  for (std::size_t p = 0; p < grid.places.size(); ++p) {
-    const auto& [x, y, z] = grid.places[p];
-    grid.positions[x + side * (y + side * z)] = static_cast<std::uint16_t>(p);
-  }
+  const auto index = [&](const NodeGrid::Place& place) {
+    return place[0] + side * (place[1] + side * place[2]);
+  };
+  for (std::uint16_t p = 0; p < grid.places.size(); ++p) grid.positions[index(grid.places[p])] = p;
   for (std::uint32_t reversed = 0; reversed < 8; ++reversed) {
     std::vector<std::uint16_t>& row = grid.rows[reversed];
-    for (std::uint16_t c = 0; c < 8; ++c) row.push_back(c);
-    for (std::uint8_t z = 0; z <= order; ++z)
-      for (std::uint8_t y = 0; y <= order; ++y)
-        for (std::uint8_t x = 0; x <= order; ++x) {
-          NodeGrid::Place place = {x, y, z};
-          for (std::uint32_t a = 0; a < 3; ++a)
-            if ((reversed >> a & 1) != 0) place[a] = static_cast<std::uint8_t>(order - place[a]);
-          const std::uint32_t position = grid.position(place);
-          if (position >= 8) row.push_back(static_cast<std::uint16_t>(position));
-        }
+    row.resize(grid.places.size());
+    std::size_t rank = 0;
+    for (std::uint16_t c = 0; c < 8; ++c) row[rank++] = c;
+    // In the order of `positions`, a row along the first axis follows another.
+    for (std::uint32_t i = 0; i < grid.places.size(); ++i) {
+      NodeGrid::Place place = grid.places[grid.positions[i]];
+      for (std::uint32_t a = 0; a < 3; ++a)
+        if ((reversed >> a & 1) != 0) place[a] = static_cast<std::uint8_t>(order - place[a]);
+      const std::uint16_t position = grid.positions[index(place)];
+      if (position >= 8) row[rank++] = position;
+    }
   }
   return grid;
 }
@@ -280,51 +274,66 @@ const NodeLayout* grid_layout() {
   return &kLayout;
 }
 
+const NodeLayout* grid_layout_of(std::uint32_t nodes) {
+  switch (nodes) {
+    case 64: return grid_layout<3>();
+    case 125: return grid_layout<4>();
+    case 216: return grid_layout<5>();
+    case 343: return grid_layout<6>();
+    case 512: return grid_layout<7>();
+    case 729: return grid_layout<8>();
+    case 1000: return grid_layout<9>();
+    case 1331: return grid_layout<10>();
+    default: return nullptr;
+  }
+}
+
+/// A kind of second-order cells.
+struct Kind {
+  CellShape shape;
+  std::uint8_t nodes;
+  const Solid* solid;
+  bool edges;
+  std::uint8_t faces;
+  Body body;
+};
+constexpr std::array<Kind, 16> kKinds = {
+    {{CellShape::line, 3, &kLine, true, 0, none},
+     {CellShape::triangle, 6, &kTriangle, true, 0, none},
+     {CellShape::triangle, 7, &kTriangle, true, 0, one},
+     {CellShape::quad, 8, &kQuad, true, 0, none},
+     {CellShape::quad, 9, &kQuad, true, 1, none},
+     {CellShape::tetrahedron, 10, &kTetrahedron, true, 0, none},
+     {CellShape::pyramid, 13, &kPyramid, true, 0, none},
+     {CellShape::pyramid, 14, &kPyramid, true, 1, none},
+     {CellShape::wedge, 15, &kWedge, true, 0, none},
+     {CellShape::wedge, 18, &kWedge, true, 3, none},
+     {CellShape::hexahedron, 9, &kHexahedron, false, 0, one},
+     {CellShape::hexahedron, 20, &kHexahedron, true, 0, none},
+     {CellShape::hexahedron, 21, &kHexahedron, true, 0, one},
+     {CellShape::hexahedron, 24, &kHexahedron, true, 4, none},
+     {CellShape::hexahedron, 26, &kHexahedron, true, 6, none},
+     {CellShape::hexahedron, 27, &kHexahedron, true, 6, one}}};
+
+[[gnu::cold]] std::array<NodeLayout, kKinds.size()> second_order_layouts() {
+  std::array<NodeLayout, kKinds.size()> layouts;
+  for (std::size_t i = 0; i < kKinds.size(); ++i)
+    layouts[i] = layout_of(*kKinds[i].solid, kKinds[i].edges, kKinds[i].faces, kKinds[i].body);
+  return layouts;
+}
+
 }  // namespace
 
 const NodeLayout* node_layout(CellShape shape, std::uint32_t nodes) {
-  static const NodeLayout line3 = layout_of(kLine, true, 0, none);
-  static const NodeLayout triangle6 = layout_of(kTriangle, true, 0, none);
-  static const NodeLayout triangle7 = layout_of(kTriangle, true, 0, one);
-  static const NodeLayout quad8 = layout_of(kQuad, true, 0, none);
-  static const NodeLayout quad9 = layout_of(kQuad, true, 1, none);
-  static const NodeLayout tetrahedron10 = layout_of(kTetrahedron, true, 0, none);
-  static const NodeLayout pyramid13 = layout_of(kPyramid, true, 0, none);
-  static const NodeLayout pyramid14 = layout_of(kPyramid, true, 1, none);
-  static const NodeLayout wedge15 = layout_of(kWedge, true, 0, none);
-  static const NodeLayout wedge18 = layout_of(kWedge, true, 3, none);
-  static const NodeLayout hexahedron9 = layout_of(kHexahedron, false, 0, one);
-  static const NodeLayout hexahedron20 = layout_of(kHexahedron, true, 0, none);
-  static const NodeLayout hexahedron21 = layout_of(kHexahedron, true, 0, one);
-  static const NodeLayout hexahedron24 = layout_of(kHexahedron, true, 4, none);
-  static const NodeLayout hexahedron26 = layout_of(kHexahedron, true, 6, none);
-  static const NodeLayout hexahedron27 = layout_of(kHexahedron, true, 6, one);
-  switch (shape) {
-    case CellShape::line: return nodes == 3 ? &line3 : nullptr;
-    case CellShape::triangle: return nodes == 6 ? &triangle6 : nodes == 7 ? &triangle7 : nullptr;
-    case CellShape::quad: return nodes == 8 ? &quad8 : nodes == 9 ? &quad9 : nullptr;
-    case CellShape::tetrahedron: return nodes == 10 ? &tetrahedron10 : nullptr;
-    case CellShape::pyramid: return nodes == 13 ? &pyramid13 : nodes == 14 ? &pyramid14 : nullptr;
-    case CellShape::wedge: return nodes == 15 ? &wedge15 : nodes == 18 ? &wedge18 : nullptr;
-    case CellShape::hexahedron:
-      switch (nodes) {
-        case 9: return &hexahedron9;
-        case 21: return &hexahedron21;
-        case 24: return &hexahedron24;
-        case 26: return &hexahedron26;
-        case 27: return &hexahedron27;
-        case 64: return grid_layout<3>();
-        case 125: return grid_layout<4>();
-        case 216: return grid_layout<5>();
-        case 343: return grid_layout<6>();
-        case 512: return grid_layout<7>();
-        case 729: return grid_layout<8>();
-        case 1000: return grid_layout<9>();
-        case 1331: return grid_layout<10>();
-        default: return nodes >= 20 ? &hexahedron20 : nullptr;
-      }
-    default: return nullptr;
+  for (std::size_t i = 0; i < kKinds.size(); ++i) {
+    if (kKinds[i].shape != shape || kKinds[i].nodes != nodes) continue;
+    static const std::array<NodeLayout, kKinds.size()> kLayouts = second_order_layouts();
+    return &kLayouts[i];
   }
+  if (shape != CellShape::hexahedron || nodes <= 20) return nullptr;
+  // The first twelve mid nodes of a hexahedron with another number of nodes are those of the edges.
+  const NodeLayout* const grid = grid_layout_of(nodes);
+  return grid != nullptr ? grid : node_layout(shape, 20);
 }
 
 }  // namespace shm

@@ -91,7 +91,7 @@ struct NodeLayout {
 };
 
 /// Returns the layout of cells with this shape and `nodes` nodes. Returns null if the layout is
-/// unknown or if all nodes are corners.
+/// unknown or if all nodes are corners. Thread-safe.
 const NodeLayout* node_layout(CellShape shape, std::uint32_t nodes);
 
 }  // namespace shm

@@ -45,6 +45,9 @@ constexpr std::uint64_t kFasterPatience = 2;
 /// up to half as large, and coding so few cells takes about a millisecond with any codec. At level
 /// best, they may use `rows`, because the models of `mixed` need more cells to adapt.
 constexpr std::size_t kFewCells = 128;
+/// The sample also ends after this number of vertices, so that it stays small if each cell
+/// introduces many of them.
+constexpr std::size_t kSampleVertices = std::size_t{1} << 17;
 
 /// A sample with fewer cells is coded by one thread. Starting threads takes about as long as coding
 /// a few hundred cells.
@@ -101,7 +104,10 @@ Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<Encode
   if (encoder_) return encoder_->take(piece, done);
   sample_.push_back(piece);
   sample_cells_ += piece.cells.size();
-  return sample_cells_ >= trial_.sample_cells ? choose(false, done) : Result<void>();
+  sample_vertices_ += piece.vertices.size();
+  return sample_cells_ >= trial_.sample_cells || sample_vertices_ >= kSampleVertices
+             ? choose(false, done)
+             : Result<void>();
 }
 
 Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
@@ -364,7 +370,8 @@ bool ChoosingEncoder::lies_in_a_layer() const {
   std::int64_t alive = 0;
   for (const SegmentPiece& piece : sample_)
     for (const SegmentPiece::Cell& cell : piece.cells)
-      alive += std::int64_t{cell.new_vertices} - std::popcount(cell.last_use);
+      alive += std::int64_t{cell.new_vertices} - std::popcount(cell.last_use) -
+               std::int64_t{cell.farther};
   return alive * 8 >= static_cast<std::int64_t>(sample_cells_) * 7;
 }
 

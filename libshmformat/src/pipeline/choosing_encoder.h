@@ -110,7 +110,7 @@ class ChoosingEncoder {
   CodecTrial trial_;
   SegmentStart start_;
   std::vector<SegmentPiece> sample_;
-  std::size_t sample_cells_ = 0;
+  std::size_t sample_cells_ = 0, sample_vertices_ = 0;
   Runner shifts_{ConnectivityCodec::shifts};  // runner of the shifts codec, once it has dropped out
   std::unique_ptr<SegmentEncoder> encoder_;   // encoder of the chosen codec
 };

@@ -21,6 +21,10 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       queue_(schema, options_, [this](EncodedGroup& group) { return give_out(group); }),
       totals_(totals_of_nothing(schema)) {
   if (schema.delay > 0) delayed_.emplace(schema.delay);
+  for (const BlockInfo& block : schema.blocks) {
+    const NodeLayout* const layout = node_layout(block.shape, block.nodes_per_cell);
+    ends_farther_.push_back(layout != nullptr && layout->is_grid());
+  }
 }
 
 void MeshEncoder::begin_part(const SegmentStart& start) {
@@ -64,7 +68,8 @@ Result<void> MeshEncoder::add_unused_vertex(std::uint64_t number, std::span<cons
 }
 
 Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
-                                   std::uint64_t last_use, std::span<const std::byte> data) {
+                                   std::uint64_t last_use, std::span<const std::byte> data,
+                                   std::span<const std::uint64_t> farther) {
   if (block >= schema_->blocks.size()) return misuse("cell of an unknown block", "mesh");
   const BlockInfo& info = schema_->blocks[block];
   if (info.nodes_per_cell != 0 ? corners.size() != info.nodes_per_cell
@@ -76,14 +81,18 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
     return misuse("cell with " + std::to_string(data.size()) + " bytes of data, the schema has " +
                       std::to_string(cell_data_bytes_[block]),
                   "mesh");
-  cell_entries_.resize(corners.size());
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const std::uint32_t entry = vertices_.find(corners[i]);
-    if (entry == kNone)
-      return misuse("cell uses vertex " + std::to_string(corners[i]) +
-                        ", which was never added or has already had its last use",
-                    "mesh");
-    cell_entries_[i] = entry;
+  if (!ends_farther_[block]) farther = {};
+  for (const auto& [numbers, entries] :
+       {std::pair(corners, &cell_entries_), std::pair(farther, &farther_entries_)}) {
+    entries->resize(numbers.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const std::uint32_t entry = vertices_.find(numbers[i]);
+      if (entry == kNone)
+        return misuse("cell uses vertex " + std::to_string(numbers[i]) +
+                          ", which was never added or has already had its last use",
+                      "mesh");
+      (*entries)[i] = entry;
+    }
   }
   return enter_cell(block, cell_entries_, last_use, data);
 }
@@ -99,7 +108,9 @@ Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::u
   }
   const std::size_t markable = std::min<std::size_t>(entries.size(), kMaxLastUse);
   if (markable < kMaxLastUse) last_use &= (std::uint64_t{1} << markable) - 1;
-  cutter_.add_cell(block, uses.introduced, vertices_.end(entries, last_use));
+  std::uint64_t ended = vertices_.end(entries, last_use);
+  for (const std::uint32_t entry : farther_entries_) ended += vertices_.end(entry) ? 1 : 0;
+  cutter_.add_cell(block, uses.introduced, ended);
   ++totals_.block_cells[block];
   const std::uint64_t number = totals_.cells++;
   if (!delayed_) return code(number, block, entries, data, may_give, last_use);
@@ -179,10 +190,15 @@ Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
     for (std::uint32_t e : entries)
       if (!vertices_.is_in_segment(e, start_.segment)) give_vertex(piece, e);
   cell.new_vertices = static_cast<std::uint32_t>(piece.vertices.size() - vertices_before);
-  if (may_end != 0)
-    cell.last_use = vertices_.free_ended(entries, may_end, [&](std::uint32_t ticket) {
-      if (ticket != kNone) stream_numbers_.end_ticket(ticket, coded_cells_);
-    });
+  const auto end_ticket = [&](std::uint32_t ticket) {
+    if (ticket != kNone) stream_numbers_.end_ticket(ticket, coded_cells_);
+  };
+  if (may_end != 0) cell.last_use = vertices_.free_ended(entries, may_end, end_ticket);
+  if (ends_farther_[block] && entries.size() > kMaxLastUse) {
+    const std::size_t before = piece.farther_last_uses.size();
+    vertices_.free_farther_ended(entries, piece.farther_last_uses, end_ticket);
+    cell.farther = static_cast<std::uint32_t>(piece.farther_last_uses.size() - before);
+  }
   piece.cells.push_back(cell);
   piece.nodes.append(entries.data(), entries.size());
   piece.cell_data.append(data.data(), data.size());

@@ -30,16 +30,19 @@ std::uint32_t VertexTable::add(std::uint64_t number, const std::byte* xyz, const
 
 std::uint64_t VertexTable::end(std::span<const std::uint32_t> entries, std::uint64_t last_use) {
   std::uint64_t ended = 0;
-  for (; last_use != 0; last_use &= last_use - 1) {
-    Entry& entry = entries_[entries[static_cast<std::size_t>(std::countr_zero(last_use))]];
-    if (entry.ends) continue;
-    entry.ends = true;
-    // From now on, the caller may use the number for another vertex, even if cells that use this
-    // vertex are still in the delay buffer.
-    by_number_.erase(entry.number);
-    ++ended;
-  }
+  for (; last_use != 0; last_use &= last_use - 1)
+    ended += end(entries[static_cast<std::size_t>(std::countr_zero(last_use))]) ? 1 : 0;
   return ended;
+}
+
+bool VertexTable::end(std::uint32_t e) {
+  Entry& entry = entries_[e];
+  if (entry.ends) return false;
+  entry.ends = true;
+  // From now on, the caller may use the number for another vertex, even if cells that use this
+  // vertex are still in the delay buffer.
+  by_number_.erase(entry.number);
+  return true;
 }
 
 void VertexTable::free_unused(std::uint32_t e) {

@@ -56,6 +56,8 @@ class VertexTable {
   /// numbers for other vertices. `last_use`: bit mask of the nodes with these vertices. Returns the
   /// number of vertices that had not ended before.
   std::uint64_t end(std::span<const std::uint32_t> entries, std::uint64_t last_use);
+  /// Marks one vertex as ended. Returns false if it had ended before.
+  bool end(std::uint32_t entry);
   /// Marks a vertex as used by a segment before the encoded part of the mesh.
   void mark_imported(std::uint32_t entry) {
     in_segment_[entry] = 0;  // any earlier segment; it does not matter which
@@ -88,6 +90,11 @@ class VertexTable {
   template <class Freed>
   std::uint64_t free_ended(std::span<const std::uint32_t> entries, std::uint64_t may_end,
                            Freed&& freed);
+  /// Does the same for the nodes from position kMaxLastUse on. Call it after free_ended(). Appends
+  /// the first node of each freed vertex to `nodes`.
+  template <class Freed>
+  void free_farther_ended(std::span<const std::uint32_t> entries, std::vector<std::uint32_t>& nodes,
+                          Freed&& freed);
   /// Frees the entry of a vertex that was added by add() and that no cell has used.
   void free_unused(std::uint32_t entry);
   /// Returns the vertices that were added by add() and that no cell has used, in ascending
@@ -155,9 +162,23 @@ std::uint64_t VertexTable::free_ended(std::span<const std::uint32_t> entries, st
     for (std::size_t j = 0; j < markable.size(); ++j)
       if (markable[j] == e) last_use |= std::uint64_t{1} << j;
     freed(entry.ticket);
+    entries_[e].ends = false;
     push_tightly(free_, e);
   }
   return last_use;
+}
+
+template <class Freed>
+void VertexTable::free_farther_ended(std::span<const std::uint32_t> entries,
+                                     std::vector<std::uint32_t>& nodes, Freed&& freed) {
+  for (std::size_t i = kMaxLastUse; i < entries.size(); ++i) {
+    Entry& entry = entries_[entries[i]];
+    if (!entry.ends || entry.waiting != 0) continue;
+    freed(entry.ticket);
+    entry.ends = false;
+    push_tightly(free_, entries[i]);
+    nodes.push_back(static_cast<std::uint32_t>(i));
+  }
 }
 
 }  // namespace shm

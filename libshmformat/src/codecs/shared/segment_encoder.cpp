@@ -103,6 +103,7 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
     }
     place.node += cell.nodes;
     place.vertex += cell.new_vertices;
+    place.farther += cell.farther;
     if (is_full()) end_group(done);
   }
   return {};
@@ -162,6 +163,7 @@ bool SegmentEncoder::is_full() const {
   return group.cells >= options_.group_cells || group.decoded_bytes >= kFullGroupBytes ||
          group.vertices * vertex_step_bytes_ >= kFullGroupBytes ||
          group.cells * cell_step_bytes_ >= kFullGroupBytes ||
+         group.vertices >= kManyGroupVertices ||
          (group.unused_vertices > 0 && group.vertices >= kFullGroupVertices);
 }
 

@@ -141,7 +141,10 @@ void SurfaceGroupDecoder::add_corners(DecodedBlock& decoded) {
     Vertex& vertex = vertices_[cell.slots[i]];
     block.corners[begin + stored] = vertex.number;
     if (cell.last_use[i] == 0) continue;
-    last_use |= std::uint64_t{1} << stored;
+    if (stored < kMaxLastUse)
+      last_use |= std::uint64_t{1} << stored;
+    else
+      block.farther_last_uses.push_back({block.last_use.size(), vertex.number});
     if (vertex.owner == Owner::earlier) decoded.finalized_imports.push_back(vertex.number);
     vertex.owner = Owner::nobody;
   }

@@ -8,8 +8,10 @@ namespace shm {
 
 template <class Coder>
 Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema) {
-  for (const BlockInfo& block : schema.blocks)
+  for (const BlockInfo& block : schema.blocks) {
     if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
+    layouts_.push_back(node_layout(block.shape, block.nodes_per_cell));
+  }
 }
 
 template <class Coder>
@@ -61,8 +63,7 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, const S
   cell.face_mask = 0;
   cell.cell_slot = kNone;
   cell.by_faces = false;
-  const bool plain = cell.hexahedral && block.nodes_per_cell == 8;
-  cell.layout = plain ? nullptr : node_layout(block.shape, block.nodes_per_cell);
+  cell.layout = layouts_[cell.block];
   if (cell.layout != nullptr && !mid_nodes_) mid_nodes_.emplace(surface_);
   cell.rows = nullptr;
   for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
@@ -332,7 +333,10 @@ template <class Coder>
 void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   if (cell.by_faces) return polyhedra_->code_last_use(symbols, cell);
   std::size_t i = code_last_use_of_corners(symbols, cell);
-  for (; i < std::min<std::size_t>(cell.slots.size(), kMaxLastUse); ++i) {
+  const std::size_t end = cell.rows != nullptr
+                              ? cell.slots.size()
+                              : std::min<std::size_t>(cell.slots.size(), kMaxLastUse);
+  for (; i < end; ++i) {
     const auto begin = cell.slots.begin();
     if (std::find(begin, begin + static_cast<std::ptrdiff_t>(i), cell.slots[i]) !=
         begin + static_cast<std::ptrdiff_t>(i)) {

@@ -135,7 +135,7 @@ AdaptiveBit& MidNodes<Coder>::last_use_model(const CellTopology& cell, const Mid
     if (cell.last_use[cell.framed[node.corner[i]]] != 0) return ends_with_corner_[is_face ? 1 : 0];
   const std::uint32_t slot = cell.slots[position];
   const std::uint32_t uses = surface_->vertex(slot).uses;
-  const std::uint8_t before = ended_[position];
+  const std::uint8_t before = at_slot(ended_, position);
   if (is_face) return face_ends_[std::min(uses, 2u)][before];
   const bool closed = middles_.open(slot) == 0;
   return edge_ends_[closed ? 1 : 0][std::min(uses, 7u)][before];
@@ -145,7 +145,7 @@ template <class Coder>
 bool MidNodes<Coder>::code_last_use(Coder& symbols, const CellTopology& cell, const MidNode& node,
                                     std::uint32_t position, bool is_last) {
   is_last = symbols.bit(last_use_model(cell, node, position), is_last);
-  ended_[position] = is_last ? 1 : 0;
+  at_slot(ended_, position) = is_last ? 1 : 0;
   return is_last;
 }
 

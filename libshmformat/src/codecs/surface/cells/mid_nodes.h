@@ -122,7 +122,7 @@ class MidNodes {
   std::array<std::uint8_t, MidNode::kKinds> missed_{};
   // For each position, ended_ is 1 if the node at this position of the previous cell was marked as
   // last use
-  std::array<std::uint8_t, kMaxLastUse> ended_{};
+  std::vector<std::uint8_t> ended_;
 
   // Adaptive models of the decisions
 
