@@ -175,7 +175,7 @@ class MeshFeeder : public CompactedMesh {
   }
 
   void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
-            std::span<const std::uint64_t> farther) override {
+            std::span<const std::uint64_t> other_last_uses) override {
     const std::uint32_t block = batch.blocks[index];
     cell_data_.clear();
     for (std::size_t a = 0; a < cell_arrays_.size(); ++a) {
@@ -185,7 +185,7 @@ class MeshFeeder : public CompactedMesh {
       cell_data_.insert(cell_data_.end(), value, value + array.stride);
       array_place_[a] += array.stride;
     }
-    checked(writer_->add_cell(block, batch.cell(index), last_use, cell_data_, farther));
+    checked(writer_->add_cell(block, batch.cell(index), last_use, cell_data_, other_last_uses));
   }
 
  private:

@@ -45,14 +45,14 @@ void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
   find_last_uses(mesh, table, progress);
 
   CellBatch batch;
-  std::vector<std::uint64_t> farther;
+  std::vector<std::uint64_t> other_last_uses;
   std::uint64_t first_cell = 0;
   for (mesh.rewind_cells(); mesh.next_cells(batch, kCellsAtOnce); first_cell += batch.size()) {
     out.begin_batch(batch, first_cell);
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const auto corners = batch.cell(i);
       std::uint64_t last_use = 0;
-      farther.clear();
+      other_last_uses.clear();
       for (const std::uint64_t v : corners) {
         const std::uint64_t entry = table.get(v);
         if (entry & kEmitted) continue;
@@ -65,9 +65,9 @@ void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
         if (c < 64)
           last_use |= std::uint64_t{1} << c;
         else
-          farther.push_back(corners[c]);
+          other_last_uses.push_back(corners[c]);
       }
-      out.cell(batch, i, last_use, farther);
+      out.cell(batch, i, last_use, other_last_uses);
     }
     if (progress) progress("streaming cells", first_cell + batch.size(), cells);
   }

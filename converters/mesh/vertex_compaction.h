@@ -31,10 +31,10 @@ class CompactedMesh {
   virtual void vertex(std::uint64_t number, std::uint64_t last_cell) = 0;
   // Called for cell `index` of the batch. Bit i of `last_use` (i < 64) is set if this cell is the
   // last one that uses the vertex at corner i. If the vertex occurs at several corners of the cell,
-  // only the bit of the first of these corners is set. `farther` contains the numbers of the other
-  // vertices whose last use is in this cell; it has them only at corners from 64 on.
+  // only the bit of the first of these corners is set. `other_last_uses` contains the numbers of
+  // the other vertices whose last use is in this cell; it has them only at corners from 64 on.
   virtual void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
-                    std::span<const std::uint64_t> farther) = 0;
+                    std::span<const std::uint64_t> other_last_uses) = 0;
 };
 
 // Runs vertex compaction and passes the result to `out`. Needs 4 bytes per vertex, or 8 bytes if

@@ -245,13 +245,13 @@ void PartCompression::feed_cells() {
   feeder.skip_cells(block_cells_before_);
   std::vector<bool> given(uses_.last.size());
   std::vector<std::uint64_t>& last = uses_.last;
-  std::vector<std::uint64_t> farther;
+  std::vector<std::uint64_t> other_last_uses;
   for_cells(*mesh_, range_, [&](const CellBatch& batch, std::uint64_t first_cell) {
     feeder.begin_batch(batch, first_cell);
     for (std::size_t i = 0; i < batch.size(); ++i) {
       const auto corners = batch.cell(i);
       std::uint64_t last_use = 0;
-      farther.clear();
+      other_last_uses.clear();
       for (const std::uint64_t v : corners) {
         const std::uint32_t index = uses_.vertices.find(v);
         if (given[index]) continue;
@@ -270,9 +270,9 @@ void PartCompression::feed_cells() {
         if (c < 64)
           last_use |= std::uint64_t{1} << c;
         else
-          farther.push_back(corners[c]);
+          other_last_uses.push_back(corners[c]);
       }
-      feeder.cell(batch, i, last_use, farther);
+      feeder.cell(batch, i, last_use, other_last_uses);
     }
   });
   for (const std::uint64_t v : uses_.unused) feeder.vertex(v, kNeverUsed);

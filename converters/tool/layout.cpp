@@ -75,12 +75,12 @@ class LayoutMeter final : public CompactedMesh {
     ++active_;
   }
   void cell(const CellBatch&, std::size_t, std::uint64_t last_use,
-            std::span<const std::uint64_t> farther) override {
+            std::span<const std::uint64_t> other_last_uses) override {
     if (active_ > layout_.width) {
       layout_.width = active_;
       layout_.width_at_cell = cell_;
     }
-    active_ -= static_cast<std::uint64_t>(std::popcount(last_use)) + farther.size();
+    active_ -= static_cast<std::uint64_t>(std::popcount(last_use)) + other_last_uses.size();
     ++cell_;
   }
   Layout finish() {

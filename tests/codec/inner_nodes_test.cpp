@@ -311,7 +311,7 @@ TEST(GridNodes, AreFinalized) {
       const auto bytes = expect_round_trip(ordered, options);
       const auto back = read_mesh(bytes);
       ASSERT_TRUE(back);
-      EXPECT_GT(back->mesh.farther_last_uses.size(), mesh.vertices / 2);
+      EXPECT_GT(back->mesh.other_last_uses.size(), mesh.vertices / 2);
       EXPECT_LT(back->totals.max_active_vertices, 16u * 16 * 6 * 2);
     }
 }
@@ -327,8 +327,8 @@ TEST(GridNodes, AreFoundByTheirEdgesAndFaces) {
   }
 }
 
-// Grids predict a node from its neighbours along the rows, so coordinates that are sums of
-// functions of one axis cost little.
+// A node is predicted from the nodes before it along the rows, so smooth coordinates cost a
+// fraction of their 24 bytes.
 TEST(GridNodes, ArePredictedAlongTheRows) {
   TestMesh mesh = turned_grids(4, 4, 4, 5);
   SizeReport report;

@@ -961,6 +961,7 @@ TEST(BoundaryFinder, RefusesBlocksThatMakeNoSense) {
       [](MeshBlock& b) { b.corner_begin.pop_back(); },
       [](MeshBlock& b) { b.corner_begin.clear(); },
       [](MeshBlock& b) { b.corner_begin[1] = 17; },
+      [](MeshBlock& b) { --b.corner_begin[1]; },  // another number of nodes than the block states
       [](MeshBlock& b) { b.cell_blocks[2] = 9; },
       [](MeshBlock& b) { b.arrays.clear(); },
       [](MeshBlock& b) { b.arrays[0].pop_back(); },

@@ -38,13 +38,13 @@ class Checker final : public CompactedMesh {
     widest = std::max<std::uint64_t>(widest, live_.size());
   }
   void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
-            std::span<const std::uint64_t> farther) override {
+            std::span<const std::uint64_t> other_last_uses) override {
     const auto corners = batch.cell(index);
     EXPECT_TRUE(std::equal(corners.begin(), corners.end(), mesh_->cells[next_cell_].begin(),
                            mesh_->cells[next_cell_].end()));
     EXPECT_EQ(batch.blocks[index], mesh_->cell_blocks[next_cell_]);
     std::set<std::uint64_t> ends;
-    std::vector<std::uint64_t> ends_farther;
+    std::vector<std::uint64_t> other_ends;
     for (std::size_t c = 0; c < corners.size(); ++c) {
       const std::uint64_t v = corners[c];
       EXPECT_TRUE(live_.count(v) > 0 || ends.count(v) > 0) << "vertex " << v << " is not live";
@@ -54,11 +54,11 @@ class Checker final : public CompactedMesh {
       if (c < 64) {
         EXPECT_EQ(last_use >> c & 1, ends_here ? 1u : 0u);
       } else if (ends_here) {
-        ends_farther.push_back(v);
+        other_ends.push_back(v);
       }
     }
-    EXPECT_TRUE(
-        std::equal(farther.begin(), farther.end(), ends_farther.begin(), ends_farther.end()));
+    EXPECT_TRUE(std::equal(other_last_uses.begin(), other_last_uses.end(), other_ends.begin(),
+                           other_ends.end()));
     EXPECT_TRUE(fresh_.empty()) << "a vertex comes before it is needed";
     ++next_cell_;
   }

@@ -185,7 +185,7 @@ class ItemText {
         out_ += '\n';
       }
     };
-    auto farther = block.farther_last_uses.begin();
+    auto other = block.other_last_uses.begin();
     for (std::size_t c = 0; c < block.cell_count(); ++c) {
       vertices_below(block.vertices_before_cell[c]);
       field("  cell", block.cell_numbers[c]);
@@ -194,8 +194,8 @@ class ItemText {
       const auto end = static_cast<std::size_t>(block.corner_begin[c + 1]);
       list(":", std::span(block.corners).subspan(begin, end - begin));
       field(", last use", block.last_use[c]);
-      for (; farther != block.farther_last_uses.end() && farther->cell == c; ++farther)
-        field(" and of", farther->vertex);
+      for (; other != block.other_last_uses.end() && other->cell == c; ++other)
+        field(" and of", other->vertex);
       out_ += '\n';
     }
     vertices_below(block.vertex_count());

@@ -93,8 +93,8 @@ inline void join(MeshBlock& all, const MeshBlock& more) {
   add(all.cell_numbers, more.cell_numbers);
   add(all.cell_blocks, more.cell_blocks);
   add(all.corners, more.corners);
-  for (const FartherLastUse& use : more.farther_last_uses)
-    all.farther_last_uses.push_back({use.cell + all.last_use.size(), use.vertex});
+  for (const OtherLastUse& use : more.other_last_uses)
+    all.other_last_uses.push_back({use.cell + all.last_use.size(), use.vertex});
   add(all.last_use, more.last_use);
   if (all.corner_begin.empty()) all.corner_begin.push_back(0);
   for (std::size_t i = 1; i < more.corner_begin.size(); ++i)
@@ -144,14 +144,14 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
     const TestCell& cell = mesh.cells[c];
     std::uint64_t last_use = 0;
-    std::vector<std::uint64_t> farther;
+    std::vector<std::uint64_t> other;
     for (std::size_t i = 0; i < cell.corners.size(); ++i) {
       if (auto status = add(cell.corners[i]); !status) return status.error();
       if (last[cell.corners[i]] != c) continue;
       if (i < 64)
         last_use |= std::uint64_t{1} << i;
       else
-        farther.push_back(cell.corners[i]);
+        other.push_back(cell.corners[i]);
     }
     std::vector<std::byte> data;
     for (std::size_t a = 0; a < mesh.schema.arrays.size(); ++a) {
@@ -161,7 +161,7 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
       const auto* from = mesh.arrays[a].data() + next[a]++ * mesh.stride(a);
       data.insert(data.end(), from, from + mesh.stride(a));
     }
-    if (auto status = writer->add_cell(cell.block, cell.corners, last_use, data, farther); !status)
+    if (auto status = writer->add_cell(cell.block, cell.corners, last_use, data, other); !status)
       return status.error();
     for (; c % 16 == 15 && next_unused < mesh.vertices && next_unused < c * 4; ++next_unused)
       if (last[next_unused] == ~std::uint64_t{0} && next_unused % 2 == 0)
@@ -273,8 +273,8 @@ inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptio
   std::unordered_map<std::uint64_t, std::uint64_t> stream_number;
   for (std::size_t i = 0; i < mesh.vertices; ++i) stream_number[order.vertices[i]] = i;
   std::vector<char> finalized(mesh.vertices);
-  const std::vector<FartherLastUse>& ended = back->mesh.farther_last_uses;
-  std::size_t farther = 0;
+  const std::vector<OtherLastUse>& ended = back->mesh.other_last_uses;
+  std::size_t other = 0;
   for (std::size_t i = 0; i < mesh.cells.size(); ++i) {
     const TestCell& cell = mesh.cells[order.cells[i]];
     bad += back->mesh.cell_numbers[i] != (keep ? order.cells[i] : i);
@@ -294,9 +294,9 @@ inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptio
     }
     for (std::size_t c = 0; c < corners.size() && c < 64; ++c)
       if (back->mesh.last_use[i] >> c & 1) finalized[corners[c]] = 1;
-    for (; farther < ended.size() && ended[farther].cell == i; ++farther) {
-      bad += finalized[ended[farther].vertex] != 0;
-      finalized[ended[farther].vertex] = 1;
+    for (; other < ended.size() && ended[other].cell == i; ++other) {
+      bad += finalized[ended[other].vertex] != 0;
+      finalized[ended[other].vertex] = 1;
     }
   }
   EXPECT_EQ(bad, 0) << "cells differ";

@@ -585,7 +585,8 @@ typedef struct shmf_item {
   const uint32_t* cell_blocks;
   const uint64_t* corner_begin; /* Offset of each cell's first corner; cells + 1 elements. */
   const uint64_t* corners;      /* Vertex number of each corner. */
-  const uint64_t* last_use;     /* For each cell: bit i is set if no later cell uses corner i. */
+  /* For each cell: bit i is set if no later cell uses corner i. Corners from 64 on have no bits. */
+  const uint64_t* last_use;
   /* For each cell: number of vertices of this item that precede the cell in the stream. The cell
      uses only these vertices and vertices of earlier items. */
   const uint64_t* vertices_before_cell;
@@ -701,9 +702,11 @@ SHMF_API shmf_status shmf_writer_vertices(shmf_writer* writer, uint64_t count,
                                           const uint64_t* numbers, const void* xyz,
                                           const void* values, shmf_error* error);
 /* Adds cells of one block with `nodes` corners each. `last_use` has one integer per cell: bit i is
-   set if no later cell uses corner i. If `last_use` is NULL, the writer and all readers keep all
-   vertices in memory until the end of the mesh. `values` contains, for each cell, one element of
-   each static array that covers the block, packed, in the order of the arrays. */
+   set if no later cell uses corner i. Vertices that a cell has only at corners from 64 on stay in
+   memory until the end of the mesh; shmf_writer_mesh() has no such limit. If `last_use` is NULL,
+   the writer and all readers keep all vertices in memory until the end of the mesh. `values`
+   contains, for each cell, one element of each static array that covers the block, packed, in the
+   order of the arrays. */
 SHMF_API shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint32_t block,
                                        uint32_t nodes, const uint64_t* corners,
                                        const uint64_t* last_use, const void* values,

@@ -633,7 +633,8 @@ class Mesh:
         return result
 
     def boundary(self, *, point_data: Sequence[str] = (), cell_data: Sequence[str] = (), step: int | None = None,
-                 subdivide: bool = False, max_bytes: int = 0, progress: Callable[[float], Any] | None = None, threads: int = 1) -> Boundary:
+                 subdivide: bool = False, max_bytes: int = 0, progress: Callable[[float], Any] | None = None,
+                 threads: int = 1) -> Boundary:
         """Returns the boundary surface of the mesh or selection: the sides that belong to exactly one volume cell, and
         all cells of lower dimension. Memory grows with the active surface (the vertices that later cells still use) and
         the result. For a selection, memory grows with the size of the selection instead.

@@ -133,14 +133,14 @@ class BoundaryFeeder final : public CompactedMesh {
     block_.xyz.insert(block_.xyz.end(), place.begin(), place.end());
   }
   void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
-            std::span<const std::uint64_t> farther) override {
+            std::span<const std::uint64_t> other_last_uses) override {
     const auto corners = batch.cell(index);
     block_.cell_numbers.push_back(cells_->number(index));
     block_.cell_blocks.push_back(batch.blocks[index]);
     block_.corners.insert(block_.corners.end(), corners.begin(), corners.end());
     block_.corner_begin.push_back(block_.corners.size());
-    for (const std::uint64_t vertex : farther)
-      block_.farther_last_uses.push_back({block_.last_use.size(), vertex});
+    for (const std::uint64_t vertex : other_last_uses)
+      block_.other_last_uses.push_back({block_.last_use.size(), vertex});
     block_.last_use.push_back(last_use);
     block_.vertices_before_cell.push_back(block_.vertex_count());
   }

@@ -45,10 +45,10 @@ std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
 }
 
 /// A vertex that a cell finalizes, and that the cell has only at corners from 64 on.
-struct FartherLastUse {
+struct OtherLastUse {
   std::uint64_t cell = 0;    ///< index of the cell in its MeshBlock
   std::uint64_t vertex = 0;  ///< number of the vertex
-  bool operator==(const FartherLastUse&) const = default;
+  bool operator==(const OtherLastUse&) const = default;
 };
 
 /// A run of vertices and cells in coding order. Cell i uses only the first vertices_before_cell[i]
@@ -70,7 +70,7 @@ struct MeshBlock {
                                         ///< finalizes its corner i (no later cell uses that vertex)
   /// Vertices that cells finalize and that `last_use` cannot mark, in ascending order of cells.
   /// Only hexahedra of order 4 and higher have such vertices.
-  std::vector<FartherLastUse> farther_last_uses;
+  std::vector<OtherLastUse> other_last_uses;
   std::vector<std::uint64_t> vertices_before_cell;
   /// If a single segment is read: for each vertex, 1 if the vertex is imported (an earlier segment
   /// owns it), otherwise 0. Empty if a whole file or a piece of a mesh is read, because each vertex
@@ -153,7 +153,7 @@ using Event = std::variant<VertexEvent, CellEvent, FinalizeEvent>;
 template <class Handler>
 void for_each_event(const MeshBlock& block, ScalarType coordinate_type, Handler&& handler) {
   const std::size_t xyz_bytes = 3 * scalar_bytes(coordinate_type);
-  std::size_t vertex = 0, farther = 0;
+  std::size_t vertex = 0, other = 0;
   const auto emit_vertices_below = [&](std::size_t end) {
     for (; vertex < end; ++vertex)
       handler(Event{VertexEvent{block.vertex_numbers[vertex],
@@ -168,9 +168,9 @@ void for_each_event(const MeshBlock& block, ScalarType coordinate_type, Handler&
                             block.last_use[cell]}});
     for (std::size_t i = 0; i < corners.size() && i < 64; ++i)
       if (block.last_use[cell] >> i & 1) handler(Event{FinalizeEvent{corners[i]}});
-    const auto& others = block.farther_last_uses;
-    for (; farther < others.size() && others[farther].cell == cell; ++farther)
-      handler(Event{FinalizeEvent{others[farther].vertex}});
+    const auto& others = block.other_last_uses;
+    for (; other < others.size() && others[other].cell == cell; ++other)
+      handler(Event{FinalizeEvent{others[other].vertex}});
   }
   emit_vertices_below(block.vertex_count());
 }

@@ -99,7 +99,7 @@ class SHM_API PartWriter {
   /// part must not add cells beyond the start of the next part.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {},
-                        std::span<const std::uint64_t> farther = {});
+                        std::span<const std::uint64_t> other_last_uses = {});
   /// Codes all pending cells. After this call options.coding_order has received all vertices and
   /// cells of the part. Unless the order is Order::keep, the vertices that the part owns have the
   /// numbers start.first_vertex, start.first_vertex + 1, ..., in coding order.

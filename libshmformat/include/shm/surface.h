@@ -55,13 +55,12 @@ struct BoundarySurface {
   std::vector<std::uint64_t> vertex_numbers;
   std::vector<std::byte> xyz;
   /// Faces in the coding order of their cells, and within a cell by side. If sides are divided, the
-  /// faces of a side follow each other. `face_begin` contains the
-  /// offsets of the faces in `corners` (faces + 1 entries). `corners` contains indices into
-  /// `vertex_numbers`. The corners of a side of a volume cell go around counter-clockwise as seen
-  /// from outside, starting with any corner, provided that the corners of the cell are ordered as
-  /// in schema.h. A mirrored cell has mirrored sides. Some files list the corners of wedges in
-  /// mirrored order; the coordinates of a wedge show which of the two orders it has. The corners of
-  /// other cells are stored as in the mesh.
+  /// faces of a side follow each other. `face_begin` contains the offsets of the faces in `corners`
+  /// (faces + 1 entries). `corners` contains indices into `vertex_numbers`. The corners of a side
+  /// of a volume cell go around counter-clockwise as seen from outside, starting with any corner,
+  /// provided that the corners of the cell are ordered as in schema.h. A mirrored cell has mirrored
+  /// sides. Some files list the corners of wedges in mirrored order; the coordinates of a wedge
+  /// show which of the two orders it has. The corners of other cells are stored as in the mesh.
   std::vector<std::uint64_t> face_begin;
   std::vector<std::uint32_t> corners;
   /// Origin of each face: the number of its cell, as in MeshBlock::cell_numbers, and the block

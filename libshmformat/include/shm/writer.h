@@ -51,12 +51,12 @@ class SHM_API Writer {
   /// been added and not yet finalized; a vertex may occur more than once. Bit i (i < 64) of
   /// `last_use` marks corner i as a vertex that no later cell uses. Vertices that are never marked
   /// stay in memory to the end, in both Writer and Reader. `data` contains the packed values of the
-  /// static cell arrays that cover `block`, in schema order. `farther` contains the numbers of
-  /// other vertices that no later cell uses, and that the cell has only at corners from 64 on. It
-  /// counts only for hexahedra of orders 4 to 10, and is ignored for other cells.
+  /// static cell arrays that cover `block`, in schema order. `other_last_uses` contains the numbers
+  /// of other vertices that no later cell uses, and that the cell has only at corners from 64 on.
+  /// It counts only for hexahedra of orders 4 to 10, and is ignored for other cells.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {},
-                        std::span<const std::uint64_t> farther = {});
+                        std::span<const std::uint64_t> other_last_uses = {});
   /// Adds vertices, as add_vertex() does for one vertex. `xyz` and `data` contain the coordinates
   /// and the values of all vertices, vertex after vertex.
   Result<void> add_vertices(std::span<const std::uint64_t> numbers, std::span<const std::byte> xyz,

@@ -51,7 +51,7 @@ class MeshFeed {
   std::vector<std::size_t> next_element_;  // index of the next element of each cell array
   std::vector<std::uint64_t> corners_;     // corners of the current cell
   std::vector<std::byte> data_;
-  std::vector<std::uint64_t> farther_;  // see Writer::add_cell()
+  std::vector<std::uint64_t> other_last_uses_;  // see Writer::add_cell()
 };
 
 /// Checks the cells of the mesh, and counts how often each vertex is used.
@@ -155,7 +155,7 @@ Result<void> MeshFeed::add_vertex(std::size_t v) {
 /// Adds a cell to an encoder that delays cells.
 Result<void> MeshFeed::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners) {
   std::uint64_t last_use = 0;
-  farther_.clear();
+  other_last_uses_.clear();
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const auto v = static_cast<std::size_t>(corners[i]);
     FedVertex& vertex = vertices_[v];
@@ -167,10 +167,10 @@ Result<void> MeshFeed::add_cell(std::uint32_t block, std::span<const std::uint64
     std::uint64_t marks = 0;
     for (std::size_t j = 0; j < std::min<std::size_t>(i + 1, kMaxLastUse); ++j)
       marks |= std::uint64_t{corners[j] == corners[i]} << j;
-    if (marks == 0) farther_.push_back(corners[i]);
+    if (marks == 0) other_last_uses_.push_back(corners[i]);
     last_use |= marks;
   }
-  return encoder_->add_cell(block, corners, last_use, data_of_cell(block), farther_);
+  return encoder_->add_cell(block, corners, last_use, data_of_cell(block), other_last_uses_);
 }
 
 Result<void> MeshFeed::add_cells() {

@@ -247,9 +247,9 @@ Result<void> PartWriter::add_unused_vertex(std::uint64_t number, std::span<const
 }
 Result<void> PartWriter::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                                   std::uint64_t last_use, std::span<const std::byte> data,
-                                  std::span<const std::uint64_t> farther) {
+                                  std::span<const std::uint64_t> other_last_uses) {
   return impl_->in_phase(Impl::kAdding, [&] {
-    return impl_->mesh().add_cell(block, corners, last_use, data, farther);
+    return impl_->mesh().add_cell(block, corners, last_use, data, other_last_uses);
   });
 }
 Result<void> PartWriter::end_mesh() {

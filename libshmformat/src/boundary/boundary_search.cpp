@@ -16,6 +16,11 @@ namespace {
 // std::size_t.
 constexpr std::uint64_t kMostBytes = std::numeric_limits<std::size_t>::max() / 4;
 
+/// Returns true if cells of a block may have this number of nodes.
+bool has_stated_nodes(const BlockInfo& block, std::uint64_t nodes) {
+  return block.nodes_per_cell == 0 || block.nodes_per_cell == nodes;
+}
+
 Error needs_more_than(std::uint64_t limit) {
   return over_limit("needs more than " + std::to_string(limit) + " bytes, which is the limit",
                     "boundary");
@@ -64,7 +69,9 @@ Result<void> BoundarySearch::check(const MeshBlock& block) const {
   for (std::size_t c = 0; ok && c < cells; ++c)
     ok = block.cell_blocks[c] < schema_->blocks.size() &&
          block.corner_begin[c] <= block.corner_begin[c + 1] &&
-         block.vertices_before_cell[c] <= vertices;
+         block.vertices_before_cell[c] <= vertices &&
+         has_stated_nodes(schema_->blocks[block.cell_blocks[c]],
+                          block.corner_begin[c + 1] - block.corner_begin[c]);
   ok = ok && (cells == 0 || block.corner_begin[cells] <= block.corners.size());
   for (const RecordLayout* layout : {&found_.vertex_layout(), &found_.cell_layout()})
     for (const RecordLayout::Column& column : layout->columns) {
@@ -100,7 +107,7 @@ Result<void> BoundarySearch::check_memory() {
 Result<void> BoundarySearch::add(const MeshBlock& block) {
   if (auto status = check(block); !status) return status;
   for (CellColumn& column : cell_columns_) column.taken = 0;
-  farther_ = 0;
+  others_seen_ = 0;
   // The vertices of the block that come after its last cell are not used by any cell of the mesh.
   std::size_t vertex = 0;
   for (std::size_t c = 0; c < block.cell_count(); ++c) {
@@ -170,9 +177,9 @@ Result<void> BoundarySearch::add_cell(const MeshBlock& block, std::size_t c) {
   std::uint64_t last_use = block.last_use[c];
   for (std::size_t i = 0; last_use != 0 && i < nodes_.size(); ++i, last_use >>= 1)
     if ((last_use & 1) != 0) finalize(nodes_[i]);
-  const auto& farther = block.farther_last_uses;
-  for (; farther_ < farther.size() && farther[farther_].cell == c; ++farther_) {
-    const std::uint32_t slot = slots_.find(farther[farther_].vertex);
+  const auto& other = block.other_last_uses;
+  for (; others_seen_ < other.size() && other[others_seen_].cell == c; ++others_seen_) {
+    const std::uint32_t slot = slots_.find(other[others_seen_].vertex);
     if (slot != kNone) finalize(slot);
   }
   unchecked_ += corners.size();

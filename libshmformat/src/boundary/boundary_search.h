@@ -124,7 +124,8 @@ class BoundarySearch {
   std::vector<Divided> divided_;          // kinds of cells that have facets
   std::vector<CellColumn> cell_columns_;  // state of each requested cell array
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
-  std::size_t farther_ = 0;  // number of farther_last_uses of the current block that have been seen
+  std::size_t others_seen_ =
+      0;                       // number of other_last_uses of the current block that have been seen
   std::size_t unchecked_ = 0;  // number of nodes processed since the memory use was last checked
 
   NumberMap slots_;  // slots of live vertices, by vertex number

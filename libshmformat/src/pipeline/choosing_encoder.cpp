@@ -371,7 +371,7 @@ bool ChoosingEncoder::lies_in_a_layer() const {
   for (const SegmentPiece& piece : sample_)
     for (const SegmentPiece::Cell& cell : piece.cells)
       alive += std::int64_t{cell.new_vertices} - std::popcount(cell.last_use) -
-               std::int64_t{cell.farther};
+               std::int64_t{cell.other_last_uses};
   return alive * 8 >= static_cast<std::int64_t>(sample_cells_) * 7;
 }
 

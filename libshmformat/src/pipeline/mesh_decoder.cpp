@@ -129,7 +129,7 @@ namespace {
 
 std::size_t bytes_of(const MeshBlock& block) {
   std::size_t bytes = block.xyz.size() + block.imported.size() + 4 * block.cell_blocks.size() +
-                      block.farther_last_uses.size() * sizeof(FartherLastUse);
+                      block.other_last_uses.size() * sizeof(OtherLastUse);
   for (const auto* numbers : {&block.vertex_numbers, &block.cell_numbers, &block.corner_begin,
                               &block.corners, &block.last_use, &block.vertices_before_cell})
     bytes += 8 * numbers->size();

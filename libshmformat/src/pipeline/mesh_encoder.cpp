@@ -23,7 +23,7 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
   if (schema.delay > 0) delayed_.emplace(schema.delay);
   for (const BlockInfo& block : schema.blocks) {
     const NodeLayout* const layout = node_layout(block.shape, block.nodes_per_cell);
-    ends_farther_.push_back(layout != nullptr && layout->is_grid());
+    ends_others_.push_back(layout != nullptr && layout->is_grid());
   }
 }
 
@@ -69,7 +69,7 @@ Result<void> MeshEncoder::add_unused_vertex(std::uint64_t number, std::span<cons
 
 Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                                    std::uint64_t last_use, std::span<const std::byte> data,
-                                   std::span<const std::uint64_t> farther) {
+                                   std::span<const std::uint64_t> other_last_uses) {
   if (block >= schema_->blocks.size()) return misuse("cell of an unknown block", "mesh");
   const BlockInfo& info = schema_->blocks[block];
   if (info.nodes_per_cell != 0 ? corners.size() != info.nodes_per_cell
@@ -81,9 +81,9 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
     return misuse("cell with " + std::to_string(data.size()) + " bytes of data, the schema has " +
                       std::to_string(cell_data_bytes_[block]),
                   "mesh");
-  if (!ends_farther_[block]) farther = {};
+  if (!ends_others_[block]) other_last_uses = {};
   for (const auto& [numbers, entries] :
-       {std::pair(corners, &cell_entries_), std::pair(farther, &farther_entries_)}) {
+       {std::pair(corners, &cell_entries_), std::pair(other_last_uses, &other_entries_)}) {
     entries->resize(numbers.size());
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const std::uint32_t entry = vertices_.find(numbers[i]);
@@ -109,7 +109,7 @@ Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::u
   const std::size_t markable = std::min<std::size_t>(entries.size(), kMaxLastUse);
   if (markable < kMaxLastUse) last_use &= (std::uint64_t{1} << markable) - 1;
   std::uint64_t ended = vertices_.end(entries, last_use);
-  for (const std::uint32_t entry : farther_entries_) ended += vertices_.end(entry) ? 1 : 0;
+  for (const std::uint32_t entry : other_entries_) ended += vertices_.end(entry) ? 1 : 0;
   cutter_.add_cell(block, uses.introduced, ended);
   ++totals_.block_cells[block];
   const std::uint64_t number = totals_.cells++;
@@ -194,10 +194,10 @@ Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
     if (ticket != kNone) stream_numbers_.end_ticket(ticket, coded_cells_);
   };
   if (may_end != 0) cell.last_use = vertices_.free_ended(entries, may_end, end_ticket);
-  if (ends_farther_[block] && entries.size() > kMaxLastUse) {
-    const std::size_t before = piece.farther_last_uses.size();
-    vertices_.free_farther_ended(entries, piece.farther_last_uses, end_ticket);
-    cell.farther = static_cast<std::uint32_t>(piece.farther_last_uses.size() - before);
+  if (ends_others_[block] && entries.size() > kMaxLastUse) {
+    const std::size_t before = piece.other_last_uses.size();
+    vertices_.free_other_ended(entries, piece.other_last_uses, end_ticket);
+    cell.other_last_uses = static_cast<std::uint32_t>(piece.other_last_uses.size() - before);
   }
   piece.cells.push_back(cell);
   piece.nodes.append(entries.data(), entries.size());

@@ -59,10 +59,7 @@ class MeshEncoder {
                                  std::span<const std::byte> data);
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use, std::span<const std::byte> data,
-                        std::span<const std::uint64_t> farther);
-  /// Returns true if the last uses of all nodes of these cells can be marked: their nodes form a
-  /// grid.
-  bool ends_farther(std::uint32_t block) const { return ends_farther_[block]; }
+                        std::span<const std::uint64_t> other_last_uses);
   /// Returns true if nothing has been added.
   bool is_new() const { return totals_.cells == 0 && vertices_.empty(); }
 
@@ -119,7 +116,7 @@ class MeshEncoder {
   GroupSink sink_;
   std::vector<std::size_t> cell_data_bytes_;  // for each block: size in bytes of the data of a cell
   std::vector<std::uint32_t> cell_entries_;
-  std::vector<std::uint32_t> farther_entries_;  // vertices that end and that last_use does not mark
+  std::vector<std::uint32_t> other_entries_;  // vertices that end and that last_use does not mark
 
   // Handles of fed vertices: the number of handles so far, those that are free again, and those of
   // the vertices that the current cell ends. The latter become free after the cell, since its later
@@ -139,9 +136,11 @@ class MeshEncoder {
                                     // not counted
 
   std::uint32_t last_segment_ = 0;  // segment of the most recently written group
-  std::vector<bool> ends_farther_;  // for each block: see ends_farther()
-  bool holds_groups_ = false;       // true if groups are stored until give_out_part() provides the
-                                    // numbers of the imported vertices
+  // For each block: true if the last uses of all nodes of its cells can be marked, because the
+  // nodes form a grid
+  std::vector<bool> ends_others_;
+  bool holds_groups_ = false;  // true if groups are stored until give_out_part() provides the
+                               // numbers of the imported vertices
   std::vector<EncodedGroup> held_;
 
   container::Index totals_;
@@ -175,11 +174,11 @@ Result<void> MeshEncoder::feed_cell(std::uint32_t block, std::span<const std::ui
     for (std::size_t j = 0; j < std::min<std::size_t>(i + 1, kMaxLastUse); ++j)
       nodes |= std::uint64_t{handles[j] == vertex.handle} << j;
     if (nodes == 0) {
-      if (!ends_farther_[block]) continue;  // only nodes that cannot be marked have the vertex
+      if (!ends_others_[block]) continue;  // only nodes that cannot be marked have the vertex
       const std::uint32_t* const first =
           std::find(handles + kMaxLastUse, handles + i, vertex.handle);
-      piece.farther_last_uses.push_back(static_cast<std::uint32_t>(first - handles));
-      ++cell.farther;
+      piece.other_last_uses.push_back(static_cast<std::uint32_t>(first - handles));
+      ++cell.other_last_uses;
     }
     cell.last_use |= nodes;
     ended_handles_.push_back(vertex.handle);

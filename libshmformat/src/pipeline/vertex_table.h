@@ -93,8 +93,8 @@ class VertexTable {
   /// Does the same for the nodes from position kMaxLastUse on. Call it after free_ended(). Appends
   /// the first node of each freed vertex to `nodes`.
   template <class Freed>
-  void free_farther_ended(std::span<const std::uint32_t> entries, std::vector<std::uint32_t>& nodes,
-                          Freed&& freed);
+  void free_other_ended(std::span<const std::uint32_t> entries, std::vector<std::uint32_t>& nodes,
+                        Freed&& freed);
   /// Frees the entry of a vertex that was added by add() and that no cell has used.
   void free_unused(std::uint32_t entry);
   /// Returns the vertices that were added by add() and that no cell has used, in ascending
@@ -169,8 +169,8 @@ std::uint64_t VertexTable::free_ended(std::span<const std::uint32_t> entries, st
 }
 
 template <class Freed>
-void VertexTable::free_farther_ended(std::span<const std::uint32_t> entries,
-                                     std::vector<std::uint32_t>& nodes, Freed&& freed) {
+void VertexTable::free_other_ended(std::span<const std::uint32_t> entries,
+                                   std::vector<std::uint32_t>& nodes, Freed&& freed) {
   for (std::size_t i = kMaxLastUse; i < entries.size(); ++i) {
     Entry& entry = entries_[entries[i]];
     if (!entry.ends || entry.waiting != 0) continue;

@@ -149,11 +149,11 @@ Result<void> PiecePicker::pick_cell(const MeshBlock& block, std::size_t cell) {
   }
   for (std::size_t i = 0; i < corners.size() && i < 64; ++i)
     if ((block.last_use[cell] >> i & 1) != 0) buffer_.remove(corners[i]);
-  const auto& farther = block.farther_last_uses;
+  const auto& other = block.other_last_uses;
   auto at = std::lower_bound(
-      farther.begin(), farther.end(), cell,
-      [](const FartherLastUse& use, std::size_t of_cell) { return use.cell < of_cell; });
-  for (; at != farther.end() && at->cell == cell; ++at) buffer_.remove(at->vertex);
+      other.begin(), other.end(), cell,
+      [](const OtherLastUse& use, std::size_t of_cell) { return use.cell < of_cell; });
+  for (; at != other.end() && at->cell == cell; ++at) buffer_.remove(at->vertex);
   return {};
 }
 

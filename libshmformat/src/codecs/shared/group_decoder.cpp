@@ -132,7 +132,7 @@ void GroupDecoder::begin_cells(MeshBlock& block) {
        {&block.vertices_before_cell, &block.cell_numbers, &block.last_use, &block.corners})
     list->clear();
   block.cell_blocks.clear();
-  block.farther_last_uses.clear();
+  block.other_last_uses.clear();
   block.corner_begin.assign(1, 0);
 }
 

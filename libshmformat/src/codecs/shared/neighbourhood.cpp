@@ -141,7 +141,7 @@ void NeighbourFinder::look_along_rows(Neighbourhood& item, const CellTopology& c
                                       std::uint32_t position) const {
   const NodeGrid& grid = cell.layout->grid;
   const NodeGrid::Place place = grid.places[position];
-  item.kind = Neighbourhood::grid;
+  item.kind = Neighbourhood::grid_node;
   std::uint32_t known = 0;
   const auto is_reversed = [&](std::uint32_t a) { return (cell.reversed >> a & 1) != 0; };
   for (std::uint32_t a = 0; a < 3; ++a)

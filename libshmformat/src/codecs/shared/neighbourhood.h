@@ -49,7 +49,8 @@ struct Neighbourhood {
   /// - simplex: a corner opposite to a face or edge. near: the corners of that face or edge;
   ///   opposite: the vertex on the other side of that face or edge.
   /// - beside: a cell that is not a hexahedron. near: the cells across its sides.
-  /// - grid: a node of a hexahedron of order 3 or higher that is not a corner. All its neighbours
+  /// - grid_node: a node of a hexahedron of order 3 or higher that is not a corner. All its
+  /// neighbours
   ///   are nodes of this hexahedron.
   /// - other: none of these.
   enum Kind : std::uint8_t {
@@ -61,7 +62,7 @@ struct Neighbourhood {
     flat,
     simplex,
     beside,
-    grid
+    grid_node
   };
   /// Number of bits by which traits() shifts the kind to the left
   static constexpr std::uint32_t kKindShift = 16;

@@ -103,7 +103,7 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
     }
     place.node += cell.nodes;
     place.vertex += cell.new_vertices;
-    place.farther += cell.farther;
+    place.other_last_use += cell.other_last_uses;
     if (is_full()) end_group(done);
   }
   return {};

@@ -24,7 +24,7 @@ namespace shm {
 /// Size in bytes at which a group ends early. The limit applies to the static values of the group,
 /// and to the values of each stepped array at one step. It limits the memory that readers need.
 inline constexpr std::uint64_t kFullGroupBytes = std::uint64_t{1} << 26;
-/// Largest number of vertices in a group. This limit matters for cells that introduce more than
+/// Number of vertices at which a group ends. This limit matters for cells that introduce more than
 /// four vertices each. It keeps the memory for their values and neighbourhoods small.
 inline constexpr std::uint64_t kManyGroupVertices = std::uint64_t{1} << 18;
 /// Largest number of vertices in a group that has unused vertices. This limit matters for groups
@@ -44,7 +44,7 @@ struct SegmentPiece {
     std::uint32_t block = 0;
     std::uint32_t nodes = 0;
     std::uint32_t new_vertices = 0;
-    std::uint32_t farther = 0;  ///< number of entries of farther_last_uses
+    std::uint32_t other_last_uses = 0;  ///< number of entries of SegmentPiece::other_last_uses
   };
   struct Vertex {
     std::uint64_t number = 0;  ///< the caller's number for the vertex
@@ -61,7 +61,7 @@ struct SegmentPiece {
   /// Nodes from position kMaxLastUse on whose vertices no later cell uses, of cells whose nodes
   /// form a grid. If a vertex occurs several times in its cell, this is its first node, and
   /// `last_use` does not mark it.
-  std::vector<std::uint32_t> farther_last_uses;
+  std::vector<std::uint32_t> other_last_uses;
   ShortRuns<std::byte> vertex_values;  ///< coordinates, then static point data
   ShortRuns<std::byte> cell_data;
 
@@ -72,10 +72,10 @@ struct SegmentPiece {
   bool empty() const { return cells.empty(); }
   std::size_t bytes() const {
     return cells.size() * sizeof(Cell) + vertices.size() * sizeof(Vertex) + nodes.size() * 4 +
-           farther_last_uses.size() * 4 + vertex_values.size() + cell_data.size();
+           other_last_uses.size() * 4 + vertex_values.size() + cell_data.size();
   }
   void clear() {
-    farther_last_uses.clear();
+    other_last_uses.clear();
     cells.clear();
     vertices.clear();
     nodes.clear();
@@ -242,7 +242,7 @@ class SegmentEncoder {
  protected:
   /// Start of the data of one cell or unused vertex, as positions in the arrays of a piece.
   struct Place {
-    std::size_t node = 0, vertex = 0, data = 0, farther = 0;
+    std::size_t node = 0, vertex = 0, data = 0, other_last_use = 0;
   };
 
   // --- functions that each codec implements

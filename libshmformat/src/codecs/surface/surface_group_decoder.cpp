@@ -144,7 +144,7 @@ void SurfaceGroupDecoder::add_corners(DecodedBlock& decoded) {
     if (stored < kMaxLastUse)
       last_use |= std::uint64_t{1} << stored;
     else
-      block.farther_last_uses.push_back({block.last_use.size(), vertex.number});
+      block.other_last_uses.push_back({block.last_use.size(), vertex.number});
     if (vertex.owner == Owner::earlier) decoded.finalized_imports.push_back(vertex.number);
     vertex.owner = Owner::nobody;
   }

@@ -41,8 +41,8 @@ bool SurfaceSegmentEncoder::encode_cell(const SegmentPiece& piece, const Segment
     if (i < 8) stored_.original[i] = handles_[nodes[i]].number;
     stored_.last_use[i] = i < kMaxLastUse && (cell.last_use >> i & 1) != 0 ? 1 : 0;
   }
-  for (std::uint32_t f = 0; f < cell.farther; ++f)
-    stored_.last_use[piece.farther_last_uses[place.farther + f]] = 1;
+  for (std::uint32_t f = 0; f < cell.other_last_uses; ++f)
+    stored_.last_use[piece.other_last_uses[place.other_last_use + f]] = 1;
   begin_element(true);
   if (!streams_.encode_cell(stored_, topology_)) return false;
   if (options_.values) streams_.values().begin_cell(topology_, active());
