@@ -16,6 +16,7 @@ module shmformat
       SHMF_INT32 = 5, SHMF_UINT32 = 6, SHMF_INT64 = 7, SHMF_UINT64 = 8, SHMF_FLOAT32 = 9, SHMF_FLOAT64 = 10
   integer(c_int32_t), parameter :: SHMF_TRIANGLE = 3, SHMF_QUAD = 4, SHMF_TETRAHEDRON = 6, SHMF_PYRAMID = 7, &
       SHMF_WEDGE = 8, SHMF_HEXAHEDRON = 9
+  integer(c_int32_t), parameter :: SHMF_LAGRANGE = 0, SHMF_SERENDIPITY = 1, SHMF_BEZIER = 2
   integer(c_int32_t), parameter :: SHMF_POINT_DATA = 0, SHMF_CELL_DATA = 1, SHMF_GLOBAL_DATA = 2, &
       SHMF_NODE_SET_DATA = 3, SHMF_SIDE_SET_DATA = 4, SHMF_ELEMENT_SET_DATA = 5
   integer(c_int32_t), parameter :: SHMF_ORDER_KEEP = 0, SHMF_ORDER_STREAM = 1, SHMF_ORDER_FREE = 2
@@ -39,11 +40,12 @@ module shmformat
   end type
 
   type, bind(c) :: shmf_block
-    integer(c_size_t) :: struct_size = 40
+    integer(c_size_t) :: struct_size = 48
     integer(c_int64_t) :: id = 0
     type(c_ptr) :: name = c_null_ptr
     integer(c_int32_t) :: shape = SHMF_HEXAHEDRON, nodes_per_cell = 8
     integer(c_int64_t) :: cells = 0
+    integer(c_int32_t) :: node_scheme = SHMF_LAGRANGE, reserved = 0
   end type
 
   type, bind(c) :: shmf_array

@@ -148,8 +148,8 @@ void Comparison::compare_block_lists() {
     return;
   }
   const auto text = [](const BlockInfo& block) {
-    return "id " + std::to_string(block.id) + ", '" + block.name + "', " +
-           std::string(shape_name(block.shape)) + " of " + std::to_string(block.nodes_per_cell);
+    return "id " + std::to_string(block.id) + ", '" + block.name + "', " + kind_of_cells(block) +
+           " of " + std::to_string(block.nodes_per_cell);
   };
   for (std::size_t i = 0; i < a.schema.blocks.size(); ++i) {
     if (a.schema.blocks[i] != b.schema.blocks[i])

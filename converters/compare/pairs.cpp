@@ -22,8 +22,11 @@ class BlockPairing {
 
   BlockPairs of_one_format() {
     const auto any = [](const BlockInfo&) { return true; };
-    pair_by([](const BlockInfo& x) { return std::tie(x.id, x.name, x.shape, x.nodes_per_cell); },
-            any);
+    pair_by(
+        [](const BlockInfo& x) {
+          return std::tie(x.id, x.name, x.shape, x.nodes_per_cell, x.scheme);
+        },
+        any);
     pair_by([](const BlockInfo& x) { return std::tie(x.id, x.shape); }, any);
     pair_by([](const BlockInfo& x) { return std::tie(x.name); },
             [](const BlockInfo& x) { return !x.name.empty(); });
@@ -187,7 +190,7 @@ BlockPairs pair_blocks(const MeshInfo& a, const MeshInfo& b, bool one_format) {
 
 std::string block_text(const BlockInfo& block) {
   return "block " + std::to_string(block.id) + (block.name.empty() ? "" : " '" + block.name + "'") +
-         " of " + std::string(shape_name(block.shape)) + " cells with " +
+         " of " + kind_of_cells(block) + " cells with " +
          (block.nodes_per_cell == 0 ? "any number of" : std::to_string(block.nodes_per_cell)) +
          " nodes";
 }

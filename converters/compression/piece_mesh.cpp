@@ -11,7 +11,7 @@
 #include "base/failure.h"
 #include "formats/formats.h"
 #include "mesh/array_names.h"
-#include "sets/set_cells.h"
+#include "sets/cell_sides.h"
 
 namespace shm::converters {
 namespace {
@@ -307,6 +307,7 @@ std::optional<std::size_t> PieceMesh::factors_of_each(const MeshSet& set, bool f
   if (!has_usual_factors(set)) return std::nullopt;
   if (set.kind != MeshSet::Kind::sides) return 1;
   constexpr std::size_t kMostSides = 64;  // more than any cell has
+  SideFinder finder;
   std::optional<std::size_t> each;
   const auto& blocks = file_->schema().blocks;
   const std::set<std::int32_t> sides(set.sides.begin(), set.sides.end());
@@ -314,8 +315,8 @@ std::optional<std::size_t> PieceMesh::factors_of_each(const MeshSet& set, bool f
   for (const std::int32_t side : sides)
     for (std::size_t b = 0; b < blocks.size(); ++b) {
       if (file_->block_cells()[b] == 0) continue;
-      const std::size_t nodes = nodes_of_side(blocks[b].shape, blocks[b].nodes_per_cell,
-                                              static_cast<std::uint64_t>(side), flat);
+      const std::size_t nodes =
+          finder.nodes_of_side(blocks[b], static_cast<std::uint64_t>(side), flat);
       if (nodes > 0 && nodes != each.value_or(nodes)) return std::nullopt;
       if (nodes > 0) each = nodes;
     }

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "compression/piece_mesh.h"
-#include "sets/set_cells.h"
+#include "sets/cell_sides.h"
 
 namespace shm::converters {
 namespace {
@@ -59,7 +59,8 @@ void SetSides::find_sides(const MeshSet& set, bool flat,
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return set.members[a] < set.members[b]; });
-  std::map<std::pair<CellShape, std::size_t>, std::uint32_t> blocks;
+  SideFinder finder;
+  std::map<CellKind, std::uint32_t> blocks;
   std::size_t next = 0;
   std::uint64_t cell = 0;
   CellBatch batch;
@@ -68,18 +69,18 @@ void SetSides::find_sides(const MeshSet& set, bool flat,
     for (std::size_t i = 0; i < batch.size(); ++i, ++cell) {
       for (; next < order.size() && set.members[order[next]] == cell; ++next) {
         const std::int32_t side = set.sides[order[next]];
-        CellSide found = side_of_cell(source_.info().schema.blocks[batch.blocks[i]].shape,
-                                      batch.cell(i), static_cast<std::uint64_t>(side), flat);
+        CellSide found = finder.side_of_cell(source_.info().schema.blocks[batch.blocks[i]],
+                                             batch.cell(i), static_cast<std::uint64_t>(side), flat);
         if (found.nodes.empty()) {
           ++left_out_;
           continue;
         }
         const auto fresh = static_cast<std::uint32_t>(blocks.size());
-        const auto [entry, is_new] = blocks.try_emplace({found.shape, found.nodes.size()}, fresh);
+        const auto [entry, is_new] = blocks.try_emplace(found.kind, fresh);
         if (is_new) {
           const auto id = static_cast<std::int64_t>(static_cast<std::uint64_t>(set.id) + fresh);
-          info_.schema.blocks.push_back({id, short_name_of(set), found.shape,
-                                         static_cast<std::uint32_t>(found.nodes.size())});
+          info_.schema.blocks.push_back(
+              {id, short_name_of(set), found.kind.shape, found.kind.nodes, found.kind.scheme});
           info_.block_cells.push_back(0);
         }
         ++info_.block_cells[entry->second];

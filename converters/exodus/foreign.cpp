@@ -60,11 +60,13 @@ Real real_at(const std::byte* from, ScalarType type) {
   });
 }
 
-// Returns the element type of cells with this shape. `any_size`: true if the mesh came from an
-// Exodus file, so that the nodes have the order of Exodus even if their number is unusual.
-std::string element_type(CellShape shape, std::uint32_t nodes, bool any_size) {
+// Returns the element type of the cells of a block with `nodes` nodes. `any_size`: true if the mesh
+// came from an Exodus file, so that the nodes have the order of Exodus even if their number is
+// unusual.
+std::string element_type(BlockInfo block, std::uint32_t nodes, bool any_size) {
+  block.nodes_per_cell = nodes;
   const auto sized = [nodes](const char* family) { return family + std::to_string(nodes); };
-  switch (any_size || has_element_type(shape, nodes) ? shape : CellShape::other) {
+  switch (any_size || has_element_type(block) ? block.shape : CellShape::other) {
     case CellShape::vertex: return "SPHERE";
     case CellShape::line: return sized("BAR");
     case CellShape::triangle: return sized("TRI");
@@ -328,12 +330,11 @@ class ForeignWriter {
       const BlockInfo& block = block_of(group);
       const std::string section = "element block " + std::to_string(ids_[g]);
       const std::uint64_t nodes = is_polygons(group) ? group.nodes : group.nodes_per_cell;
-      check(ex_put_block(exoid_, EX_ELEM_BLOCK, ids_[g],
-                         element_type(block.shape, group.nodes_per_cell,
-                                      info_.schema.source_format == "exodus")
-                             .c_str(),
-                         static_cast<std::int64_t>(group.cells), static_cast<std::int64_t>(nodes),
-                         0, 0, 0),
+      check(ex_put_block(
+                exoid_, EX_ELEM_BLOCK, ids_[g],
+                element_type(block, group.nodes_per_cell, info_.schema.source_format == "exodus")
+                    .c_str(),
+                static_cast<std::int64_t>(group.cells), static_cast<std::int64_t>(nodes), 0, 0, 0),
             section);
       names.push_back(block.name.substr(0, kLongestName));
       named |= !block.name.empty();
@@ -551,7 +552,7 @@ class ForeignWriter {
                                     const std::vector<std::uint64_t>& corners,
                                     const std::vector<std::uint32_t>& sizes) {
       const CellGroup& group = grouping_.groups()[g];
-      const auto places = node_places(block_of(group).shape, group.nodes_per_cell);
+      const auto places = exodus_permutation(block_of(group).shape, group.nodes_per_cell);
       const std::size_t width = places.empty() ? 1 : places.size();
       nodes.resize(corners.size());
       for (std::size_t begin = 0; begin < corners.size(); begin += width)

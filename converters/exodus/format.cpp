@@ -64,10 +64,6 @@ std::string label_of_key(const ExtraIndex& extras, const std::string& key) {
   return "netCDF variable" + quoted(name);
 }
 
-bool has_type_of_block(const BlockInfo& block) {
-  return has_element_type(block.shape, block.nodes_per_cell);
-}
-
 class ExodusSource final : public SourceFormat {
  public:
   std::string title(const MeshInfo& info, Keys&) const override {
@@ -86,7 +82,7 @@ class ExodusSource final : public SourceFormat {
     std::vector<std::size_t> found;
     const std::vector<BlockInfo>& blocks = mesh.info().schema.blocks;
     for (std::size_t b = 0; b < blocks.size(); ++b)
-      if (blocks[b].shape == CellShape::hexahedron && !has_type_of_block(blocks[b]))
+      if (blocks[b].shape == CellShape::hexahedron && !has_element_type(blocks[b]))
         found.push_back(b);
     return found;
   }
@@ -170,7 +166,7 @@ constinit const Format kExodusFormat = {
                      .most_numbers = exodus::most_numbers,
                      .title_bytes = 80,
                      .maps = &kExodusMaps,
-                     .block = exodus::has_type_of_block,
+                     .block = exodus::has_element_type,
                      .name = exodus::is_short_enough},
     .roles = exodus::kRoles,
     .source = &exodus::kSource,

@@ -506,13 +506,15 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
     if (nodes != 0 && type.rfind(family.prefix, 0) == 0 &&
         std::find(family.nodes.begin(), family.nodes.end(), nodes) != family.nodes.end())
       return family.shape;
-  // HEX9, HEX16 and similar elements are hexahedra whose corners come first. Elements with 24 nodes
-  // are excluded, because other formats would mistake them for VTK's hexahedron with 24 nodes.
-  if (type.rfind("HEX", 0) == 0 && nodes > 8 && nodes != 24) return CellShape::hexahedron;
+  // HEX9, HEX16 and similar elements are hexahedra whose corners come first. If other formats have
+  // hexahedra with as many nodes, these are excluded, because the nodes are in an unknown order.
+  const bool is_known =
+      nodes != 64 && cell_order({0, {}, CellShape::hexahedron, nodes, NodeScheme::lagrange}) != 0;
+  if (type.rfind("HEX", 0) == 0 && nodes > 8 && !is_known) return CellShape::hexahedron;
   return CellShape::other;
 }
 
-bool has_element_type(CellShape shape, std::uint32_t nodes) {
+bool has_element_type(const BlockInfo& block) {
   struct Topology {
     CellShape shape;
     std::array<std::uint32_t, 4> nodes;
@@ -527,21 +529,26 @@ bool has_element_type(CellShape shape, std::uint32_t nodes) {
       {CellShape::wedge, {6, 15, 18}},
       {CellShape::hexahedron, {8, 20, 27, 64}},
   }};
+  const CellShape shape = block.shape;
+  const std::uint32_t nodes = block.nodes_per_cell;
   if (shape == CellShape::polygon || shape == CellShape::faces || shape == CellShape::polyhedron)
     return true;
-  return std::any_of(kTopologies.begin(), kTopologies.end(), [&](const Topology& topology) {
-    return topology.shape == shape && nodes != 0 &&
-           std::find(topology.nodes.begin(), topology.nodes.end(), nodes) != topology.nodes.end();
-  });
+  return block.scheme == NodeScheme::lagrange &&
+         std::any_of(kTopologies.begin(), kTopologies.end(), [&](const Topology& topology) {
+           return topology.shape == shape && nodes != 0 &&
+                  std::find(topology.nodes.begin(), topology.nodes.end(), nodes) !=
+                      topology.nodes.end();
+         });
 }
 
-std::vector<std::uint16_t> node_places(CellShape shape, std::uint32_t nodes) {
+std::vector<std::uint16_t> exodus_permutation(CellShape shape, std::uint32_t nodes) {
   std::vector<std::uint16_t> places;
   if (shape == CellShape::hexahedron && nodes == 64)
-    return node_permutation(exodus_hex64(), vtk_positions(shape, 3));
+    return node_permutation(exodus_hex64(), node_places(shape, NodeScheme::lagrange, 3));
   // QUAD16 has the order of Gmsh.
   if (shape == CellShape::quad && nodes == 16)
-    return node_permutation(gmsh_positions(shape, 3), vtk_positions(shape, 3));
+    return node_permutation(gmsh_places(shape, NodeScheme::lagrange, 3),
+                            node_places(shape, NodeScheme::lagrange, 3));
   if (nodes > 32) return places;
   const auto identity = [&] {
     for (std::uint8_t i = 0; i < nodes; ++i) places.push_back(i);

@@ -117,12 +117,12 @@ void narrow_connectivity(const Skeleton& skeleton, Layout& layout, std::uint32_t
 std::uint32_t node_columns(const Skeleton& skeleton, const BlockLayout& block);
 
 CellShape shape_of(std::string_view element_type, std::uint32_t nodes);
-// Returns true if Exodus (SEACAS, Ioss) has an element type for cells of this shape with `nodes`
-// nodes, and node_places() returns the order of their nodes.
-bool has_element_type(CellShape shape, std::uint32_t nodes);
+// Returns true if Exodus (SEACAS, Ioss) has an element type for the cells of a block, and
+// exodus_permutation() returns the order of their nodes.
+bool has_element_type(const BlockInfo& block);
 // Returns the permutation between two node orders: node i in VTK's order is node result[i] in
 // Exodus' order. Returns an empty list if the two orders are equal.
-std::vector<std::uint16_t> node_places(CellShape shape, std::uint32_t nodes);
+std::vector<std::uint16_t> exodus_permutation(CellShape shape, std::uint32_t nodes);
 
 // A netCDF hyperslab: the start index and the count in each dimension of a variable. slab_of()
 // returns the hyperslab that contains the elements `first` to `first` + `count` - 1 of a part of an

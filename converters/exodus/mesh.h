@@ -102,7 +102,7 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   MeshInfo info_;
   // Maximum size in bytes of a variable's values, derived from the size of the file.
   std::uint64_t most_bytes_ = 0;
-  // Result of node_places() for each block.
+  // Result of exodus_permutation() for each block.
   std::vector<std::vector<std::uint16_t>> places_;
 
   // Index of the first node of each face in face_nodes_; empty if the mesh has no polyhedra.

@@ -154,7 +154,7 @@ class SkeletonWriter {
       if (block.connectivity < 0 || block.faces >= 0) return;
       touch(block.connectivity);
       nodes.resize(corners.size());
-      const auto places = node_places(block.shape, block.nodes_per_cell);
+      const auto places = exodus_permutation(block.shape, block.nodes_per_cell);
       const std::size_t width = places.empty() ? 1 : places.size();
       for (std::size_t begin = 0; begin < corners.size(); begin += width)
         for (std::size_t i = 0; i < width; ++i)

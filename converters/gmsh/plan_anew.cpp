@@ -82,7 +82,7 @@ class PlanAnew {
     while (mesh_.next_cells(batch, kPiece)) {
       for (std::size_t i = 0; i < batch.size(); ++i) {
         const std::uint32_t b = batch.blocks[i];
-        const std::uint64_t nodes = batch.cell(i).size();
+        const auto nodes = static_cast<std::uint32_t>(batch.cell(i).size());
         if (info_.schema.blocks[b].nodes_per_cell != 0 || plan_.sized_groups.contains({b, nodes}))
           continue;
         plan_.sized_groups[{b, nodes}] = static_cast<std::uint32_t>(plan_.groups.size());
@@ -91,15 +91,16 @@ class PlanAnew {
     }
   }
 
-  GmshElementGroup group_for(std::uint32_t b, std::uint64_t nodes) {
-    const BlockInfo& block = info_.schema.blocks[b];
+  GmshElementGroup group_for(std::uint32_t b, std::uint32_t nodes) {
+    BlockInfo block = info_.schema.blocks[b];
+    block.nodes_per_cell = nodes;
     GmshElementGroup group;
-    group.type = gmsh_type_for(block.shape, nodes);
+    group.type = gmsh_type_for(block);
     if (group.type == 0)
       throw Failure(Error{.code = ErrorCode::unsupported,
                           .detail = "Gmsh has no element for a cell of shape " +
-                                    std::string(shape_name(block.shape)) + " with " +
-                                    std::to_string(nodes) + " nodes",
+                                    kind_of_cells(block) + " with " + std::to_string(nodes) +
+                                    " nodes",
                           .section = "block " + std::to_string(block.id),
                           .file = path_});
     group.dimension = gmsh_type(group.type).dimension;

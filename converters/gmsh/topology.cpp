@@ -208,7 +208,7 @@ class ElementReader {
   }
 
   std::uint32_t add_block(const GmshType& type, std::int64_t id) {
-    info_.schema.blocks.push_back(BlockInfo{id, "", type.shape, type.nodes});
+    info_.schema.blocks.push_back(BlockInfo{id, "", type.shape, type.nodes, type.scheme});
     info_.block_cells.push_back(0);
     return static_cast<std::uint32_t>(info_.schema.blocks.size() - 1);
   }

@@ -16,38 +16,20 @@ struct Run {  // consecutive type numbers of one dimension
   std::array<std::uint16_t, 8> nodes;
 };
 
-// Element types without a shape in the model: types of order 0, incomplete types and prisms of
-// order 3 and above, and types whose elements are borders, children or parts of another element.
+// Element types without a shape in the model: types of order 0, and types whose elements are
+// borders, children or parts of another element.
 constexpr Run kRuns[] = {
-    {20, 2, {9}},  // triangles, incomplete
-    {22, 2, {12}},
-    {24, 2, {15}},
-    {32, 3, {22, 28}},                           // tetrahedra, incomplete
-    {39, 2, {12, 16, 20}},                       // quadrilaterals, incomplete
-    {52, 2, {18, 21, 24, 27, 30}},               // triangles, incomplete
-    {57, 2, {24, 28, 32, 36, 40}},               // quadrilaterals, incomplete
-    {67, 1, {2}},                                // border of a line
-    {68, 2, {3}},                                // border of a triangle
-    {70, 1, {2}},                                // child of a line
-    {79, 3, {34, 40, 46, 52, 58}},               // tetrahedra, incomplete
-    {84, 1, {1}},                                // order 0: line,
-    {85, 2, {1, 1}},                             // triangle, quadrilateral,
-    {87, 3, {1, 1, 1}},                          // tetrahedron, hexahedron, prism
-    {90, 3, {40, 75}},                           // prisms
-    {99, 3, {32, 44, 56, 68, 80, 92, 104}},      // hexahedra, incomplete
-    {106, 3, {126, 196, 288, 405, 550}},         // prisms
-    {111, 3, {24, 33, 42, 51, 60, 69, 78}},      // prisms, incomplete
-    {118, 3, {30, 55, 91, 140, 204, 285, 385}},  // pyramids
-    {125, 3, {21, 29, 37, 45, 53, 61, 69}},      // pyramids, incomplete
-    {132, 3, {1}},                               // order 0: pyramid
-    {133, 0, {1}},                               // parts of cut elements
-    {134, 1, {2}},
-    {135, 2, {3}},
-    {136, 3, {4}},
-    {137, 3, {16}},  // tetrahedron of order 3, incomplete
-    {138, 2, {4}},   // triangle with a middle node
-    {139, 3, {5}},   // tetrahedron with a middle node
-    {140, 3, {4}},   // trihedron
+    {67, 1, {2}},        // border of a line
+    {68, 2, {3}},        // border of a triangle
+    {70, 1, {2}},        // child of a line
+    {84, 1, {1}},        // order 0: line,
+    {85, 2, {1, 1}},     // triangle, quadrilateral,
+    {87, 3, {1, 1, 1}},  // tetrahedron, hexahedron, prism
+    {132, 3, {1}},       // order 0: pyramid
+    {133, 0, {1}},       // parts of cut elements
+    {134, 1, {2}},      {135, 2, {3}}, {136, 3, {4}}, {138, 2, {4}},  // triangle with a middle node
+    {139, 3, {5}},  // tetrahedron with a middle node
+    {140, 3, {4}},  // trihedron
 };
 
 constexpr std::uint16_t kTetrahedron10[] = {0, 1, 2, 3, 4, 5, 6, 7, 9, 8};
@@ -60,44 +42,67 @@ constexpr std::uint16_t kWedge18[] = {0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 
 constexpr std::uint16_t kPyramid13[] = {0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12};
 constexpr std::uint16_t kPyramid14[] = {0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12, 13};
 
-// Consecutive type numbers of complete Lagrange elements, from the type of order `order` on.
-struct LagrangeRun {
+// Consecutive type numbers of elements of order 3 and higher, from the type of order `order` on.
+// Gmsh calls serendipity elements incomplete.
+struct HighOrderRun {
   std::int32_t first;
   CellShape shape;
+  NodeScheme scheme;
   std::uint32_t order, count;
 };
-constexpr LagrangeRun kLagrangeRuns[] = {
-    {26, CellShape::line, 3, 3},        {62, CellShape::line, 6, 5},
-    {21, CellShape::triangle, 3, 1},    {23, CellShape::triangle, 4, 1},
-    {25, CellShape::triangle, 5, 1},    {42, CellShape::triangle, 6, 5},
-    {36, CellShape::quad, 3, 3},        {47, CellShape::quad, 6, 5},
-    {29, CellShape::tetrahedron, 3, 3}, {71, CellShape::tetrahedron, 6, 5},
-    {92, CellShape::hexahedron, 3, 7},
+constexpr auto kComplete = NodeScheme::lagrange, kIncomplete = NodeScheme::serendipity;
+constexpr HighOrderRun kHighOrderRuns[] = {
+    {26, CellShape::line, kComplete, 3, 3},
+    {62, CellShape::line, kComplete, 6, 5},
+    {21, CellShape::triangle, kComplete, 3, 1},
+    {23, CellShape::triangle, kComplete, 4, 1},
+    {25, CellShape::triangle, kComplete, 5, 1},
+    {42, CellShape::triangle, kComplete, 6, 5},
+    {36, CellShape::quad, kComplete, 3, 3},
+    {47, CellShape::quad, kComplete, 6, 5},
+    {29, CellShape::tetrahedron, kComplete, 3, 3},
+    {71, CellShape::tetrahedron, kComplete, 6, 5},
+    {90, CellShape::wedge, kComplete, 3, 2},
+    {106, CellShape::wedge, kComplete, 5, 5},
+    {92, CellShape::hexahedron, kComplete, 3, 7},
+    {118, CellShape::pyramid, kComplete, 3, 7},
+    {20, CellShape::triangle, kIncomplete, 3, 1},
+    {22, CellShape::triangle, kIncomplete, 4, 1},
+    {24, CellShape::triangle, kIncomplete, 5, 1},
+    {52, CellShape::triangle, kIncomplete, 6, 5},
+    {39, CellShape::quad, kIncomplete, 3, 3},
+    {57, CellShape::quad, kIncomplete, 6, 5},
+    {137, CellShape::tetrahedron, kIncomplete, 3, 1},
+    {32, CellShape::tetrahedron, kIncomplete, 4, 2},
+    {79, CellShape::tetrahedron, kIncomplete, 6, 5},
+    {99, CellShape::hexahedron, kIncomplete, 3, 7},
+    {111, CellShape::wedge, kIncomplete, 3, 7},
+    {125, CellShape::pyramid, kIncomplete, 3, 7},
 };
 
-// Returns the Lagrange element with the MSH number `type` if its order is at least 3; otherwise
-// returns an unknown type.
-GmshType lagrange_type(std::int64_t type) {
-  static const auto types = [] {
-    struct Known {
-      CellShape shape;
-      std::vector<std::uint16_t> permutation;
-    };
-    std::map<std::int64_t, Known> all;
-    for (const LagrangeRun& run : kLagrangeRuns)
+int dimension_of(CellShape shape) {
+  const bool is_flat = shape == CellShape::triangle || shape == CellShape::quad;
+  return shape == CellShape::line ? 1 : is_flat ? 2 : 3;
+}
+
+// Returns the element with the MSH number `type` if its order is at least 3; otherwise returns an
+// unknown type.
+GmshType high_order_type(std::int64_t type) {
+  static const auto permutations = [] {
+    std::map<std::int64_t, std::vector<std::uint16_t>> all;
+    for (const HighOrderRun& run : kHighOrderRuns)
       for (std::uint32_t i = 0; i < run.count; ++i)
-        all[run.first + i] = {run.shape, node_permutation(gmsh_positions(run.shape, run.order + i),
-                                                          vtk_positions(run.shape, run.order + i))};
+        all[run.first + i] = node_permutation(gmsh_places(run.shape, run.scheme, run.order + i),
+                                              node_places(run.shape, run.scheme, run.order + i));
     return all;
   }();
-  const auto found = types.find(type);
-  if (found == types.end()) return {};
-  const auto& [shape, permutation] = found->second;
-  const bool is_flat = shape == CellShape::triangle || shape == CellShape::quad;
-  return {shape == CellShape::line ? 1
-          : is_flat                ? 2
-                                   : 3,
-          static_cast<std::uint32_t>(permutation.size()), shape, permutation};
+  for (const HighOrderRun& run : kHighOrderRuns)
+    if (type >= run.first && type < run.first + run.count) {
+      const auto& permutation = permutations.at(type);
+      return {dimension_of(run.shape), static_cast<std::uint32_t>(permutation.size()), run.shape,
+              permutation, run.scheme};
+    }
+  return {};
 }
 
 // Returns the element type with the MSH number `type` if the model has a shape for it; otherwise
@@ -132,7 +137,7 @@ GmshType shaped_type(std::int64_t type) {
 
 GmshType gmsh_type(std::int64_t type) {
   if (const GmshType shaped = shaped_type(type); shaped.known()) return shaped;
-  if (const GmshType lagrange = lagrange_type(type); lagrange.known()) return lagrange;
+  if (const GmshType high = high_order_type(type); high.known()) return high;
   if (type == 35) return {3, 0, CellShape::other, {}};  // polyhedron, made of tetrahedra
   if (type == 69) return {2, 0, CellShape::other, {}};  // border of a polygon
   for (const Run& run : kRuns) {
@@ -151,15 +156,20 @@ bool gmsh_type_has_parent(std::int64_t type) {
   return type == 34 || type == 35 || (type >= 67 && type <= 70) || (type >= 133 && type <= 136);
 }
 
-std::int32_t gmsh_type_for(CellShape shape, std::uint64_t nodes) {
-  if (shape == CellShape::polygon) shape = nodes == 3 ? CellShape::triangle : CellShape::quad;
-  for (std::int32_t type = 1; type < 20; ++type) {
-    const GmshType candidate = shaped_type(type);
-    if (candidate.known() && candidate.shape == shape && candidate.nodes == nodes) return type;
-  }
-  const std::uint32_t order = order_of_cell(shape, nodes);
-  for (const LagrangeRun& run : kLagrangeRuns)
-    if (run.shape == shape && order >= run.order && order < run.order + run.count)
+std::int32_t gmsh_type_for(const BlockInfo& block) {
+  CellShape shape = block.shape;
+  if (shape == CellShape::polygon)
+    shape = block.nodes_per_cell == 3 ? CellShape::triangle : CellShape::quad;
+  if (block.scheme == NodeScheme::lagrange)
+    for (std::int32_t type = 1; type < 20; ++type) {
+      const GmshType candidate = shaped_type(type);
+      if (candidate.known() && candidate.shape == shape && candidate.nodes == block.nodes_per_cell)
+        return type;
+    }
+  const std::uint32_t order = cell_order(block);
+  for (const HighOrderRun& run : kHighOrderRuns)
+    if (run.shape == shape && run.scheme == block.scheme && order >= run.order &&
+        order < run.order + run.count)
       return run.first + static_cast<std::int32_t>(order - run.order);
   return 0;
 }

@@ -17,6 +17,7 @@ struct GmshType {
   // Node k in VTK's order is node permutation[k] in Gmsh's order. The permutation is empty if the
   // two orders are equal.
   std::span<const std::uint16_t> permutation;
+  NodeScheme scheme = NodeScheme::lagrange;
   bool known() const { return dimension >= 0; }
 };
 
@@ -39,7 +40,7 @@ constexpr std::size_t gmsh_parameters(std::int32_t dimension, bool parametric, b
 // element.
 bool gmsh_type_has_parent(std::int64_t type);
 
-// Returns the MSH type of cells with this shape and number of nodes, or 0 if no such type exists.
-std::int32_t gmsh_type_for(CellShape shape, std::uint64_t nodes);
+// Returns the MSH type of the cells of a block, or 0 if no such type exists.
+std::int32_t gmsh_type_for(const BlockInfo& block);
 
 }  // namespace shm::converters

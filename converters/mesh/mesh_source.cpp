@@ -52,6 +52,13 @@ void require_within(const MeshLimits& limits, const MeshInfo& info, const std::s
   require_within(limits, info.vertices, cells, bytes, name);
 }
 
+std::string kind_of_cells(const BlockInfo& block) {
+  const std::string shape(shape_name(block.shape));
+  return block.scheme == NodeScheme::lagrange
+             ? shape
+             : std::string(scheme_name(block.scheme)) + " " + shape;
+}
+
 const Extra* find_extra(const MeshInfo& info, std::string_view key) {
   for (const Extra& extra : info.extras)
     if (extra.key == key) return &extra;

@@ -112,6 +112,10 @@ void require_within(const MeshLimits& limits, const MeshInfo& info, const std::s
 void require_within(const MeshLimits& limits, std::uint64_t vertices, std::uint64_t cells,
                     std::uint64_t bytes, const std::string& name);
 
+// Returns the shape of the cells of a block as text, after their node scheme unless it is lagrange,
+// e.g. "bezier hexahedron".
+std::string kind_of_cells(const BlockInfo& block);
+
 // Conversions between extras and text or integers.
 
 // Returns the extra with this key, or null if none exists. Searches linearly (see ExtraIndex).

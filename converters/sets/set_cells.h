@@ -9,6 +9,7 @@
 
 #include "base/spool.h"
 #include "mesh/forwarding_mesh.h"
+#include "sets/cell_sides.h"
 #include "sets/transfer_sets.h"
 
 namespace shm::converters {
@@ -28,7 +29,7 @@ class SetCells final : public ForwardingMesh {
   void leave_arrays_on_own_blocks();
   void add_nodes(const MeshSet& set);
   void find_sides(const std::vector<MeshSet>& sets, bool flat);
-  void add_block(const MeshSet& set, CellShape shape, std::uint32_t nodes);
+  void add_block(const MeshSet& set, const CellKind& kind);
 
   PagedArray corners_;                      // corners of the added cells
   std::vector<std::uint64_t> added_cells_;  // number of cells in each added block
@@ -36,18 +37,5 @@ class SetCells final : public ForwardingMesh {
   std::size_t own_blocks_, at_block_;
   std::vector<std::string> left_out_;
 };
-
-// Shape of one side of a cell, and the nodes of the side in VTK's order. side_of_cell() numbers
-// sides from 1, as Exodus does. If the cell has no side with the given number, `nodes` is empty.
-struct CellSide {
-  CellShape shape = CellShape::other;
-  std::vector<std::uint64_t> nodes;
-};
-CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, std::uint64_t side,
-                      bool flat);
-// Returns the number of nodes on side `side` of a cell with `nodes_per_cell` nodes, or 0 if the
-// cell has no such side.
-std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
-                          bool flat);
 
 }  // namespace shm::converters

@@ -14,7 +14,7 @@
 #include "formats/formats.h"
 #include "interface/format.h"
 #include "mesh/array_names.h"
-#include "mesh/node_orders.h"
+#include "shm/cell_nodes.h"
 #include "shm/segment_reader.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
@@ -105,7 +105,7 @@ void add_quantization(Json& json, const std::string& prefix, const Quantization&
 
 // Returns the order of the cells of a block, or null if it is unknown.
 Json order_json(const BlockInfo& block) {
-  const std::uint32_t order = polynomial_order(block.shape, block.nodes_per_cell);
+  const std::uint32_t order = cell_order(block);
   return order > 0 ? Json(order) : Json(nullptr);
 }
 
@@ -129,6 +129,7 @@ Json schema_json(const MeshInfo& info) {
                               {"shape", shape_name(block.shape)},
                               {"nodes_per_cell", block.nodes_per_cell},
                               {"order", order_json(block)},
+                              {"node_scheme", scheme_name(block.scheme)},
                               {"cells", info.block_cells[b]}});
   }
   json["arrays"] = Json::array();
@@ -272,10 +273,15 @@ std::string first_of(const List& list, Line&& line) {
   return text;
 }
 
-// Returns the text ", order p" if the cells of a block have an order above 1.
+// Returns the text ", order p" if the cells of a block have an order above 1, with their node
+// scheme unless it is lagrange.
 std::string order_text(const BlockInfo& block) {
-  const std::uint32_t order = polynomial_order(block.shape, block.nodes_per_cell);
-  return order > 1 ? ", order " + std::to_string(order) : "";
+  const std::uint32_t order = cell_order(block);
+  if (order <= 1) return {};
+  const std::string text = ", order " + std::to_string(order);
+  return block.scheme == NodeScheme::lagrange
+             ? text
+             : text + ", " + std::string(scheme_name(block.scheme));
 }
 
 std::string block_text(const BlockInfo& block, std::uint64_t cells) {

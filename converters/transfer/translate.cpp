@@ -51,8 +51,10 @@ class WithKnownShapes final : public ForwardingMesh {
  public:
   WithKnownShapes(MeshSource& source, const SourceFormat& format) : ForwardingMesh(source) {
     info_ = source.info();
-    for (const std::size_t block : format.blocks_with_own_nodes(source))
+    for (const std::size_t block : format.blocks_with_own_nodes(source)) {
       info_.schema.blocks[block].shape = CellShape::other;
+      info_.schema.blocks[block].scheme = NodeScheme::lagrange;
+    }
   }
 };
 
@@ -238,8 +240,8 @@ void Translation::report_blocks() {
                         std::to_string(*most));
     const bool is_own = format_ == from_.schema.source_format;
     if (!is_own && target_.block != nullptr && info.block_cells[b] > 0 && !target_.block(block))
-      losses_.push_back("cell type of " + block_label(block) + " (" +
-                        std::string(shape_name(block.shape)) + " with " +
+      losses_.push_back("cell type of " + block_label(block) + " (" + kind_of_cells(block) +
+                        " with " +
                         (block.nodes_per_cell == 0 ? std::string("any number of")
                                                    : std::to_string(block.nodes_per_cell)) +
                         " nodes)");

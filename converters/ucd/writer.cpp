@@ -175,11 +175,12 @@ void UcdWriter::nodes() {
 const CellType& UcdWriter::type_of(std::uint32_t block) const {
   const BlockInfo& info = info_.schema.blocks[block];
   for (const CellType& type : kCellTypes)
-    if (type.shape == info.shape && type.nodes == info.nodes_per_cell) return type;
+    if (type.shape == info.shape && type.nodes == info.nodes_per_cell &&
+        info.scheme == NodeScheme::lagrange)
+      return type;
   throw Failure(Error{.code = ErrorCode::unsupported,
                       .detail = "UCD cannot represent the cells of block " +
-                                std::to_string(info.id) + " (" +
-                                std::string(shape_name(info.shape)) + ", " +
+                                std::to_string(info.id) + " (" + kind_of_cells(info) + ", " +
                                 std::to_string(info.nodes_per_cell) + " nodes)",
                       .section = "cells",
                       .file = path_});

@@ -63,8 +63,9 @@ void CellPlan::load_cell_types() {
 bool CellPlan::makes_lagrange_cells() const {
   const std::string& source = info_.schema.source_format;
   return source != "vtk" && source != "vtu" &&
-         std::find(block_types_.begin(), block_types_.end(), kLagrangeHexahedron) !=
-             block_types_.end();
+         std::any_of(block_types_.begin(), block_types_.end(), [](int type) {
+           return type == kLagrangeHexahedron || type == kBezierHexahedron;
+         });
 }
 
 void CellPlan::load_polyhedra() {

@@ -161,10 +161,9 @@ void CellTable::count_cell(MeshInfo& info) {
   const auto index = static_cast<std::uint32_t>(info.schema.blocks.size());
   of_type.blocks.push_back({nodes, index});
   const std::uint32_t per_cell = of_type.varying ? 0 : nodes;
-  const CellShape shape = type_ == kPolyhedron && !closed_faces_
-                              ? CellShape::polyhedron
-                              : shape_of_cell_type(type_, per_cell);
-  info.schema.blocks.push_back({type_, {}, shape, per_cell});
+  BlockInfo block = block_of_cell_type(type_, per_cell);
+  if (type_ == kPolyhedron && !closed_faces_) block.shape = CellShape::polyhedron;
+  info.schema.blocks.push_back(std::move(block));
   info.block_cells.push_back(1);
 }
 

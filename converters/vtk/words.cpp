@@ -5,7 +5,7 @@
 #include <charconv>
 #include <utility>
 
-#include "mesh/node_orders.h"
+#include "shm/cell_nodes.h"
 
 namespace shm::converters::vtk {
 namespace {
@@ -65,7 +65,7 @@ struct CellKind {
 
 // VTK cell types, their shapes in the mesh model, and their numbers of nodes (0: any number). The
 // types with a fixed number of nodes in this table have the same node order in VTK and in the
-// model, except for what permute_nodes() changes. shape_of_cell_type() handles all other types.
+// model, except for what permute_nodes() changes. block_of_cell_type() handles all other types.
 // The first type of a shape and a number of nodes is used for meshes of other formats.
 constexpr CellKind kCellKinds[] = {
     {12, CellShape::hexahedron, 8},
@@ -94,7 +94,7 @@ constexpr CellKind kCellKinds[] = {
     {kPolyhedron, CellShape::faces, 0},
     {kVoxel, CellShape::hexahedron, 8},
     {kPixel, CellShape::quad, 4},
-    // Lagrange cells that lagrange_shape() does not cover, and Bezier cells of order 1
+    // Lagrange cells that high_order_block() does not cover, and Bezier cells of order 1
     {69, CellShape::triangle, 7},
     {74, CellShape::pyramid, 5},
     {75, CellShape::line, 2},
@@ -106,19 +106,23 @@ constexpr CellKind kCellKinds[] = {
     {81, CellShape::pyramid, 5},
 };
 constexpr int kFirstLagrange = 68, kFirstBezier = 75, kLastBezier = 81;
-// Shapes of the VTK types kFirstLagrange, kFirstLagrange + 1, ...
+// Shapes of the VTK types kFirstLagrange, kFirstLagrange + 1, ..., and of kFirstBezier, ...
 constexpr std::array<CellShape, 6> kLagrangeShapes{CellShape::line,       CellShape::triangle,
                                                    CellShape::quad,       CellShape::tetrahedron,
                                                    CellShape::hexahedron, CellShape::wedge};
 
-// Returns the shape of a Lagrange cell of a VTK type whose order is the same along all axes.
-// Returns `other` if the type is not that of a Lagrange cell, or if no order has this number of
-// nodes.
-CellShape lagrange_shape(std::int64_t type, std::uint32_t nodes) {
-  const std::int64_t place = type - kFirstLagrange;
-  if (place < 0 || place >= std::ssize(kLagrangeShapes)) return CellShape::other;
-  const CellShape shape = kLagrangeShapes[static_cast<std::size_t>(place)];
-  return order_of_cell(shape, nodes) > 0 ? shape : CellShape::other;
+// Returns the block for Lagrange or Bezier cells of a VTK type whose order is the same along all
+// axes. Its shape is `other` if the type is not that of such a cell, or if no order has this number
+// of nodes.
+BlockInfo high_order_block(int type, std::uint32_t nodes) {
+  const bool is_bezier = type >= kFirstBezier;
+  const int place = type - (is_bezier ? kFirstBezier : kFirstLagrange);
+  BlockInfo block{
+      type, {}, CellShape::other, nodes, is_bezier ? NodeScheme::bezier : NodeScheme::lagrange};
+  if (place >= 0 && place < std::ssize(kLagrangeShapes))
+    block.shape = kLagrangeShapes[static_cast<std::size_t>(place)];
+  if (cell_order(block) != 0) return block;
+  return {type, {}, CellShape::other, nodes, NodeScheme::lagrange};
 }
 
 bool is_in_table(std::int64_t type, std::uint32_t nodes) {
@@ -252,21 +256,25 @@ std::string_view word_of_scalar(ScalarType type) {
   return "double";
 }
 
-CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
+BlockInfo block_of_cell_type(int type, std::uint32_t nodes) {
+  const auto block = [&](CellShape shape) {
+    return BlockInfo{type, {}, shape, nodes, NodeScheme::lagrange};
+  };
   const CellKind* other_size = nullptr;
   for (const CellKind& kind : kCellKinds) {
     if (kind.type != type) continue;
-    if (kind.nodes == 0 || kind.nodes == nodes) return kind.shape;
+    if (kind.nodes == 0 || kind.nodes == nodes) return block(kind.shape);
     other_size = &kind;
   }
-  if (const CellShape shape = lagrange_shape(type, nodes); shape != CellShape::other) return shape;
   if (type >= kFirstLagrange && type <= kLastBezier) {
-    // Lagrange and Bezier hexahedra of other orders list the corners first. Cells with 20, 24 or 27
-    // nodes are excluded, because they could not be distinguished from the quadratic hexahedra
-    // above, whose other nodes have a different order or meaning.
-    const bool standard_size = nodes == 20 || nodes == 24 || nodes == 27;
+    if (BlockInfo known = high_order_block(type, nodes); known.shape != CellShape::other)
+      return known;
+    // Lagrange and Bezier hexahedra of other orders list the corners first. If other hexahedra have
+    // as many nodes, these are excluded, because their nodes have another order or meaning.
+    const bool is_known = cell_order(block(CellShape::hexahedron)) != 0;
     const bool is_hexahedron = type == kLagrangeHexahedron || type == kBezierHexahedron;
-    return is_hexahedron && nodes >= 8 && !standard_size ? CellShape::hexahedron : CellShape::other;
+    return block(is_hexahedron && nodes >= 8 && !is_known ? CellShape::hexahedron
+                                                          : CellShape::other);
   }
   // Accept a number of nodes that does not match the type, because some writers use the linear type
   // for second-order cells.
@@ -276,13 +284,14 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
       std::any_of(std::begin(kCellKinds), std::end(kCellKinds), [&](const CellKind& other) {
         return other.shape == other_size->shape && other.nodes == nodes;
       });
-  return is_kind ? other_size->shape : CellShape::other;
+  return block(is_kind ? other_size->shape : CellShape::other);
 }
 
 bool has_model_nodes(const BlockInfo& block) {
   if (block.id < kFirstLagrange || block.id > kLastBezier) return true;
-  return is_in_table(block.id, block.nodes_per_cell) ||
-         lagrange_shape(block.id, block.nodes_per_cell) != CellShape::other;
+  const auto type = static_cast<int>(block.id);
+  return is_in_table(type, block.nodes_per_cell) ||
+         high_order_block(type, block.nodes_per_cell).shape != CellShape::other;
 }
 
 int cell_type_of_block(const BlockInfo& block) {
@@ -290,12 +299,16 @@ int cell_type_of_block(const BlockInfo& block) {
   // The faces of cells with the shape `polyhedron` are in extras, which this function does not
   // have, so these cells are written as point sets.
   if (block.shape == CellShape::polyhedron) return kConvexPointSet;
-  for (const CellKind& kind : kCellKinds)
-    if (kind.shape == block.shape && (kind.nodes == 0 || kind.nodes == block.nodes_per_cell))
-      return kind.type;
-  if (order_of_cell(block.shape, block.nodes_per_cell) == 0) return kPolyVertex;
+  if (block.scheme == NodeScheme::lagrange)
+    for (const CellKind& kind : kCellKinds)
+      if (kind.shape == block.shape && (kind.nodes == 0 || kind.nodes == block.nodes_per_cell))
+        return kind.type;
   const auto shape = std::find(kLagrangeShapes.begin(), kLagrangeShapes.end(), block.shape);
-  return kFirstLagrange + static_cast<int>(shape - kLagrangeShapes.begin());
+  if (shape == kLagrangeShapes.end() || cell_order(block) == 0 ||
+      block.scheme == NodeScheme::serendipity)
+    return kPolyVertex;
+  return (block.scheme == NodeScheme::bezier ? kFirstBezier : kFirstLagrange) +
+         static_cast<int>(shape - kLagrangeShapes.begin());
 }
 
 bool has_cell_type(const BlockInfo& block) {
@@ -314,7 +327,7 @@ void permute_nodes(int type, std::uint64_t* nodes, std::size_t count, bool old_n
   if (voxel || (type == kPixel && count == 4)) std::swap(nodes[2], nodes[3]);
   if (voxel) std::swap(nodes[6], nodes[7]);
   if (!old_numbering || (type != kLagrangeHexahedron && type != kBezierHexahedron)) return;
-  const std::uint32_t order = order_of_cell(CellShape::hexahedron, count);
+  const std::uint32_t order = cell_order(high_order_block(type, static_cast<std::uint32_t>(count)));
   if (order < 2) return;
   // The old numbering exchanges the last two of the 12 edges.
   std::uint64_t* const edge = nodes + 8 + 10 * std::size_t{order - 1};

@@ -30,9 +30,9 @@ std::optional<ScalarType> array_type_of_word(std::string_view word, bool binary)
 inline constexpr int kPixel = 8, kVoxel = 11, kPolyhedron = 42, kLagrangeHexahedron = 72,
                      kBezierHexahedron = 79;
 
-// Returns the shape that cells of the VTK type `type` with `nodes` nodes have in the mesh model.
+// Returns the block for cells of the VTK type `type` with `nodes` nodes. Its id is the type.
 // `nodes` is 0 if the number of nodes varies.
-CellShape shape_of_cell_type(int type, std::uint32_t nodes);
+BlockInfo block_of_cell_type(int type, std::uint32_t nodes);
 // Returns the VTK cell type for the cells of `block`, a block of a mesh from another format.
 int cell_type_of_block(const BlockInfo& block);
 // Returns true if VTK has a cell type for the cells of `block`, a block of a mesh from another
@@ -40,8 +40,8 @@ int cell_type_of_block(const BlockInfo& block);
 bool has_cell_type(const BlockInfo& block);
 // Returns true if cells of this type may have any number of nodes.
 bool has_varying_nodes(int type);
-// Returns false for Bezier cells above order 1, and for Lagrange cells with a number of nodes that
-// no order has if it is the same along all axes. `block`: a block of a mesh from a VTK file, whose
+// Returns false for Lagrange and Bezier cells with a number of nodes that no order has if it is the
+// same along all axes. `block`: a block of a mesh from a VTK file, whose
 // id is the VTK type.
 bool has_model_nodes(const BlockInfo& block);
 // Permutes the nodes of a cell from VTK's order to the model's: the corners of a voxel or pixel,

@@ -130,6 +130,8 @@ FLOAT32, FLOAT64 = 9, 10
  FACES) = range(12)
 SHAPE_NAMES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron", "pyramid", "wedge",
                "hexahedron", "polyhedron", "faces")
+(LAGRANGE, SERENDIPITY, BEZIER) = range(3)
+SCHEME_NAMES = ("lagrange", "serendipity", "bezier")
 
 # ---------------------------------------------------------------------------- 3 Checksums
 

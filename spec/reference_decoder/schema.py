@@ -4,7 +4,8 @@ import math
 import struct
 from dataclasses import dataclass, field
 
-from .basics import FACES, FLOAT32, FLOAT64, HEXAHEDRON, SCALAR_BYTES, Cursor, packed_blob
+from .basics import (BEZIER, FACES, FLOAT32, FLOAT64, HEXAHEDRON, LAGRANGE, LINE, PYRAMID, QUAD, SCALAR_BYTES, SERENDIPITY,
+                     TETRAHEDRON, TRIANGLE, WEDGE, Cursor, packed_blob)
 
 KEEP, STREAM, FREE = range(3)
 MOST_ARRAYS, MOST_STATIC_COMPONENTS, MOST_BLOCKS = 65536, 4096, 2**20  # limits of this reader (section 26)
@@ -43,6 +44,7 @@ class Block:
     name: bytes
     shape: int
     nodes_per_cell: int
+    scheme: int = LAGRANGE
 
     def hexahedral(self):
         return self.shape == HEXAHEDRON and self.nodes_per_cell >= 8
@@ -146,10 +148,25 @@ def _quantization(cursor, type_, components):
 
 
 def _block(cursor):
-    block = Block(cursor.svarint(), cursor.text(), cursor.u8(), cursor.varint32())
-    if block.shape > FACES or block.nodes_per_cell > 65536:
+    id_, name, shape = cursor.svarint(), cursor.text(), cursor.u8()
+    block = Block(id_, name, shape & 15, cursor.varint32(), shape >> 4)
+    if block.shape > FACES or block.nodes_per_cell > 65536 or block.scheme > BEZIER:
         cursor.fail("a block that cannot be")
+    if block.scheme != LAGRANGE and block.nodes_per_cell not in _high_order_counts(block.shape, block.scheme):
+        cursor.fail("a block that no order has")
     return block
+
+
+def _high_order_counts(shape, scheme):
+    """Section 49: the numbers of nodes that the orders up to 10 have."""
+    if scheme == SERENDIPITY:
+        corners, edges = {TRIANGLE: (3, 3), QUAD: (4, 4), TETRAHEDRON: (4, 6), PYRAMID: (5, 8), WEDGE: (6, 9),
+                          HEXAHEDRON: (8, 12)}.get(shape, (0, 0))
+        return {corners + edges * (p - 1) for p in range(3, 11)} if corners else set()
+    count = {LINE: lambda n: n, TRIANGLE: lambda n: n * (n + 1) // 2, QUAD: lambda n: n * n,
+             TETRAHEDRON: lambda n: n * (n + 1) * (n + 2) // 6, PYRAMID: lambda n: n * (n + 1) * (2 * n + 1) // 6,
+             WEDGE: lambda n: n * n * (n + 1) // 2, HEXAHEDRON: lambda n: n**3}.get(shape)
+    return {count(p + 1) for p in range(2, 11)} if count else set()
 
 
 def _array(cursor, blocks):

@@ -6,7 +6,7 @@ Floating-point numbers are written as the shortest decimal that reads back as th
 import math
 import struct
 
-from .basics import FLOAT32, FLOAT64, MASK64, SCALAR_BYTES, SCALAR_CODES, SCALAR_NAMES, SHAPE_NAMES, xxh64
+from .basics import FLOAT32, FLOAT64, MASK64, SCALAR_BYTES, SCALAR_CODES, SCALAR_NAMES, SCHEME_NAMES, SHAPE_NAMES, xxh64
 from .domains import as_float32
 from .file import Extra, File, StepTimes, Totals, is_archive, read_archive
 from .group import Tile
@@ -102,7 +102,7 @@ class Text:
                   f"{self.quantization(s.coordinate_quantization)}, source '{self.word(s.source_format)}'")
         for block in s.blocks:
             self.line(f"block id {block.id} '{self.word(block.name)}' {SHAPE_NAMES[block.shape]}, "
-                      f"nodes {block.nodes_per_cell}")
+                      f"nodes {block.nodes_per_cell}" + (f", {SCHEME_NAMES[block.scheme]}" if block.scheme else ""))
         for i, array in enumerate(s.arrays):
             of = "blocks" if array.on_mesh() else "sets"
             blocks = f", on {of}" + "".join(f" {b}" for b in array.blocks) if array.blocks else ""

@@ -690,8 +690,24 @@ TEST(CInterface, WordsAndNumbersAreThose) {
   EXPECT_STREQ(shmf_status_name(10), "unknown");
   EXPECT_EQ(shmf_type_bytes(SHMF_FLOAT32), 4u);
   EXPECT_EQ(shmf_type_bytes(11), 0u);
-  EXPECT_EQ(shmf_vtk_cell_type(SHMF_HEXAHEDRON, 20), 25);
-  EXPECT_EQ(shmf_vtk_cell_type(SHMF_HEXAHEDRON, 21), 2);
+  EXPECT_EQ(shmf_vtk_cell_type(SHMF_HEXAHEDRON, 20, SHMF_LAGRANGE), 25);
+  EXPECT_EQ(shmf_vtk_cell_type(SHMF_HEXAHEDRON, 21, SHMF_LAGRANGE), 2);
+  EXPECT_EQ(shmf_vtk_cell_type(SHMF_HEXAHEDRON, 64, SHMF_LAGRANGE), 72);
+  EXPECT_EQ(shmf_vtk_cell_type(SHMF_HEXAHEDRON, 64, SHMF_BEZIER), 79);
+  EXPECT_EQ(shmf_vtk_cell_type(SHMF_QUAD, 16, SHMF_SERENDIPITY), 2);
+  EXPECT_EQ(shmf_vtk_cell_type(SHMF_PYRAMID, 30, SHMF_LAGRANGE), 2);
+  EXPECT_EQ(shmf_vtk_cell_type(SHMF_HEXAHEDRON, 64, 3), 2);
+  EXPECT_EQ(shmf_cell_order(SHMF_QUAD, 16, SHMF_LAGRANGE), 3u);
+  EXPECT_EQ(shmf_cell_order(SHMF_QUAD, 16, SHMF_SERENDIPITY), 4u);
+  EXPECT_EQ(shmf_cell_order(SHMF_QUAD, 17, SHMF_LAGRANGE), 0u);
+  EXPECT_EQ(shmf_cell_order(-1, 8, SHMF_LAGRANGE), 0u);
+  EXPECT_EQ(shmf_cell_order(SHMF_HEXAHEDRON, 8, -1), 0u);
+  std::array<std::uint8_t, 12> places{};
+  EXPECT_EQ(shmf_node_places(SHMF_LINE, SHMF_LAGRANGE, 3, places.data()), 4u);
+  EXPECT_EQ(places, (std::array<std::uint8_t, 12>{0, 0, 0, 3, 0, 0, 1, 0, 0, 2, 0, 0}));
+  EXPECT_EQ(shmf_node_places(SHMF_HEXAHEDRON, SHMF_LAGRANGE, 10, nullptr), 1331u);
+  EXPECT_EQ(shmf_node_places(SHMF_HEXAHEDRON, SHMF_LAGRANGE, 11, nullptr), 0u);
+  EXPECT_EQ(shmf_node_places(SHMF_POLYGON, SHMF_LAGRANGE, 1, nullptr), 0u);
 }
 
 TEST(CInterface, NullIsMisuseEverywhere) {

@@ -18,12 +18,14 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import gmsh
 import netCDF4
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkGenericCell, vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
 from vtkmodules.vtkFiltersGeneral import vtkWarpVector
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY, SHM = (str(Path(path).resolve()) for path in sys.argv[1:3])
@@ -32,7 +34,7 @@ os.environ["SHMFORMAT_LIBRARY"] = LIBRARY
 sys.path.insert(0, str(ROOT / "bindings" / "python"))
 import shmformat  # noqa: E402
 import shmformat.vtk  # noqa: E402
-from shmformat._library import KINDS, vtk_type  # noqa: E402
+from shmformat._library import KINDS, cell_order, node_places, vtk_type  # noqa: E402
 from vtk_corpus import Exodus, corpus, exodus_files  # noqa: E402
 
 
@@ -202,6 +204,112 @@ def one_by_one(types, offsets, points):
     return [(kind, points[begin:end]) for kind, begin, end in zip(types, offsets, offsets[1:])]
 
 
+class HighOrder(Case):
+    """Nodes of cells of order 3 and higher are where shmformat._library.node_places() states."""
+    def check_places(self, source):
+        """The cells of the file must be straight. Returns the kinds of its blocks."""
+        packed = self.path("packed.shm")
+        subprocess.run([SHM, "compress", "-f", source, "-o", packed], check=True, stdout=subprocess.DEVNULL)
+        with shmformat.open(packed) as mesh:
+            whole, blocks = mesh.read(), mesh.blocks
+            surface = mesh.boundary(subdivide=True)
+        # The faces of the solids and the flat cells on them are divided alike.
+        sizes = np.diff(surface.offsets)
+        for size, shape in ((3, "triangle"), (4, "quad")):
+            flat = [(block.cells, block.node_scheme, cell_order(block.shape, block.nodes_per_cell, block.node_scheme))
+                    for block in blocks if block.shape == shape]
+            if flat:
+                self.assertEqual((sizes == size).sum(),
+                                 sum(2 * cells * (order**2 if scheme == "lagrange" else 1) for cells, scheme, order in flat))
+        for i, block in enumerate(blocks):
+            order = cell_order(block.shape, block.nodes_per_cell, block.node_scheme)
+            if order < 2:
+                continue
+            places = node_places(block.shape, block.node_scheme, order) / order
+            for cell in np.flatnonzero(whole.cells.blocks == i):
+                at = whole.points[whole.cells.connectivity[whole.cells.offsets[cell]:whole.cells.offsets[cell + 1]]]
+                x, y, z = places.T
+                origin = at[0]
+                if block.shape in ("triangle", "tetrahedron", "line", "wedge"):
+                    axes = {"line": (1,), "triangle": (1, 2)}.get(block.shape, (1, 2, 3))
+                    expected = origin + sum(places[:, [a]] * (at[end] - origin) for a, end in enumerate(axes))
+                elif block.shape == "pyramid":
+                    expected = origin + x[:, None] * (at[1] - origin) + y[:, None] * (at[3] - origin) + z[:, None] * (at[4] - origin)
+                else:
+                    expected = origin + sum(places[:, [a]] * (at[end] - origin)
+                                            for a, end in enumerate((1, 3, 4)[:2 if block.shape == "quad" else 3]))
+                np.testing.assert_allclose(at, expected, atol=1e-9, err_msg=str(block))
+        return {(block.shape, block.nodes_per_cell, block.node_scheme) for block in blocks if block.shape != "vertex"}
+
+    def write_gmsh(self, order, incomplete, make):
+        gmsh.initialize(["gmsh", "-v", "0"])
+        try:
+            gmsh.option.setNumber("Mesh.SecondOrderIncomplete", int(incomplete))
+            make()
+            gmsh.model.mesh.setOrder(order)
+            gmsh.write(self.path("source.msh"))
+        finally:
+            gmsh.finalize()
+        return self.path("source.msh")
+
+    def test_places_are_those_of_gmsh(self):
+        scheme = ("lagrange", "serendipity")
+
+        def pyramids():  # a box that consists of six pyramids
+            gmsh.model.addDiscreteEntity(3, 1)
+            corners = [(0, 0, 0), (2, 0, 0), (2, 3, 0), (0, 3, 0), (0, 0, 4), (2, 0, 4), (2, 3, 4), (0, 3, 4), (1, 1.5, 2)]
+            gmsh.model.mesh.addNodes(3, 1, list(range(1, 10)), [x for point in corners for x in point])
+            bases = [(0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)]
+            gmsh.model.mesh.addElementsByType(1, 7, list(range(1, 7)), [n + 1 for base in bases for n in (*base, 8)])
+
+        def box(divided, simplices):
+            volume = gmsh.model.occ.addBox(0, 0, 0, 2, 3, 1)
+            gmsh.model.occ.synchronize()
+            for _, curve in gmsh.model.getEntities(1):
+                gmsh.model.mesh.setTransfiniteCurve(curve, divided)
+            for _, surface in gmsh.model.getEntities(2):
+                gmsh.model.mesh.setTransfiniteSurface(surface)
+                if not simplices:
+                    gmsh.model.mesh.setRecombine(2, surface)
+            gmsh.model.mesh.setTransfiniteVolume(volume)
+            gmsh.model.mesh.generate(3)
+
+        for order in (3, 4, 6, 7):
+            for incomplete in (False, True):
+                n, own = order + 1, scheme[incomplete]
+                nodes = 8 * order - 3 if incomplete else n * (n + 1) * (2 * n + 1) // 6
+                self.assertIn(("pyramid", nodes, own), self.check_places(self.write_gmsh(order, incomplete, pyramids)))
+                found = self.check_places(self.write_gmsh(order, incomplete, lambda: box(2, False)))
+                self.assertIn(("hexahedron", 12 * order - 4 if incomplete else n**3, own), found)
+                self.assertIn(("quad", 4 * order if incomplete else n**2, own), found)
+                found = self.check_places(self.write_gmsh(order, incomplete, lambda: box(2, True)))
+                self.assertIn(("tetrahedron", 6 * order - 2 if incomplete else n * (n + 1) * (n + 2) // 6, own), found)
+                self.assertIn(("triangle", 3 * order if incomplete else n * (n + 1) // 2, own), found)
+
+    def test_bezier_cells_come_back(self):
+        points = np.random.default_rng(3).random((27 + 8, 3))
+        blocks = [shmformat.Block(1, "", "hexahedron", 27, 1, "bezier"), shmformat.Block(2, "", "hexahedron", 8, 1)]
+        cells = shmformat.Cells(np.array([0, 27, 35]), np.arange(35), np.zeros(2, np.uint8), np.arange(2, dtype=np.uint32))
+        shmformat.write(self.path("bezier.shm"), points, cells, blocks=blocks)
+        with shmformat.open(self.path("bezier.shm")) as mesh:
+            self.assertEqual([block.node_scheme for block in mesh.blocks], ["bezier", "lagrange"])
+            self.assertEqual(mesh.read().cells.types.tolist(), [79, 12])
+        subprocess.run([SHM, "convert", self.path("bezier.shm"), self.path("bezier.vtu")], check=True, stdout=subprocess.DEVNULL)
+        reader = vtkXMLUnstructuredGridReader()
+        reader.SetFileName(self.path("bezier.vtu"))
+        reader.Update()
+        self.assertEqual([reader.GetOutput().GetCellType(i) for i in range(2)], [79, 12])
+        writer = shmformat.vtk.Writer()
+        writer.SetFileName(self.path("again.shm"))
+        writer.SetInputData(reader.GetOutput())
+        writer.Write()
+        with shmformat.open(self.path("again.shm")) as mesh:
+            self.assertEqual(sorted(block.node_scheme for block in mesh.blocks), ["bezier", "lagrange"])
+        with self.assertRaisesRegex(shmformat.Error, "no cell has the shape"):
+            shmformat.write(self.path("bad.shm"), points, shmformat.Cells(np.array([0, 20]), np.arange(20), np.zeros(1, np.uint8), np.zeros(1, np.uint32)),
+                            blocks=[shmformat.Block(1, "", "hexahedron", 20, 1, "bezier")])
+
+
 class Sets(Case):
     def parts(self, reader):
         """Returns the grids of the reader's output as a dictionary. The key of a grid is (name of its
@@ -354,6 +462,8 @@ class Sets(Case):
         points = np.random.default_rng(5).random((sum(nodes for _, nodes in kinds), 3)).astype(np.float32)
         offsets = np.cumsum([0] + [nodes for _, nodes in kinds])
         for kind, begin in zip(kinds, offsets):
+            if kind not in KINDS:  # of order 3 or higher
+                continue
             cell = self.cell(kind)
             for ids in (cell.GetEdge(edge).GetPointIds() for edge in range(cell.GetNumberOfEdges())):
                 if ids.GetNumberOfIds() == 3:
@@ -411,6 +521,7 @@ class Sets(Case):
 
     def test_sides_are_those_that_the_tool_takes_out(self):
         kinds = [kind for kind in KINDS if kind[0] in self.SHAPES]
+        kinds += [("triangle", 10), ("quad", 25), ("tetrahedron", 35), ("pyramid", 30), ("wedge", 75), ("hexahedron", 64)]
         self.all_sides(kinds)
         parts = self.parts(self.read(self.path("all.shm"), blocks=True, sets=True))
         for i, kind in enumerate(kinds):

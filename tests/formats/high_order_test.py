@@ -40,14 +40,61 @@ HEX27_CENTRES = {20: range(8), 21: (0, 1, 2, 3), 22: (4, 5, 6, 7), 23: (0, 3, 7,
 
 def interpolated(corners, parameters):
     """The points of a straight cell at parametric coordinates, of shape (n, axes of the cell). The weights of the
-    corners follow from the number of axes and corners: products of r or 1 - r, or barycentric coordinates."""
+    corners follow from the number of axes and corners: products of r or 1 - r, or barycentric coordinates, or both in
+    wedges."""
     axes = parameters.shape[1]
-    if len(corners) == 2**axes:
+    if len(corners) == 6:
+        around = np.column_stack([1 - parameters[:, :2].sum(axis=1), parameters[:, :2]])
+        weights = np.hstack([around * (1 - parameters[:, 2:]), around * parameters[:, 2:]])
+    elif len(corners) == 2**axes:
         at = CORNERS[:len(corners), :axes]
         weights = np.prod(np.where(at[None] == 1, parameters[:, None], 1 - parameters[:, None]), axis=2)
     else:
         weights = np.column_stack([1 - parameters.sum(axis=1), parameters])
     return weights @ corners
+
+
+def write_prisms(path, order, incomplete=False):
+    """Writes a Gmsh file with prisms of an order, and with the cells of their surface. Returns the number of cells,
+    except for points."""
+    gmsh.initialize(["gmsh", "-v", "0"])
+    try:
+        gmsh.option.setNumber("Mesh.SecondOrderIncomplete", int(incomplete))
+        geo = gmsh.model.geo
+        points = [geo.addPoint(*at) for at in ((0, 0, 0), (2.25, 0, 0), (0, 1.5, 0))]
+        lines = [geo.addLine(points[i], points[(i + 1) % 3]) for i in range(3)]
+        for line in lines:
+            geo.mesh.setTransfiniteCurve(line, 2)
+        surface = geo.addPlaneSurface([geo.addCurveLoop(lines)])
+        geo.extrude([(2, surface)], 0, 0, 1.75, [2], recombine=True)
+        geo.synchronize()
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(order)
+        gmsh.write(path)
+        return sum(len(tags) for dim in (1, 2, 3) for tags in gmsh.model.mesh.getElements(dim)[1])
+    finally:
+        gmsh.finalize()
+
+
+def element_points(path):
+    """For each element type of a Gmsh file: the coordinates of the nodes of each element."""
+    gmsh.initialize(["gmsh", "-v", "0"])
+    try:
+        gmsh.open(path)
+        tags, points, _ = gmsh.model.mesh.getNodes()
+        place = {tag: i for i, tag in enumerate(tags)}
+        points = points.reshape(-1, 3)
+        found = {}
+        for kind, elements, nodes in zip(*gmsh.model.mesh.getElements()):
+            rows = np.array([place[tag] for tag in nodes]).reshape(len(elements), -1)
+            found[kind] = points[rows]
+        return found
+    finally:
+        gmsh.finalize()
+
+
+def sorted_by_centre(elements):
+    return elements[np.lexsort(np.round(elements.mean(axis=1), 6).T)]
 
 
 def write_box(path, order, simplices=False):
@@ -100,7 +147,7 @@ class HighOrderTest(FolderTest):
             coordinates = np.array([coordinates[i] for i in range(3 * count)]).reshape(-1, 3)[:, :axes]
             if cell.GetClassName() == "vtkCubicLine":  # the only class whose coordinates range from -1 to 1
                 coordinates = (coordinates + 1) / 2
-            corners = 2 if axes == 1 else {2: cell.GetNumberOfEdges(), 3: 8 - 4 * (cell.GetNumberOfFaces() == 4)}[axes]
+            corners = 2 if axes == 1 else cell.GetNumberOfEdges() if axes == 2 else {4: 4, 5: 6, 6: 8}[cell.GetNumberOfFaces()]
             nodes = np.array([cell.GetPointId(i) for i in range(count)])
             self.check_points(points, nodes, coordinates, corners, f"{path} {cell.GetClassName()}")
         self.assertEqual(found, cells, path)
@@ -193,6 +240,36 @@ class HighOrderTest(FolderTest):
                     self.shm("convert", self.path(first), self.path("from_" + second))
                     self.check(self.path("from_" + second), cells)
 
+    def test_prisms_of_each_order(self):
+        for order in range(1, 8):
+            source, again = self.path("prisms.msh"), self.path("again.msh")
+            cells = write_prisms(source, order)
+            for target in ("prisms.vtu", "prisms.vtk"):
+                self.shm("convert", source, self.path(target))
+                self.check_vtk(self.path(target), cells)
+                self.shm("convert", self.path(target), again)
+                before, after = element_points(source), element_points(again)
+                self.assertEqual(sorted(before), sorted(after))
+                for kind in before:
+                    np.testing.assert_allclose(sorted_by_centre(before[kind]), sorted_by_centre(after[kind]), atol=1e-12,
+                                               err_msg=f"{target} {kind}")
+
+    def test_incomplete_cells(self):
+        """VTK and Exodus have no serendipity cells of order 3 and higher; Gmsh calls them incomplete."""
+        source, packed, back = (self.path(name) for name in ("prisms.msh", "prisms.shm", "back.msh"))
+        for order in (3, 4, 7):
+            write_prisms(source, order, incomplete=True)
+            self.shm("compress", source, "-o", packed)
+            blocks = json.loads(self.shm("info", packed, "--json"))["blocks"]
+            self.assertEqual({(block["shape"], block["order"], block["node_scheme"]) for block in blocks},
+                             {("vertex", None, "lagrange"), ("line", order, "lagrange"), ("triangle", order, "serendipity"),
+                              ("quad", order, "serendipity"), ("wedge", order, "serendipity")})
+            self.shm("decompress", packed, "-o", back)
+            self.shm("diff", source, back)
+            for target in ("prisms.vtu", "prisms.vtk", "prisms.e"):
+                message = self.shm("convert", source, self.path(target), "--strict", code=6)
+                self.assertIn(f"serendipity wedge with {9 * order - 3} nodes".encode(), message)
+
     def test_orders_that_exodus_lacks(self):
         source, target = self.path("four.msh"), self.path("four.e")
         write_box(source, 4)
@@ -261,8 +338,12 @@ class HighOrderTest(FolderTest):
             with netCDF4.Dataset(self.path("one.e")) as file:
                 self.assertEqual(file["connect1"].elem_type, f"OTHER{nodes}")
             self.shm("compress", source, "-o", self.path("one.shm"))
+            block = json.loads(self.shm("info", self.path("one.shm"), "--json"))["blocks"][0]
+            order = {64: 3, 27: 2}.get(nodes)
+            self.assertEqual((block["order"], block["node_scheme"]), (order, "bezier" if order else "lagrange"))
             self.shm("decompress", self.path("one.shm"), "-o", self.path("one.vtk"))
             self.shm("diff", source, self.path("one.vtk"))
+            self.shm("convert", source, self.path("one.msh"), code=3)
 
     def test_orders_that_differ_by_axis(self):
         """A quad of 16 nodes has order 3, or orders 7 and 1. An array of VTK tells which."""

@@ -300,6 +300,7 @@ const std::map<std::string, Pins> kPinned = {
     {"second_order", {0x8595f58e92127716, 0x6a33623c1c1463a2}},
     {"second_order_stream", {0x7dd2c91b80993d63, 0xe5e2f68815626070}},
     {"grid_nodes", {0xd1643cc680dedc0f, 0x20c91a3fa8c53b32}},
+    {"high_order", {0x06a6b90afba19c93, 0x0c398c40b6bba79b}},
     {"grid_nodes_stream", {0xb0bf95a8183bcd77, 0x2e5557729746d639}},
     {"degenerate", {0xa88e9cc480a90d58, 0x7e54d8363e7d2b91}},
     {"arrays", {0xa7e13719ddfdf345, 0x8f1976465b08b40c}},

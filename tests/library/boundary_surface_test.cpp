@@ -360,6 +360,15 @@ void expect_closed(const BoundarySurface& surface) {
   EXPECT_GT(volume_within(surface), 0);
 }
 
+/// Returns a mesh of one cell.
+TestMesh cell_of_places(CellShape shape, std::uint32_t order,
+                        NodeScheme scheme = NodeScheme::lagrange) {
+  SecondOrderMesh mesh;
+  const std::size_t nodes = node_places(shape, scheme, order).size();
+  mesh.add_places(mesh.add_block(shape, static_cast<std::uint32_t>(nodes), scheme), {});
+  return mesh.finish();
+}
+
 TEST(BoundarySurface, DividesCurvedSides) {
   BoundaryOptions options;
   options.subdivide = true;
@@ -370,17 +379,23 @@ TEST(BoundarySurface, DividesCurvedSides) {
   using enum CellShape;
   const std::vector<std::size_t> all = {0, 1, 2, 3, 4, 5, 6, 7}, six = {0, 1, 3, 4, 5, 7},
                                  four = {0, 1, 3, 4}, five = {0, 1, 2, 3, 4};
-  const std::vector<Curved> solids = {{curved_cell(hexahedron, 9, all), {1, 1, 1, 1, 1, 1}},
-                                      {curved_cell(hexahedron, 20, all), {5, 5, 5, 5, 5, 5}},
-                                      {curved_cell(hexahedron, 24, all), {4, 4, 4, 4, 5, 5}},
-                                      {curved_cell(hexahedron, 27, all), {4, 4, 4, 4, 4, 4}},
-                                      {turned_grids(1, 1, 1, 3), {9, 9, 9, 9, 9, 9}},
-                                      {turned_grids(1, 1, 1, 4), {16, 16, 16, 16, 16, 16}},
-                                      {curved_cell(tetrahedron, 10, four), {4, 4, 4, 4}},
-                                      {curved_cell(pyramid, 13, five), {4, 4, 4, 4, 5}},
-                                      {curved_cell(pyramid, 14, five), {4, 4, 4, 4, 4}},
-                                      {curved_cell(wedge, 15, six), {5, 5, 5, 4, 4}},
-                                      {curved_cell(wedge, 18, six), {4, 4, 4, 4, 4}}};
+  const std::vector<Curved> solids = {
+      {curved_cell(hexahedron, 9, all), {1, 1, 1, 1, 1, 1}},
+      {curved_cell(hexahedron, 20, all), {5, 5, 5, 5, 5, 5}},
+      {curved_cell(hexahedron, 24, all), {4, 4, 4, 4, 5, 5}},
+      {curved_cell(hexahedron, 27, all), {4, 4, 4, 4, 4, 4}},
+      {turned_grids(1, 1, 1, 3), {9, 9, 9, 9, 9, 9}},
+      {turned_grids(1, 1, 1, 4), {16, 16, 16, 16, 16, 16}},
+      {curved_cell(tetrahedron, 10, four), {4, 4, 4, 4}},
+      {curved_cell(pyramid, 13, five), {4, 4, 4, 4, 5}},
+      {curved_cell(pyramid, 14, five), {4, 4, 4, 4, 4}},
+      {curved_cell(wedge, 15, six), {5, 5, 5, 4, 4}},
+      {curved_cell(wedge, 18, six), {4, 4, 4, 4, 4}},
+      {cell_of_places(tetrahedron, 3), {9, 9, 9, 9}},
+      {cell_of_places(pyramid, 4), {16, 16, 16, 16, 16}},
+      {cell_of_places(wedge, 5), {25, 25, 25, 25, 25}},
+      {cell_of_places(wedge, 3, NodeScheme::serendipity), {1, 1, 1, 1, 1}},
+      {cell_of_places(hexahedron, 2, NodeScheme::bezier), {1, 1, 1, 1, 1, 1}}};
   for (const Curved& solid : solids) {
     const BlockInfo& block = solid.mesh.schema.blocks[0];
     SCOPED_TRACE(std::string(shape_name(block.shape)) + std::to_string(block.nodes_per_cell));
@@ -398,7 +413,7 @@ TEST(BoundarySurface, DividesCurvedSides) {
   };
   for (const Flat& flat : std::vector<Flat>{{line, 3, {0, 1}, 2},
                                             {triangle, 6, {0, 1, 2}, 4},
-                                            {triangle, 7, {0, 1, 2}, 3},
+                                            {triangle, 7, {0, 1, 2}, 4},
                                             {quad, 8, {0, 1, 2, 3}, 5},
                                             {quad, 9, {0, 1, 2, 3}, 4}}) {
     const TestMesh mesh = curved_cell(flat.shape, flat.nodes, flat.corners);

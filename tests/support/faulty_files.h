@@ -77,6 +77,7 @@ class FaultyFiles {
     copies_of_vertices();
     broken_bitstreams({"copied_vertices"});
     broken_bitstreams({"grid_nodes", "patterns_grid_nodes"});
+    node_schemes();
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -194,14 +195,19 @@ class FaultyFiles {
         with("segments", [](auto& it) { it.find(ChunkKind::group, 4)->header.segment = 0; }));
   }
 
+  /// Adds a file whose schema is changed by `lie`.
+  void add_schema(const std::string& sentence, const std::function<void(Schema&)>& lie) {
+    Schema schema = hexahedra_schema();
+    schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
+    lie(schema);
+    FileParts parts;
+    parts.chunks.push_back(chunk_of(ChunkKind::schema, schema_payload(schema)));
+    add(kCorrupt, "Schema: " + sentence, put_together(std::move(parts)));
+  }
+
   void schemas() {
     const auto of = [&](const std::string& sentence, const std::function<void(Schema&)>& lie) {
-      Schema schema = hexahedra_schema();
-      schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
-      lie(schema);
-      FileParts parts;
-      parts.chunks.push_back(chunk_of(ChunkKind::schema, schema_payload(schema)));
-      add(kCorrupt, "Schema: " + sentence, put_together(std::move(parts)));
+      add_schema(sentence, lie);
     };
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     of("order 3.", [](Schema& s) { s.order = static_cast<Order>(3); });
@@ -262,6 +268,20 @@ class FaultyFiles {
   }
 
   /// Adds files with a chunk of extras whose packed blob contradicts its declared size and method.
+  void node_schemes() {
+    const auto add_block = [&](const std::string& sentence, CellShape shape, std::uint32_t nodes,
+                               NodeScheme scheme) {
+      add_schema(sentence, [&](Schema& s) { s.blocks[0] = {1, "", shape, nodes, scheme}; });
+    };
+    add_block("node scheme 3.", CellShape::hexahedron, 27, static_cast<NodeScheme>(3));
+    add_block("a serendipity hexahedron of 20 nodes.", CellShape::hexahedron, 20,
+              NodeScheme::serendipity);
+    add_block("a serendipity line.", CellShape::line, 4, NodeScheme::serendipity);
+    add_block("a Bezier polygon.", CellShape::polygon, 6, NodeScheme::bezier);
+    add_block("a Bezier quad of 4 nodes.", CellShape::quad, 4, NodeScheme::bezier);
+    add_block("Bezier cells with any number of nodes.", CellShape::quad, 0, NodeScheme::bezier);
+  }
+
   void blobs() {
     const auto extra = [&](const char* sentence, Bytes payload, ErrorCode code = kCorrupt) {
       add(code, std::string("A packed blob: ") + sentence, with("keep", [&](auto& it) {

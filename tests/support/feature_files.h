@@ -1246,6 +1246,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("second_order_stream", written(with_order(second_order_grid(3, 2, 2, 27), stream, true, 0), 5,
                                      ConnectivityCodec::replay));
   add("grid_nodes", written(grids_of_nodes()));
+  add("high_order", written(high_order_cells()));
   add("grid_nodes_stream", written(with_order(grids_of_nodes(), stream, false, 3), 5,
                                    ConnectivityCodec::replay, Level::best));
   add("degenerate", written(degenerate_hexahedra()));

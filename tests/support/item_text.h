@@ -152,6 +152,8 @@ class ItemText {
       field("block id", block.id);
       out_ += " '" + block.name + "' " + std::string(shape_name(block.shape));
       field(", nodes", block.nodes_per_cell);
+      if (block.scheme != NodeScheme::lagrange)
+        out_ += ", " + std::string(scheme_name(block.scheme));
       out_ += '\n';
     }
     for (std::size_t a = 0; a < schema_.arrays.size(); ++a) {

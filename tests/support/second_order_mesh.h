@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "mesh/node_layout.h"
+#include "shm/cell_nodes.h"
 #include "support/test_mesh.h"
 
 namespace shm {
@@ -26,10 +27,21 @@ class SecondOrderMesh {
   }
 
   /// Adds a block of cells with `nodes` nodes each. Returns the index of the block.
-  std::uint32_t add_block(CellShape shape, std::uint32_t nodes) {
+  std::uint32_t add_block(CellShape shape, std::uint32_t nodes,
+                          NodeScheme scheme = NodeScheme::lagrange) {
     const auto block = static_cast<std::uint32_t>(mesh_.schema.blocks.size());
-    mesh_.schema.blocks.push_back({block + 1, "", shape, nodes});
+    mesh_.schema.blocks.push_back({block + 1, "", shape, nodes, scheme});
     return block;
+  }
+  /// Adds a straight cell of the order of its block, 1 to 10. `from`: its corner 0.
+  void add_places(std::uint32_t block, const Point& from) {
+    const BlockInfo& info = mesh_.schema.blocks[block];
+    TestCell cell;
+    cell.block = block;
+    for (const NodePlace& place : node_places(info.shape, info.scheme, cell_order(info)))
+      cell.corners.push_back(
+          number({4 * (from[0] + place[0]), 4 * (from[1] + place[1]), 4 * (from[2] + place[2])}));
+    mesh_.cells.push_back(std::move(cell));
   }
   /// Adds a cell. All coordinates of `corners` must be multiples of 8.
   void add(std::uint32_t block, const std::vector<Point>& corners) {
@@ -113,6 +125,26 @@ inline std::vector<SecondOrderMesh::Point> cube_at(std::int64_t x, std::int64_t 
     for (const auto& [i, j] : {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)})
       corners.push_back({8 * (x + i), 8 * (y + j), 8 * (z + k)});
   return corners;
+}
+
+/// Returns cells of all shapes, schemes and some orders above 2. Some of them share nodes.
+inline TestMesh high_order_cells() {
+  using enum CellShape;
+  SecondOrderMesh mesh;
+  std::int64_t row = 0;
+  for (const CellShape shape : {hexahedron, wedge, pyramid, tetrahedron, quad, triangle, line})
+    for (const NodeScheme scheme :
+         {NodeScheme::lagrange, NodeScheme::serendipity, NodeScheme::bezier}) {
+      if (shape == line && scheme == NodeScheme::serendipity) continue;
+      for (const std::uint32_t order : {2u, 3u, 5u}) {
+        if (order == 2 && scheme != NodeScheme::bezier) continue;
+        const auto nodes = static_cast<std::uint32_t>(node_places(shape, scheme, order).size());
+        const std::uint32_t block = mesh.add_block(shape, nodes, scheme);
+        for (const std::int64_t x : {0u, order}) mesh.add_places(block, {x, 6 * row, 0});
+        ++row;
+      }
+    }
+  return mesh.finish();
 }
 
 /// Returns a grid of hexahedra with the given number of nodes per cell.

@@ -163,10 +163,38 @@ typedef enum shmf_shape {
      vertex again. */
   SHMF_FACES = 11
 } shmf_shape;
+
+/* Meaning of the nodes of a cell that are not corners. */
+typedef enum shmf_node_scheme {
+  /* Nodes on the cell. This includes all cells of orders 1 and 2, except Bezier cells of order 2.
+   */
+  SHMF_LAGRANGE = 0,
+  /* Nodes on the cell, of order 3 or higher, at corners and on edges only. */
+  SHMF_SERENDIPITY = 1,
+  /* Control points of order 2 or higher. The corners are on the cell, the others are not. */
+  SHMF_BEZIER = 2
+} shmf_node_scheme;
+
+/* In the following functions, `shape` is a shmf_shape and `node_scheme` a shmf_node_scheme. */
+
 /* Returns VTK's cell type for a shape with `nodes` nodes, e.g. 12, 25 or 29 for a hexahedron with
    8, 20 or 27 nodes, and 72 (Lagrange) for a hexahedron of order 3 to 10. Returns 2 (a poly-vertex)
    if VTK has no such cell, 41 (a convex point set) for SHMF_POLYHEDRON, and 42 for SHMF_FACES. */
-SHMF_API int32_t shmf_vtk_cell_type(int32_t shape, uint32_t nodes);
+SHMF_API int32_t shmf_vtk_cell_type(int32_t shape, uint32_t nodes, int32_t node_scheme);
+
+/* Returns the order of the polynomials on a cell with `nodes` nodes, 1 to 10, or 0 if it is
+   unknown. Hexahedra with 20 and with 27 nodes have order 2. */
+SHMF_API uint32_t shmf_cell_order(int32_t shape, uint32_t nodes, int32_t node_scheme);
+
+/* Returns the number of nodes of a cell of order `order`, 1 to 10, or 0 if no such cell exists. If
+   `places` is not NULL, stores three bytes for each node in it: the steps of the node along the
+   axes of the cell, each from 0 to `order`. At most 3993 bytes are stored. A cell of order 2 that
+   lacks some nodes, e.g. a hexahedron with 20, has the first ones of these. The axes lead from
+   corner 0 to corners 1, 2 and 3 of a tetrahedron or wedge, and to corners 1, 3 and 4 of a pyramid
+   or hexahedron. The specification, section "Nodes of cells of higher order", explains the places.
+ */
+SHMF_API uint32_t shmf_node_places(int32_t shape, int32_t node_scheme, uint32_t order,
+                                   uint8_t* places);
 
 /* Locations of arrays: vertices, cells, the whole mesh, or members of sets. Arrays at the last four
    locations have time steps. */
@@ -286,6 +314,9 @@ typedef struct shmf_block {
   /* Number of nodes of each cell; 0: the number varies from cell to cell. */
   uint32_t nodes_per_cell;
   uint64_t cells; /* Number of cells. Writers ignore this member. */
+  /* Meaning of the nodes that are not corners, a shmf_node_scheme. */
+  int32_t node_scheme;
+  int32_t reserved;
 } shmf_block;
 SHMF_API shmf_status shmf_get_block(const shmf_file* file, uint32_t block, shmf_block* info,
                                     shmf_error* error);

@@ -1,36 +1,50 @@
 #include "cell_types.h"
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
+#include <optional>
+#include <vector>
 
+#include "shm/cell_nodes.h"
 #include "shmformat.h"
 
 namespace shmf {
 namespace {
 
-/// Returns VTK's type of Lagrange cells with this shape and number of nodes, of orders 3 to 10, or
-/// 0 if VTK has no such cells.
-std::uint8_t lagrange_type(shm::CellShape shape, std::uint64_t nodes) {
-  using shm::CellShape;
-  for (std::uint64_t n = 4; n <= 11; ++n) {  // nodes along an edge
-    const std::uint64_t triangle = n * (n + 1) / 2;
-    if (shape == CellShape::line && nodes == n) return 68;
-    if (shape == CellShape::triangle && nodes == triangle) return 69;
-    if (shape == CellShape::quad && nodes == n * n) return 70;
-    if (shape == CellShape::tetrahedron && nodes == triangle * (n + 2) / 3) return 71;
-    if (shape == CellShape::hexahedron && nodes == n * n * n) return 72;
-    if (shape == CellShape::wedge && nodes == triangle * n) return 73;
-  }
+/// Returns the block of a cell, or nothing if its numbers are out of range.
+std::optional<shm::BlockInfo> block_from(int32_t shape, uint32_t nodes, int32_t node_scheme) {
+  if (shape < SHMF_OTHER || shape > SHMF_FACES || node_scheme < SHMF_LAGRANGE ||
+      node_scheme > SHMF_BEZIER)
+    return std::nullopt;
+  return shm::BlockInfo{
+      0, {}, static_cast<shm::CellShape>(shape), nodes, static_cast<shm::NodeScheme>(node_scheme)};
+}
+
+/// Returns VTK's type of Lagrange or Bezier cells of a block, or 0 if VTK has no such cells.
+std::uint8_t high_order_type(const shm::BlockInfo& block) {
+  // VTK's types 68 to 73 are Lagrange cells of these shapes, types 75 to 80 Bezier cells.
+  constexpr shm::CellShape kShapes[] = {shm::CellShape::line,       shm::CellShape::triangle,
+                                        shm::CellShape::quad,       shm::CellShape::tetrahedron,
+                                        shm::CellShape::hexahedron, shm::CellShape::wedge};
+  const bool is_bezier = block.scheme == shm::NodeScheme::bezier;
+  if (block.scheme == shm::NodeScheme::serendipity || cell_order(block) < (is_bezier ? 2u : 3u))
+    return 0;
+  for (std::uint8_t i = 0; i < std::size(kShapes); ++i)
+    if (kShapes[i] == block.shape) return static_cast<std::uint8_t>((is_bezier ? 75 : 68) + i);
   return 0;
 }
 
 }  // namespace
 
-std::uint8_t vtk_cell_type(shm::CellShape shape, std::uint64_t nodes) {
+std::uint8_t vtk_cell_type(const shm::BlockInfo& of_block, std::uint64_t nodes) {
+  shm::BlockInfo block = of_block;
+  block.nodes_per_cell = static_cast<std::uint32_t>(nodes);
+  const shm::CellShape shape = block.shape;
   using shm::CellShape;
   struct Kind {
     CellShape shape;
-    std::uint64_t nodes;
-    std::uint8_t type;
+    std::uint8_t nodes, type;
   };
   constexpr std::uint8_t kPolyVertex = 2;
   constexpr Kind kKinds[] = {
@@ -49,17 +63,32 @@ std::uint8_t vtk_cell_type(shm::CellShape shape, std::uint64_t nodes) {
   if (shape == CellShape::polygon) return 7;
   if (shape == CellShape::polyhedron) return 41;
   if (shape == CellShape::faces) return 42;
-  for (const Kind& kind : kKinds)
-    if (kind.shape == shape && kind.nodes == nodes) return kind.type;
-  const std::uint8_t lagrange = lagrange_type(shape, nodes);
-  return lagrange != 0 ? lagrange : kPolyVertex;
+  if (block.scheme == shm::NodeScheme::lagrange)
+    for (const Kind& kind : kKinds)
+      if (kind.shape == shape && kind.nodes == nodes) return kind.type;
+  const std::uint8_t high_order = high_order_type(block);
+  return high_order != 0 ? high_order : kPolyVertex;
 }
 
 }  // namespace shmf
 
-int32_t shmf_vtk_cell_type(int32_t shape, uint32_t nodes) {
-  if (shape < 0 || shape > std::numeric_limits<std::uint8_t>::max()) return 2;
-  return shmf::vtk_cell_type(static_cast<shm::CellShape>(shape), nodes);
+int32_t shmf_vtk_cell_type(int32_t shape, uint32_t nodes, int32_t node_scheme) {
+  const auto block = shmf::block_from(shape, nodes, node_scheme);
+  return block ? shmf::vtk_cell_type(*block, nodes) : 2;
+}
+
+uint32_t shmf_cell_order(int32_t shape, uint32_t nodes, int32_t node_scheme) {
+  const auto block = shmf::block_from(shape, nodes, node_scheme);
+  return block ? shm::cell_order(*block) : 0;
+}
+
+uint32_t shmf_node_places(int32_t shape, int32_t node_scheme, uint32_t order, uint8_t* places) {
+  const auto block = shmf::block_from(shape, 0, node_scheme);
+  if (!block) return 0;
+  const std::vector<shm::NodePlace> all = shm::node_places(block->shape, block->scheme, order);
+  if (places != nullptr)
+    for (const shm::NodePlace& place : all) places = std::copy(place.begin(), place.end(), places);
+  return static_cast<uint32_t>(all.size());
 }
 
 size_t shmf_type_bytes(int32_t type) {

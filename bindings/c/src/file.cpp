@@ -103,6 +103,7 @@ shm::Result<shmf_block> block_of(const shm::Schema& schema, std::uint32_t block)
   info.name = from.name.c_str();
   info.shape = static_cast<std::int32_t>(from.shape);
   info.nodes_per_cell = from.nodes_per_cell;
+  info.node_scheme = static_cast<std::int32_t>(from.scheme);
   return info;
 }
 

@@ -102,7 +102,7 @@ MeshPass::MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates,
   arrays_.erase(std::unique(arrays_.begin(), arrays_.end()), arrays_.end());
   for (const shm::BlockInfo& block : file.schema().blocks)
     types_.push_back(block.nodes_per_cell == 0 ? std::uint8_t{0}
-                                               : vtk_cell_type(block.shape, block.nodes_per_cell));
+                                               : vtk_cell_type(block, block.nodes_per_cell));
 }
 
 Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& options) {
@@ -247,7 +247,7 @@ Result<void> MeshPass::append(const MeshBlock& block, std::size_t first, std::si
           const std::uint64_t nodes = block.corner_begin[c + 1] - block.corner_begin[c];
           target.put_byte(
               next_cell_ + (c - first),
-              types_[b] != 0 ? types_[b] : vtk_cell_type(file_->schema().blocks[b].shape, nodes));
+              types_[b] != 0 ? types_[b] : vtk_cell_type(file_->schema().blocks[b], nodes));
         }
         break;
       case SHMF_CELL_NUMBERS:

@@ -494,8 +494,11 @@ shmf_status shmf_writer_block(shmf_writer* writer, const shmf_block* block, shmf
     if (!own) return own.error();
     if (own->shape < SHMF_OTHER || own->shape > SHMF_FACES)
       return misuse("no shape " + std::to_string(own->shape));
+    if (own->node_scheme < SHMF_LAGRANGE || own->node_scheme > SHMF_BEZIER)
+      return misuse("no node scheme " + std::to_string(own->node_scheme));
     writer->schema.blocks.push_back({own->id, shmf::text_of(own->name),
-                                     static_cast<shm::CellShape>(own->shape), own->nodes_per_cell});
+                                     static_cast<shm::CellShape>(own->shape), own->nodes_per_cell,
+                                     static_cast<shm::NodeScheme>(own->node_scheme)});
     return {};
   });
 }

@@ -114,7 +114,7 @@ TYPES = {dtype: number for number, dtype in DTYPES.items()}
 
 SHAPES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron", "pyramid", "wedge",
           "hexahedron", "polyhedron", "faces")
-
+NODE_SCHEMES = ("lagrange", "serendipity", "bezier")
 
 # For each VTK cell type with a fixed number of nodes: shape and number of nodes.
 KINDS = (("vertex", 1), ("line", 2), ("line", 3), ("line", 4), ("triangle", 3), ("triangle", 6), ("triangle", 7), ("quad", 4),
@@ -122,12 +122,25 @@ KINDS = (("vertex", 1), ("line", 2), ("line", 3), ("line", 4), ("triangle", 3), 
          ("wedge", 6), ("wedge", 15), ("wedge", 18), ("hexahedron", 8), ("hexahedron", 20), ("hexahedron", 24),
          ("hexahedron", 27))
 POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK cell types whose number of nodes varies
-# VTK cell types of Lagrange cells. The number of nodes depends on the order.
-LAGRANGE = {68: "line", 69: "triangle", 70: "quad", 71: "tetrahedron", 72: "hexahedron", 73: "wedge"}
+# VTK cell types of Lagrange and Bezier cells: shape and node scheme. The number of nodes depends on the order.
+HIGH_ORDER = {first + i: (shape, scheme) for first, scheme in ((68, "lagrange"), (75, "bezier"))
+              for i, shape in enumerate(("line", "triangle", "quad", "tetrahedron", "hexahedron", "wedge"))}
 
 
-def vtk_type(shape: str, nodes: int) -> int:
-    return int(lib.shmf_vtk_cell_type(SHAPES.index(shape), nodes))
+def vtk_type(shape: str, nodes: int, scheme: str = "lagrange") -> int:
+    return int(lib.shmf_vtk_cell_type(SHAPES.index(shape), nodes, NODE_SCHEMES.index(scheme)))
+
+
+def cell_order(shape: str, nodes: int, scheme: str) -> int:
+    return int(lib.shmf_cell_order(SHAPES.index(shape), nodes, NODE_SCHEMES.index(scheme)))
+
+
+def node_places(shape: str, scheme: str, order: int) -> np.ndarray:
+    """Returns the places of the nodes of a cell of an order from 1 to 10: an array of shape (n, 3), with the steps of each node
+    along the axes of the cell. It is empty if no such cell exists."""
+    places = np.zeros((int(lib.shmf_node_places(SHAPES.index(shape), NODE_SCHEMES.index(scheme), order, ffi.NULL)), 3), np.uint8)
+    lib.shmf_node_places(SHAPES.index(shape), NODE_SCHEMES.index(scheme), order, ffi.from_buffer("uint8_t[]", places, True))
+    return places
 
 
 def copied(data: Any, shape: int | tuple[int, ...], dtype: Any) -> np.ndarray:

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Callable, Union
 
 import numpy as np
 
-from ._library import (DTYPES, SHAPES, TYPES, Error, check, copied, encoded, ffi, lib, raise_with, struct,
-                       text)
+from ._library import (DTYPES, HIGH_ORDER, KINDS, NODE_SCHEMES, SHAPES, TYPES, Error, cell_order, check, copied, encoded, ffi,
+                       lib, raise_with, struct, text, vtk_type)
 
 if TYPE_CHECKING:
     from ._remote import Remote
@@ -27,6 +27,19 @@ class Block:
     shape: str  # Shape of the cells, e.g. "hexahedron".
     nodes_per_cell: int  # Number of nodes of each cell; 0: the number varies from cell to cell.
     cells: int
+    # Meaning of the nodes that are not corners: "lagrange", nodes on the cell; "serendipity", nodes on its edges only
+    # (cells of order 3 and higher); "bezier", control points.
+    node_scheme: str = "lagrange"
+
+
+def high_order_block(index: int, name: str, kind: int, nodes: int, cells: int) -> Block:
+    """Returns the block for cells of the VTK type `kind`, Lagrange or Bezier cells with `nodes` nodes."""
+    shape, scheme = HIGH_ORDER[kind]
+    if vtk_type(shape, nodes, scheme) != kind:
+        if (shape, nodes) not in KINDS or (scheme == "bezier" and cell_order(shape, nodes, "lagrange") != 1):
+            raise ValueError(f"cells of VTK type {kind} with {nodes} nodes cannot be written")
+        scheme = "lagrange"  # of order 1, or a Lagrange cell of order 2
+    return Block(index, name, shape, nodes, cells, scheme)
 
 
 @dataclass(frozen=True)
@@ -423,7 +436,8 @@ class Mesh:
     @property
     def blocks(self) -> list[Block]:
         infos = (self._told("block", lib.shmf_get_block, i) for i in range(self._info.blocks))
-        return [Block(b.id, text(b.name), SHAPES[b.shape], b.nodes_per_cell, b.cells) for b in infos]
+        return [Block(b.id, text(b.name), SHAPES[b.shape], b.nodes_per_cell, b.cells, NODE_SCHEMES[b.node_scheme])
+                for b in infos]
 
     @property
     def segments(self) -> list[Segment]:

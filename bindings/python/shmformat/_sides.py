@@ -1,6 +1,6 @@
 """Finds the nodes of a side of a cell. Sides are numbered from 1 as in Exodus.
 
-The tables are the same as in converters/sets/set_cells.cpp, which `shm extract --set` uses; a test compares them.
+The tables are the same as in converters/sets/cell_sides.cpp, which `shm extract --set` uses; a test compares them.
 """
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ._library import vtk_type
-from ._mesh import Cells, Mesh
+from ._library import cell_order, node_places, vtk_type
+from ._mesh import Block, Cells, Mesh
 
 # For each shape: the corners of each side. Sides and corners are numbered as in the Exodus manual, but from 0.
 _SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
@@ -51,11 +51,9 @@ def is_flat(mesh: Mesh) -> bool:
 
 
 @lru_cache(maxsize=None)
-def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[int, ...]]:
-    """Returns the shape of a side, and its nodes in VTK's order. A node is given by its index in the node list of the
-    cell.
-
-    The list of nodes is empty if the side is unknown.
+def side_of(shape: str, nodes: int, scheme: str, side: int, flat: bool) -> tuple[str, str, tuple[int, ...]]:
+    """Returns the shape, the node scheme and the nodes of a side. A node is given by its index in the node list of the cell. The
+    list of nodes is empty if the side is unknown.
 
     flat: true if the mesh is two-dimensional, so that the sides of triangles and quads are edges.
     """
@@ -63,14 +61,22 @@ def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[i
     if flat and shape in ("triangle", "quad"):
         sides = sides[2:]
     if side < 1 or side > len(sides) or nodes < _CORNERS[shape]:
-        return "other", ()
-    corners, edges = sides[side - 1], _EDGES[shape]
+        return "other", "lagrange", ()
+    corners = sides[side - 1]
+    kind = _SHAPE_OF_SIDE[len(corners)]
+    of_side = "lagrange" if kind == "line" and scheme == "serendipity" else scheme
+    order = cell_order(shape, nodes, scheme)
+    found = _second_order(shape, nodes, corners) if order < 3 else _high_order(shape, scheme, order, corners)
+    return kind, of_side, found
+
+
+def _second_order(shape: str, nodes: int, corners: tuple[int, ...]) -> tuple[int, ...]:
+    edges = _EDGES[shape]
     first_edge = _CORNERS[shape]
     first_middle = first_edge + len(edges)
-    kind = _SHAPE_OF_SIDE[len(corners)]
     if nodes < first_middle:
-        return kind, corners
-    around = list(zip(corners, corners[1:] + corners[:1]))[:1 if kind == "line" else None]
+        return corners
+    around = list(zip(corners, corners[1:] + corners[:1]))[:1 if len(corners) == 2 else None]
     found = list(corners)
     for a, b in around:
         found.append(first_edge + (edges.index((a, b)) if (a, b) in edges else edges.index((b, a))))
@@ -78,32 +84,40 @@ def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[i
     middles = _MIDDLES.get(shape, ())
     if middle in middles and first_middle + middles.index(middle) < nodes:
         found.append(first_middle + middles.index(middle))
-    return kind, tuple(found)
+    return tuple(found)
 
 
-def sides_as_cells(cells: Cells, shapes: list[str], rows: np.ndarray, sides: np.ndarray,
+def _high_order(shape: str, scheme: str, order: int, corners: tuple[int, ...]) -> tuple[int, ...]:
+    """Returns the nodes of a side of a cell of order 3 or higher. The side has the same order."""
+    places = node_places(shape, scheme, order).astype(np.int64)
+    index = {tuple(place): i for i, place in enumerate(places.tolist())}
+    first = places[corners[0]]
+    along = (places[[corners[1], corners[-1]]] - first) // order
+    on_side = node_places(_SHAPE_OF_SIDE[len(corners)], scheme, order)[:, :2]
+    return tuple(index[tuple(place)] for place in (first + on_side @ along).tolist())
+
+
+def sides_as_cells(cells: Cells, blocks: list[Block], rows: np.ndarray, sides: np.ndarray,
                    flat: bool) -> tuple[Cells, np.ndarray]:
     """Converts sides to cells: each known side becomes a cell. Returns these cells, and for each of them the index of
-    its side in `sides`. Unknown sides are skipped.
+    its side in `sides`. Unknown sides are left out.
 
-    Unknown sides are left out.
-
-    shapes: for each block, the shape of its cells. rows: for each side, the index of its cell. sides: for each side,
+    rows: for each side, the index of its cell. sides: for each side,
     its number within the cell.
     """
     begin = np.asarray(cells.offsets, np.int64)[rows]
     size = np.asarray(cells.offsets, np.int64)[rows + 1] - begin
     keys = np.column_stack([cells.blocks[rows], size, sides]).astype(np.int64)
     groups, group_of = np.unique(keys, axis=0, return_inverse=True)
-    found = [side_of(shapes[block], size, side, flat) for block, size, side in groups.tolist()]
-    lengths = np.array([len(places) for _, places in found], np.int64)
-    types = np.array([vtk_type(shape, len(places)) if places else 0 for shape, places in found], np.uint8)
+    found = [side_of(blocks[block].shape, size, blocks[block].node_scheme, side, flat) for block, size, side in groups.tolist()]
+    lengths = np.array([len(places) for _, _, places in found], np.int64)
+    types = np.array([vtk_type(shape, len(places), scheme) if places else 0 for shape, scheme, places in found], np.uint8)
     group_of = group_of.reshape(-1)
     known = np.flatnonzero(lengths[group_of])
     group_of, begin = group_of[known], begin[known]
     offsets = np.concatenate([[0], np.cumsum(lengths[group_of])])
     nodes = np.empty(offsets[-1], np.int64)
     for group in np.unique(group_of).tolist():
-        own, places = np.flatnonzero(group_of == group), np.array(found[group][1])
+        own, places = np.flatnonzero(group_of == group), np.array(found[group][2])
         nodes[offsets[own][:, None] + np.arange(len(places))] = cells.connectivity[begin[own][:, None] + places]
     return Cells(offsets, nodes, types[group_of], keys[known, 0]), known

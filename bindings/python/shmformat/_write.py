@@ -7,7 +7,7 @@ from typing import Any, BinaryIO, Union
 
 import numpy as np
 
-from ._library import DTYPES, SHAPES, TYPES, Error, check, encoded, ffi, lib, raise_with, struct
+from ._library import DTYPES, NODE_SCHEMES, SHAPES, TYPES, Error, check, encoded, ffi, lib, raise_with, struct
 from ._mesh import Block, Cells, Extra, Mesh, Set
 from ._mesh import open as open_shm
 
@@ -252,6 +252,7 @@ def _cell_targets(cells: Cells | Any, blocks: Sequence[Block] | None, writer: _W
         made = struct("block")
         made.id, made.name = block.id, writer.kept(block.name)
         made.shape, made.nodes_per_cell = SHAPES.index(block.shape), block.nodes_per_cell
+        made.node_scheme = NODE_SCHEMES.index(block.node_scheme)
         writer(lib.shmf_writer_block, made)
     return [_target(lib.SHMF_CORNERS, corners, writer)] + more
 

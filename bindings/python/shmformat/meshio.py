@@ -21,7 +21,8 @@ import numpy as np
 from . import Block, Cells, Mesh, Set, Steps
 from . import open as open_shm
 from . import write as write_shm
-from ._library import KINDS, LAGRANGE, POLYGON, vtk_type
+from ._library import HIGH_ORDER, KINDS, POLYGON, vtk_type
+from ._mesh import high_order_block
 
 
 def _name(shape: str, nodes: int) -> str:
@@ -34,9 +35,9 @@ def _name(shape: str, nodes: int) -> str:
 # meshio has no type for pyramids with 19 nodes
 _SHAPES = {_name(*kind): kind for kind in KINDS if kind != ("pyramid", 19)}
 _NAMES = {vtk_type(*kind): name for name, kind in _SHAPES.items()} | {
-    kind: "VTK_LAGRANGE_" + {"line": "CURVE", "quad": "QUADRILATERAL"}.get(shape, shape.upper())
-    for kind, shape in LAGRANGE.items()}
-_LAGRANGE = {_NAMES[kind]: shape for kind, shape in LAGRANGE.items()}
+    kind: f"VTK_{scheme}_".upper() + {"line": "CURVE", "quad": "QUADRILATERAL"}.get(shape, shape.upper())
+    for kind, (shape, scheme) in HIGH_ORDER.items()}
+_HIGH_ORDER = {_NAMES[kind]: kind for kind in HIGH_ORDER}
 # The corner order of linear wedges in meshio has the opposite orientation from that in VTK.
 _ORDERS = {"wedge": [0, 2, 1, 3, 5, 4]}
 
@@ -110,13 +111,11 @@ def read(filename: str | os.PathLike[str], step: int | None = None) -> meshio.Me
 def _block(index: int, block: meshio.CellBlock) -> Block:
     if block.type == "polygon":
         return Block(index + 1, "", "polygon", 0, len(block))
-    if block.type in _LAGRANGE:
-        shape, nodes = _LAGRANGE[block.type], np.asarray(block.data).shape[1]
-    elif block.type in _SHAPES:
-        shape, nodes = _SHAPES[block.type]
-    else:
+    if block.type in _HIGH_ORDER:
+        return high_order_block(index + 1, "", _HIGH_ORDER[block.type], np.asarray(block.data).shape[1], len(block))
+    if block.type not in _SHAPES:
         raise meshio.WriteError(f".shm files have no cell type for meshio's '{block.type}'")
-    return Block(index + 1, "", shape, nodes, len(block))
+    return Block(index + 1, "", *_SHAPES[block.type], len(block))
 
 
 def write(filename: str | os.PathLike[str], mesh: meshio.Mesh, level: str = "default") -> None:

@@ -30,7 +30,8 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline 
 from . import Arrays, Block, Cells, Mesh, Set
 from . import open as open_shm
 from . import write as write_shm
-from ._library import CONVEX_POINT_SET, DTYPES, KINDS, LAGRANGE, POLYGON, POLYHEDRON, lib, vtk_type
+from ._library import CONVEX_POINT_SET, DTYPES, HIGH_ORDER, KINDS, POLYGON, POLYHEDRON, lib, vtk_type
+from ._mesh import high_order_block
 from ._sides import is_flat, sides_as_cells
 
 # For each VTK cell type: shape and number of nodes. If this number is 0, cells can have any number of nodes.
@@ -393,14 +394,14 @@ class Reader(VTKPythonAlgorithmBase):
         numbers = np.unique(np.concatenate([own.numbers for own in sets])).astype(np.int64)
         numbers = numbers[(numbers >= cells[0]) & (numbers < cells[1])]
         all_of = self._points_of(mesh.select(numbers=numbers), step, cells=True)
-        shapes = [block.shape for block in mesh.blocks]
+        blocks = mesh.blocks
         made = []
         for own in sets:
             inside = np.flatnonzero(np.isin(own.numbers, numbers))
             rows = np.searchsorted(numbers, own.numbers[inside].astype(np.int64))
             # `sides` is None for an empty set
             numbers_of_sides = np.zeros(0, np.int32) if own.sides is None else own.sides[inside]
-            sides, known = sides_as_cells(all_of.cells, shapes, rows, numbers_of_sides, self._flat)
+            sides, known = sides_as_cells(all_of.cells, blocks, rows, numbers_of_sides, self._flat)
             used, corners = np.unique(sides.connectivity, return_inverse=True)
             grid = _grid_of(all_of.points[used], replace(sides, connectivity=corners),
                             {name: values[used] for name, values in all_of.point_data.items()})
@@ -592,15 +593,11 @@ def _merged(joined: _Joined) -> _Joined:
                    point_data={name: values[first] for name, values in joined.point_data.items()})
 
 
-def _shape_of(kind: int, nodes: int) -> tuple[str, int]:
-    """Returns the shape and the number of nodes of cells of a VTK type; 0 nodes if their number varies. `nodes`: the
-    number of nodes of Lagrange cells."""
-    if kind not in LAGRANGE:
-        return _SHAPES[kind]
-    shape = LAGRANGE[kind]
-    if vtk_type(shape, nodes) != kind and (shape, nodes) not in KINDS:
-        raise ValueError(f"cells of VTK type {kind} with {nodes} nodes cannot be written")
-    return shape, nodes
+def _block_of(index: int, kind: int, nodes: int, cells: int) -> Block:
+    """Returns the block for cells of a VTK type. `nodes`: the number of nodes of Lagrange and Bezier cells."""
+    if kind in HIGH_ORDER:
+        return high_order_block(index, "", kind, nodes, cells)
+    return Block(index, "", *_SHAPES[kind], cells)
 
 
 def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
@@ -609,7 +606,7 @@ def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
         nothing = np.zeros(0, np.int64)
         return Cells(np.zeros(1, np.int64), nothing, nothing.astype(np.uint8), nothing.astype(np.uint32)), []
     types = vtk_to_numpy(grid.GetCellTypesArray())
-    unknown = set(np.unique(types).tolist()) - set(_SHAPES) - set(LAGRANGE)
+    unknown = set(np.unique(types).tolist()) - set(_SHAPES) - set(HIGH_ORDER)
     if unknown:
         raise ValueError(f"cells of VTK type {min(unknown)} cannot be written")
     if grid.GetCellData().GetHigherOrderDegrees() is not None:
@@ -617,10 +614,10 @@ def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
     named = grid.GetCellData().GetArray("block")
     offsets = vtk_to_numpy(grid.GetCells().GetOffsetsArray())
     corners = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
-    sizes = np.where(np.isin(types, list(LAGRANGE)), np.diff(offsets), 0)  # Lagrange cells of each order are a block
+    sizes = np.where(np.isin(types, list(HIGH_ORDER)), np.diff(offsets), 0)  # cells of each order are a block
     keys = np.column_stack([vtk_to_numpy(named) if named is not None else np.zeros(count, int), types, sizes]).astype(np.int64)
     kinds, blocks = np.unique(keys, axis=0, return_inverse=True)
-    listed = [Block(index + 1, "", *_shape_of(kind, nodes), int((blocks == index).sum()))
+    listed = [_block_of(index + 1, kind, nodes, int((blocks == index).sum()))
               for index, (_, kind, nodes) in enumerate(kinds.tolist())]
     return Cells(offsets, corners, types, blocks.reshape(-1).astype(np.uint32)), listed
 

@@ -14,6 +14,7 @@ const TYPE_NAMES = ["", "int8", "uint8", "int16", "uint16", "int32", "uint32", "
 const SHAPES = ["other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron", "pyramid",
   "wedge", "hexahedron", "polyhedron", "faces"];
 const LOCATIONS = ["point", "cell", "global", "node_set", "side_set", "element_set"];
+const NODE_SCHEMES = ["lagrange", "serendipity", "bezier"];
 const ORDERS = ["keep", "stream", "free"];
 const SETS = ["node", "side", "element"];
 const REFERS = ["nothing", "vertices", "cells"];
@@ -412,7 +413,8 @@ const CALLS = {
         const block = engine.told(scratch, "shmf_get_block", "shmf_block", i);
         return { id: isSafe(block.id) ? Number(block.id) : block.id,
           name: engine.wasm.text(block.name), shape: SHAPES[block.shape] ?? "other",
-          nodesPerCell: block.nodes_per_cell, cells: toNumber(block.cells) };
+          nodesPerCell: block.nodes_per_cell, cells: toNumber(block.cells),
+          nodeScheme: NODE_SCHEMES[block.node_scheme] ?? "lagrange" };
       }),
       arrays: engine.arrays(scratch),
       times: Array.from(engine.listed(scratch, "shmf_get_times", Float64Array)),

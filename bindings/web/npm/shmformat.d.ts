@@ -85,6 +85,9 @@ export interface Block {
   /** Number of nodes of each cell; 0: the number varies from cell to cell. */
   readonly nodesPerCell: number;
   readonly cells: number;
+  /** Meaning of the nodes that are not corners: nodes on the cell; nodes on its edges only (cells
+   *  of order 3 and higher); control points. */
+  readonly nodeScheme: "lagrange" | "serendipity" | "bezier";
 }
 
 /** Where an array has values: vertices, cells, the whole mesh, or members of sets. Arrays at the last

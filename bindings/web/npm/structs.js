@@ -36,7 +36,7 @@ export const LAYOUTS = {
     "u64 file_bytes", "u32 blocks", "u32 arrays", "u32 segments", "i32 coordinate_type",
     "i32 order", "i32 reserved", "pointer source_format", "f64 coordinate_error"),
   shmf_block: layout("u32 struct_size", "i64 id", "pointer name", "i32 shape",
-    "u32 nodes_per_cell", "u64 cells"),
+    "u32 nodes_per_cell", "u64 cells", "i32 node_scheme", "i32 reserved"),
   shmf_array: layout("u32 struct_size", "pointer name", "pointer role", "i32 location",
     "i32 type", "u32 components", "i32 per_step", "u64 elements", "pointer blocks",
     "u32 block_count", "u32 fill_count", "f64 error", "f64 relative_error", "pointer fills"),

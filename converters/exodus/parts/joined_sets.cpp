@@ -8,7 +8,7 @@
 
 #include "exodus/describe.h"
 #include "exodus/parts/messages.h"
-#include "sets/set_cells.h"
+#include "sets/cell_sides.h"
 
 namespace shm::converters {
 namespace {
@@ -79,6 +79,7 @@ std::vector<std::uint64_t> SetJoin::factors_of_rows(const PartFile& part,
     std::vector<std::uint64_t> ends;
     for (const BlockLayout& block : blocks)
       ends.push_back((ends.empty() ? 0 : ends.back()) + block.cells);
+    SideFinder finder;
     std::map<std::pair<std::size_t, std::int64_t>, std::uint64_t> known;
     for (std::size_t i = 0; i < members.size(); ++i) {
       const auto index =
@@ -87,8 +88,9 @@ std::vector<std::uint64_t> SetJoin::factors_of_rows(const PartFile& part,
       const auto b = static_cast<std::size_t>(index);
       const auto [found, fresh] = known.try_emplace({b, sides[i]}, 0);
       if (fresh && sides[i] > 0)
-        found->second = nodes_of_side(blocks[b].shape, blocks[b].nodes_per_cell,
-                                      static_cast<std::uint64_t>(sides[i]), flat);
+        found->second = finder.nodes_of_side(
+            {0, {}, blocks[b].shape, blocks[b].nodes_per_cell, NodeScheme::lagrange},
+            static_cast<std::uint64_t>(sides[i]), flat);
       counts[i] = found->second;
     }
   }

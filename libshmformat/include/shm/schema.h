@@ -92,6 +92,17 @@ enum class CellShape : std::uint8_t {
 };
 SHM_API std::string_view shape_name(CellShape shape);
 
+/// Meaning of the nodes of a cell that are not corners. The values of the enumerators are part of
+/// the bytes that files contain (spec "Cell shapes").
+enum class NodeScheme : std::uint8_t {
+  lagrange = 0,     ///< nodes on the cell. This includes all cells of orders 1 and 2, except Bezier
+                    ///< cells of order 2.
+  serendipity = 1,  ///< nodes on the cell, of order 3 or higher, at corners and on edges only
+  bezier = 2,       ///< control points of order 2 or higher; the corners are on the cell, the
+                    ///< others are not. Rational weights, if any, are a point array.
+};
+SHM_API std::string_view scheme_name(NodeScheme scheme);
+
 /// A set of cells that share a shape (Exodus element block, Gmsh entity, VTK cell type).
 struct BlockInfo {
   std::int64_t id = 0;  ///< id of the block in the source; the id need not be unique or positive
@@ -99,6 +110,7 @@ struct BlockInfo {
   CellShape shape = CellShape::hexahedron;
   /// Number of nodes of each cell, or 0 if the cells have different numbers of nodes.
   std::uint32_t nodes_per_cell = 8;
+  NodeScheme scheme = NodeScheme::lagrange;
   bool operator==(const BlockInfo&) const = default;
 };
 

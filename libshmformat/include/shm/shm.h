@@ -5,6 +5,7 @@
 #include "shm/archive.h"
 #include "shm/blocks.h"
 #include "shm/boundary_surface.h"
+#include "shm/cell_nodes.h"
 #include "shm/damage.h"
 #include "shm/damage_report.h"
 #include "shm/io.h"

@@ -37,12 +37,13 @@ BoundarySearch::BoundarySearch(const Schema& schema, const BoundaryOptions& opti
     facets_.emplace_back();
     if (!options.subdivide) continue;
     const auto known = std::find_if(divided_.begin(), divided_.end(), [&](const Divided& kind) {
-      return kind.shape == block.shape && kind.nodes == block.nodes_per_cell;
+      return kind.shape == block.shape && kind.nodes == block.nodes_per_cell &&
+             kind.scheme == block.scheme;
     });
     if (known != divided_.end()) {
       facets_.back() = known->facets;
-    } else if (auto facets = facets_of(block.shape, block.nodes_per_cell); !facets.empty()) {
-      divided_.push_back({block.shape, block.nodes_per_cell, std::move(facets)});
+    } else if (auto facets = facets_of(block); !facets.empty()) {
+      divided_.push_back({block.shape, block.scheme, block.nodes_per_cell, std::move(facets)});
       facets_.back() = divided_.back().facets;
     }
   }

@@ -118,6 +118,7 @@ class BoundarySearch {
   std::vector<std::span<const Facet>> facets_;
   struct Divided {
     CellShape shape = CellShape::other;
+    NodeScheme scheme = NodeScheme::lagrange;
     std::uint32_t nodes = 0;
     std::vector<Facet> facets;
   };

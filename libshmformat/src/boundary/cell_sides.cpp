@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "mesh/node_layout.h"
+#include "shm/cell_nodes.h"
 
 namespace shm {
 namespace {
@@ -47,35 +48,36 @@ CellForm form_of_shape(CellShape shape, std::uint64_t nodes) {
 
 // --- facets
 
-/// Divides sides of a second-order cell at its mid nodes.
+/// Divides sides of a cell of order p at its nodes: a line into p lines, a triangle into p^2
+/// triangles, a quadrilateral into p^2 quadrilaterals. Neighbouring cells divide a side alike.
 class SideDivider {
  public:
-  SideDivider(const NodeLayout& layout, std::vector<Facet>& facets)
-      : layout_(&layout), facets_(&facets) {}
+  /// `places`: the places of the nodes that a cell has. Nodes inside quadrilaterals may be missing
+  /// if the order is 2.
+  SideDivider(std::vector<NodePlace> places, std::uint32_t order, std::vector<Facet>& facets)
+      : places_(std::move(places)),
+        order_(static_cast<int>(order)),
+        positions_((order + 1) * (order + 1) * (order + 1), kNowhere),
+        facets_(&facets) {
+    for (std::uint16_t p = 0; p < places_.size(); ++p) positions_[index_of(places_[p])] = p;
+  }
 
-  /// Appends the facets of a side. Appends the side itself if its edges have no mid nodes.
   void divide(std::uint8_t side, std::span<const std::uint16_t> corners) {
     side_ = side;
+    const auto at = [&](int u, int v) { return position(corners, u, v); };
     const std::size_t size = corners.size();
-    std::array<std::uint16_t, 4> middle{};
-    for (std::size_t i = 0; i < size; ++i) {
-      middle[i] = middle_of_edge(corners[i], corners[(i + 1) % size]);
-      if (middle[i] == kNowhere) return add(corners);
+    if (size == 4 && at(1, 1) == kNowhere) {
+      const std::array<std::uint16_t, 4> middle = {at(1, 0), at(2, 1), at(1, 2), at(0, 1)};
+      for (std::size_t i = 0; i < 4; ++i) add({{corners[i], middle[i], middle[(i + 3) % 4]}});
+      return add(middle);
     }
-    if (size == 2) {
-      add({{corners[0], middle[0]}});
-      add({{middle[0], corners[1]}});
-      return;
-    }
-    const std::uint16_t centre = middle_of_face(corners);
-    for (std::size_t i = 0; i < size; ++i) {
-      const std::uint16_t before = middle[(i + size - 1) % size];
-      if (centre == kNowhere)
-        add({{corners[i], middle[i], before}});
-      else
-        add({{corners[i], middle[i], centre, before}});
-    }
-    if (centre == kNowhere) add(std::span(middle).first(size));
+    for (int v = 0; v < (size == 2 ? 1 : order_); ++v)
+      for (int u = 0; u < (size == 3 ? order_ - v : order_); ++u) {
+        if (size == 2) add({{at(u, 0), at(u + 1, 0)}});
+        if (size == 3) add({{at(u, v), at(u + 1, v), at(u, v + 1)}});
+        if (size == 3 && u + v + 1 < order_) add({{at(u + 1, v), at(u + 1, v + 1), at(u, v + 1)}});
+        if (size == 4) add({{at(u, v), at(u + 1, v), at(u + 1, v + 1), at(u, v + 1)}});
+      }
   }
 
  private:
@@ -86,165 +88,63 @@ class SideDivider {
     std::copy(corners.begin(), corners.end(), facet.at.begin());
     facets_->push_back(facet);
   }
-  std::uint16_t middle_of_edge(std::uint16_t a, std::uint16_t b) const {
-    return position([&](const MidNode& node) {
-      return node.kind == MidNode::edge && ((node.corner[0] == a && node.corner[1] == b) ||
-                                            (node.corner[0] == b && node.corner[1] == a));
-    });
+  std::size_t index_of(const NodePlace& place) const {
+    const std::size_t side = static_cast<std::size_t>(order_) + 1;
+    return place[0] + side * (place[1] + side * place[2]);
   }
-  /// Returns the node in the middle of a face. The node of a flat cell is the one of its body.
-  std::uint16_t middle_of_face(std::span<const std::uint16_t> corners) const {
-    const bool is_flat = layout_->side_count == 0;
-    return position([&](const MidNode& node) {
-      if (node.kind == MidNode::edge) return false;
-      if (is_flat) return true;
-      return node.kind == MidNode::face && corners.size() == 4 &&
-             std::all_of(node.corner.begin(), node.corner.end(), [&](std::uint16_t corner) {
-               return std::find(corners.begin(), corners.end(), corner) != corners.end();
-             });
-    });
-  }
-  template <class Is>
-  std::uint16_t position(Is&& is) const {
-    for (std::uint16_t p = layout_->corners; p < layout_->nodes; ++p)
-      if (is(layout_->mid[p])) return p;
-    return kNowhere;
+  /// Returns the node that is u steps from the first corner towards the second one, and v steps
+  /// towards the last one.
+  std::uint16_t position(std::span<const std::uint16_t> corners, int u, int v) const {
+    NodePlace place{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      // Corners are at the ends of the axes, so a step along a side is 0, 1 or -1 on each axis.
+      const auto end = [&](std::size_t i) { return int{places_[corners[i]][a]}; };
+      const int from = end(0), along_u = (end(1) - from) / order_,
+                along_v = (end(corners.size() - 1) - from) / order_;
+      place[a] = static_cast<std::uint8_t>(from + along_u * u + along_v * v);
+    }
+    return positions_[index_of(place)];
   }
 
-  const NodeLayout* layout_;
+  std::vector<NodePlace> places_;
+  int order_;
+  std::vector<std::uint16_t> positions_;  // of the node at each place
   std::vector<Facet>* facets_;
   std::uint8_t side_ = 0;
 };
 
-/// Appends the facets of a side of a grid: order * order quadrilaterals.
-void divide_grid(const NodeGrid& grid, std::uint8_t side, const ShapeFace& face,
-                 std::vector<Facet>& facets) {
-  const auto at = [&](std::uint32_t u, std::uint32_t v) {
-    NodeGrid::Place place{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      // Corners are at the ends of the axes, so a step along the side is 0, 1 or -1 on each axis.
-      const auto from = static_cast<int>(grid.places[face.at[0]][a]);
-      const auto order = static_cast<int>(grid.order);
-      const int along_u = (grid.places[face.at[1]][a] - from) / order,
-                along_v = (grid.places[face.at[3]][a] - from) / order;
-      place[a] = static_cast<std::uint8_t>(from + along_u * static_cast<int>(u) +
-                                           along_v * static_cast<int>(v));
-    }
-    return static_cast<std::uint16_t>(grid.position(place));
-  };
-  for (std::uint32_t v = 0; v < grid.order; ++v)
-    for (std::uint32_t u = 0; u < grid.order; ++u)
-      facets.push_back({side, 4, {at(u, v), at(u + 1, v), at(u + 1, v + 1), at(u, v + 1)}});
-}
-
-/// Places of the nodes of a flat cell, as steps along two edges from corner 0. The nodes are in
-/// VTK's order of Lagrange cells.
-class FlatPlaces {
- public:
-  explicit FlatPlaces(std::uint32_t order) : order_(order) {}
-
-  void add(std::uint32_t i, std::uint32_t j) { places_.push_back(i + (order_ + 1) * j); }
-  std::uint16_t position(std::uint32_t i, std::uint32_t j) const {
-    const auto found = std::find(places_.begin(), places_.end(), i + (order_ + 1) * j);
-    return static_cast<std::uint16_t>(found - places_.begin());
+/// Returns the places of the nodes of a cell of order 2 or higher, as far as they are known: the
+/// nodes of a complete cell, or the first ones of these. Returns an empty list if the cell does not
+/// have all nodes on edges.
+std::vector<NodePlace> known_places(const BlockInfo& block, std::uint32_t order) {
+  std::vector<NodePlace> places = node_places(block.shape, NodeScheme::lagrange, order);
+  std::size_t nodes = block.nodes_per_cell;
+  if (block.shape == CellShape::hexahedron && nodes < 24) {
+    // The nodes from 20 on are inside the cell.
+    if (nodes < 20) return {};
+    nodes = 20;
   }
-  std::uint32_t order() const { return order_; }
-
- private:
-  std::uint32_t order_;
-  std::vector<std::uint32_t> places_;
-};
-
-FlatPlaces places_of_quad(std::uint32_t order) {
-  const std::uint32_t p = order;
-  FlatPlaces places(p);
-  for (const auto& [i, j] :
-       {std::pair(0u, 0u), std::pair(p, 0u), std::pair(p, p), std::pair(0u, p)})
-    places.add(i, j);
-  for (std::uint32_t k = 1; k < p; ++k) places.add(k, 0);
-  for (std::uint32_t k = 1; k < p; ++k) places.add(p, k);
-  for (std::uint32_t k = 1; k < p; ++k) places.add(k, p);
-  for (std::uint32_t k = 1; k < p; ++k) places.add(0, k);
-  for (std::uint32_t j = 1; j < p; ++j)
-    for (std::uint32_t i = 1; i < p; ++i) places.add(i, j);
+  places.resize(std::min(places.size(), nodes));
   return places;
-}
-
-/// The nodes inside a triangle form a triangle whose order is smaller by 3.
-FlatPlaces places_of_triangle(std::uint32_t order) {
-  FlatPlaces places(order);
-  for (std::uint32_t in = 0; 3 * in <= order; ++in) {
-    const std::uint32_t p = order - 3 * in;
-    places.add(in, in);
-    if (p == 0) break;
-    places.add(in + p, in);
-    places.add(in, in + p);
-    for (std::uint32_t k = 1; k < p; ++k) places.add(in + k, in);
-    for (std::uint32_t k = 1; k < p; ++k) places.add(in + p - k, in + k);
-    for (std::uint32_t k = 1; k < p; ++k) places.add(in, in + p - k);
-  }
-  return places;
-}
-
-void divide_quad(const FlatPlaces& at, std::vector<Facet>& facets) {
-  for (std::uint32_t j = 0; j < at.order(); ++j)
-    for (std::uint32_t i = 0; i < at.order(); ++i)
-      facets.push_back({0,
-                        4,
-                        {at.position(i, j), at.position(i + 1, j), at.position(i + 1, j + 1),
-                         at.position(i, j + 1)}});
-}
-
-void divide_triangle(const FlatPlaces& at, std::vector<Facet>& facets) {
-  for (std::uint32_t j = 0; j < at.order(); ++j)
-    for (std::uint32_t i = 0; i + j < at.order(); ++i) {
-      facets.push_back({0, 3, {at.position(i, j), at.position(i + 1, j), at.position(i, j + 1)}});
-      if (i + j + 1 < at.order())
-        facets.push_back(
-            {0, 3, {at.position(i + 1, j), at.position(i + 1, j + 1), at.position(i, j + 1)}});
-    }
-}
-
-/// Appends the facets of a flat Lagrange cell of order 3 to 10, or nothing if the cell is none.
-void divide_flat_cell(CellShape shape, std::uint32_t nodes, std::vector<Facet>& facets) {
-  for (std::uint32_t order = 3; order <= 10; ++order) {
-    const std::uint32_t edge = order + 1;
-    if (shape == CellShape::line && nodes == edge) {
-      std::uint16_t last = 0;
-      for (std::uint16_t p = 2; p <= nodes; ++p) {
-        const std::uint16_t next = p < nodes ? p : 1;
-        facets.push_back({0, 2, {last, next}});
-        last = next;
-      }
-    }
-    if (shape == CellShape::quad && nodes == edge * edge)
-      divide_quad(places_of_quad(order), facets);
-    if (shape == CellShape::triangle && nodes == edge * (edge + 1) / 2)
-      divide_triangle(places_of_triangle(order), facets);
-  }
 }
 
 }  // namespace
 
-std::vector<Facet> facets_of(CellShape shape, std::uint32_t nodes) {
-  const NodeLayout* const layout = node_layout(shape, nodes);
-  const CellForm form = form_of(shape, nodes);
+std::vector<Facet> facets_of(const BlockInfo& block) {
   std::vector<Facet> facets;
-  if (layout == nullptr) {
-    divide_flat_cell(shape, nodes, facets);
-    return facets;
-  }
-  if (layout->is_grid()) {
-    for (std::uint8_t k = 0; k < form.sides.size(); ++k)
-      divide_grid(layout->grid, static_cast<std::uint8_t>(k + 1), form.sides[k], facets);
-    return facets;
-  }
-  SideDivider divider(*layout, facets);
+  if (block.scheme != NodeScheme::lagrange) return facets;
+  const bool is_second_order =
+      node_layout(block.shape, block.nodes_per_cell) != nullptr && block.nodes_per_cell <= 27;
+  const std::uint32_t order = is_second_order ? 2 : cell_order(block);
+  if (order < (is_second_order ? 2u : 3u)) return facets;
+  std::vector<NodePlace> places = known_places(block, order);
+  if (places.empty()) return facets;
+  const CellForm form = form_of(block.shape, block.nodes_per_cell);
+  SideDivider divider(std::move(places), order, facets);
   std::vector<std::uint16_t> corners;
   if (form.kind == CellForm::itself) {
     for (std::uint16_t i = 0; i < form.corners; ++i) corners.push_back(i);
     divider.divide(0, corners);
-    return facets;
   }
   for (std::size_t k = 0; k < form.sides.size(); ++k) {
     const ShapeFace& side = form.sides[k];

@@ -43,9 +43,10 @@ struct Facet {
   std::array<std::uint16_t, 4> at{};  ///< nodes at the corners, in the direction of the side
 };
 
-/// Returns the facets of a cell, sorted by side. Returns an empty list if all nodes of the cell are
-/// corners, or if it is not known where the others lie.
-std::vector<Facet> facets_of(CellShape shape, std::uint32_t nodes);
+/// Returns the facets of the cells of a block, sorted by side. Returns an empty list if all nodes
+/// of the cells are corners, if it is not known where the others lie, and for serendipity cells of
+/// order 3 and higher and Bezier cells.
+std::vector<Facet> facets_of(const BlockInfo& block);
 
 /// Calls visit(first, size) for each face of a polyhedron. The nodes of the face are nodes[first],
 /// ..., nodes[first + size - 1]; nodes[first + size] repeats nodes[first]. Returns false if the

@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/packing.h"
 #include "format/format.h"
+#include "shm/cell_nodes.h"
 
 namespace shm {
 
@@ -49,6 +50,15 @@ std::string_view shape_name(CellShape shape) {
   return "unknown";
 }
 
+std::string_view scheme_name(NodeScheme scheme) {
+  switch (scheme) {
+    case NodeScheme::lagrange: return "lagrange";
+    case NodeScheme::serendipity: return "serendipity";
+    case NodeScheme::bezier: return "bezier";
+  }
+  return "unknown";
+}
+
 std::string_view order_name(Order order) {
   switch (order) {
     case Order::keep: return "keep";
@@ -71,6 +81,10 @@ std::string_view location_name(Location location) {
 }
 
 namespace {
+
+/// Number of bits of a block's byte `shape` that contain the cell shape. The other bits contain the
+/// node scheme.
+constexpr std::uint32_t kShapeBits = 4;
 
 /// Returns the name of the stream of an array. `same` is the position of the array among the arrays
 /// with the same name and location, counted from 1.
@@ -331,7 +345,8 @@ void put(ByteWriter& out, const Schema& schema) {
   for (const BlockInfo& block : schema.blocks) {
     out.put_signed(block.id);
     out.put_text(block.name);
-    out.put_u8(static_cast<std::uint8_t>(block.shape));
+    out.put_u8(static_cast<std::uint8_t>(static_cast<unsigned>(block.shape) |
+                                         static_cast<unsigned>(block.scheme) << kShapeBits));
     out.put_varint(block.nodes_per_cell);
   }
   out.put_varint(schema.arrays.size());
@@ -445,7 +460,9 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
     BlockInfo block;
     block.id = in.get_signed();
     block.name = in.get_text();
-    block.shape = static_cast<CellShape>(in.get_u8());
+    const std::uint8_t shape = in.get_u8();
+    block.shape = static_cast<CellShape>(shape & ((1u << kShapeBits) - 1));
+    block.scheme = static_cast<NodeScheme>(shape >> kShapeBits);
     block.nodes_per_cell = in.get_varint32();
     if (!takes(bytes_of(block) - kBlockBytes)) return too_large;
     schema.blocks.push_back(std::move(block));
@@ -499,6 +516,9 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
     return status;
   for (const BlockInfo& block : schema.blocks) {
     if (block.shape > CellShape::faces) return wrong("unknown cell shape");
+    if (block.scheme > NodeScheme::bezier) return wrong("unknown node scheme");
+    if (block.scheme != NodeScheme::lagrange && cell_order(block) == 0)
+      return wrong("no cell has the shape, node scheme and number of nodes of a block");
     if (block.nodes_per_cell > kMaxNodesPerCell)
       return wrong("a cell has at most " + std::to_string(kMaxNodesPerCell) + " nodes");
   }

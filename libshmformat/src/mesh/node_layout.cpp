@@ -4,6 +4,7 @@
 #include <span>
 
 #include "mesh/hexahedron.h"
+#include "shm/cell_nodes.h"
 
 namespace shm {
 namespace {
@@ -156,49 +157,11 @@ enum Body : std::uint8_t { none, one };
 
 // --- grids
 
-/// Returns the places of the nodes of a grid, in the order of VTK.
-[[gnu::cold]] std::vector<NodeGrid::Place> grid_places(std::uint8_t order) {
-  // Corners at which the rows of nodes on the edges begin and end
-  constexpr std::array<Edge, 12> kRows = {{{0, 1},
-                                           {1, 2},
-                                           {3, 2},
-                                           {0, 3},
-                                           {4, 5},
-                                           {5, 6},
-                                           {7, 6},
-                                           {4, 7},
-                                           {0, 4},
-                                           {1, 5},
-                                           {2, 6},
-                                           {3, 7}}};
-  const std::size_t side = order + std::size_t{1};
-  std::vector<NodeGrid::Place> places(side * side * side);
-  std::size_t next = 8;
-  for (std::uint32_t c = 0; c < 8; ++c)
-    for (std::uint32_t a = 0; a < 3; ++a) places[c][a] = (kCornerBits[c] >> a & 1) != 0 ? order : 0;
-  for (const Edge& row : kRows)
-    for (std::uint8_t i = 1; i < order; ++i, ++next)
-      for (std::uint32_t a = 0; a < 3; ++a)
-        places[next][a] = places[row[0]][a] == places[row[1]][a] ? places[row[0]][a] : i;
-  for (std::uint32_t axis = 0; axis < 3; ++axis)
-    for (const std::uint8_t end : {std::uint8_t{0}, order})
-      for (std::uint8_t v = 1; v < order; ++v)
-        for (std::uint8_t u = 1; u < order; ++u, ++next) {
-          places[next][axis] = end;
-          places[next][axis == 0 ? 1 : 0] = u;
-          places[next][axis == 2 ? 1 : 2] = v;
-        }
-  for (std::uint8_t z = 1; z < order; ++z)
-    for (std::uint8_t y = 1; y < order; ++y)
-      for (std::uint8_t x = 1; x < order; ++x) places[next++] = {x, y, z};
-  return places;
-}
-
 [[gnu::cold]] NodeGrid grid_of(std::uint8_t order) {
   const std::uint32_t side = order + 1u;
   NodeGrid grid;
   grid.order = order;
-  grid.places = grid_places(order);
+  grid.places = node_places(CellShape::hexahedron, NodeScheme::lagrange, order);
   grid.positions.resize(grid.places.size());
   const auto index = [&](const NodeGrid::Place& place) {
     return place[0] + side * (place[1] + side * place[2]);

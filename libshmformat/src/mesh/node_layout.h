@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "shm/cell_nodes.h"
 #include "shm/schema.h"
 
 namespace shm {
@@ -56,7 +57,7 @@ struct MidNode {
 
 /// The nodes of a hexahedron of order 3 to 10, as a grid.
 struct NodeGrid {
-  using Place = std::array<std::uint8_t, 3>;  ///< steps along each axis, from corner 0
+  using Place = NodePlace;
 
   std::uint32_t order = 0;
   std::vector<Place> places;             ///< place of each node, by position
