@@ -166,8 +166,9 @@ class PlanFromExtras {
         group.elementary = column(3);
       }
       const GmshType type = gmsh_type(group.type);
-      if (!type.known() || type.nodes != info_.schema.blocks[b].nodes_per_cell ||
-          group.tag_count < 0 ||
+      const BlockInfo& block = info_.schema.blocks[b];
+      if (!type.known() || type.nodes != block.nodes_per_cell || type.shape != block.shape ||
+          type.scheme != block.scheme || group.tag_count < 0 ||
           group.tag_count > static_cast<std::int32_t>(plan_.tag_arrays.size()))
         extras_.fail(
             key, "contains element types or tag counts that do not match the blocks of the mesh");

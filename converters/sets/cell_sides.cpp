@@ -139,8 +139,8 @@ SideNodes find_nodes(const CellKind& cell, const Corners& around) {
                           : around.size() == 3 ? CellShape::triangle
                                                : CellShape::quad;
   const std::uint32_t order = cell_order({0, {}, cell.shape, cell.nodes, cell.scheme});
-  SideNodes side = order >= 3 ? high_order_side(cell, around, shape, order)
-                              : second_order_side(cell, around);
+  SideNodes side =
+      order >= 3 ? high_order_side(cell, around, shape, order) : second_order_side(cell, around);
   // No line is a serendipity cell, since all its nodes are on its edge.
   const bool is_lagrange = shape == CellShape::line && cell.scheme == NodeScheme::serendipity;
   side.kind = {shape, is_lagrange ? NodeScheme::lagrange : cell.scheme,

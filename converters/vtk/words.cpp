@@ -121,8 +121,18 @@ BlockInfo high_order_block(int type, std::uint32_t nodes) {
       type, {}, CellShape::other, nodes, is_bezier ? NodeScheme::bezier : NodeScheme::lagrange};
   if (place >= 0 && place < std::ssize(kLagrangeShapes))
     block.shape = kLagrangeShapes[static_cast<std::size_t>(place)];
-  if (cell_order(block) != 0) return block;
+  // A cell of order 2 without all nodes is another cell: eight nodes of a quad are 2 * 4 nodes.
+  const std::uint32_t order = cell_order(block);
+  if (order != 0 && node_places(block.shape, block.scheme, order).size() == nodes) return block;
   return {type, {}, CellShape::other, nodes, NodeScheme::lagrange};
+}
+
+// Returns the order of a hexahedron with all nodes of an order, or 0 if no order has this number of
+// nodes.
+std::uint32_t order_of_hexahedron(std::size_t nodes) {
+  std::uint32_t along = 2;  // nodes along an edge
+  while (along <= kMostCellOrder && std::size_t{along} * along * along < nodes) ++along;
+  return std::size_t{along} * along * along == nodes ? along - 1 : 0;
 }
 
 bool is_in_table(std::int64_t type, std::uint32_t nodes) {
@@ -327,7 +337,7 @@ void permute_nodes(int type, std::uint64_t* nodes, std::size_t count, bool old_n
   if (voxel || (type == kPixel && count == 4)) std::swap(nodes[2], nodes[3]);
   if (voxel) std::swap(nodes[6], nodes[7]);
   if (!old_numbering || (type != kLagrangeHexahedron && type != kBezierHexahedron)) return;
-  const std::uint32_t order = cell_order(high_order_block(type, static_cast<std::uint32_t>(count)));
+  const std::uint32_t order = order_of_hexahedron(count);
   if (order < 2) return;
   // The old numbering exchanges the last two of the 12 edges.
   std::uint64_t* const edge = nodes + 8 + 10 * std::size_t{order - 1};

@@ -23,23 +23,22 @@ constexpr std::array<NodePlace, 4> kSimplexCorners = {{{0, 0, 0}, {1, 0, 0}, {0,
 constexpr std::array<NodePlace, 6> kWedgeCorners = {
     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}}};
 constexpr std::array<Ends, 12> kHexahedronRows = {{{0, 1},
-                                                    {1, 2},
-                                                    {3, 2},
-                                                    {0, 3},
-                                                    {4, 5},
-                                                    {5, 6},
-                                                    {7, 6},
-                                                    {4, 7},
-                                                    {0, 4},
-                                                    {1, 5},
-                                                    {2, 6},
-                                                    {3, 7}}};
+                                                   {1, 2},
+                                                   {3, 2},
+                                                   {0, 3},
+                                                   {4, 5},
+                                                   {5, 6},
+                                                   {7, 6},
+                                                   {4, 7},
+                                                   {0, 4},
+                                                   {1, 5},
+                                                   {2, 6},
+                                                   {3, 7}}};
 constexpr std::array<Ends, 8> kPyramidRows = {
     {{0, 1}, {1, 2}, {3, 2}, {0, 3}, {0, 4}, {1, 4}, {2, 4}, {3, 4}}};
 constexpr std::array<Ends, 9> kWedgeRows = {
     {{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}}};
-constexpr std::array<Ends, 6> kTetrahedronRows = {
-    {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+constexpr std::array<Ends, 6> kTetrahedronRows = {{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
 constexpr std::array<std::array<std::uint8_t, 3>, 6> kHexahedronQuads = {
     {{0, 3, 4}, {1, 2, 5}, {0, 1, 4}, {3, 2, 7}, {0, 1, 3}, {4, 5, 7}}};
 constexpr std::array<std::array<std::uint8_t, 3>, 3> kWedgeQuads = {
@@ -59,8 +58,7 @@ Frame frame_of(CellShape shape) {
   switch (shape) {
     case CellShape::line: return {simplex.first(2), rows.first(1), {}, {}};
     case CellShape::triangle: return {simplex.first(3), rows.first(3), kWholeTriangle, {}};
-    case CellShape::quad:
-      return {corners.first(4), std::span(kHexahedronRows).first(4), {}, kBase};
+    case CellShape::quad: return {corners.first(4), std::span(kHexahedronRows).first(4), {}, kBase};
     case CellShape::tetrahedron: return {simplex, rows, kTetrahedronTriangles, {}};
     case CellShape::pyramid: return {corners.first(5), kPyramidRows, kPyramidTriangles, kBase};
     case CellShape::wedge: return {kWedgeCorners, kWedgeRows, kWedgeTriangles, kWedgeQuads};
@@ -118,10 +116,10 @@ class PlaceList {
     NodePlace place{};
     for (std::size_t a = 0; a < 3; ++a) {
       const auto at = [&](std::uint8_t corner) { return int{frame_.corners[corner][a]}; };
-      place[a] = static_cast<std::uint8_t>(static_cast<int>(in_) +
-                                           at(from) * static_cast<int>(order_) +
-                                           (at(first) - at(from)) * static_cast<int>(u) +
-                                           (at(second) - at(from)) * static_cast<int>(v));
+      place[a] =
+          static_cast<std::uint8_t>(static_cast<int>(in_) + at(from) * static_cast<int>(order_) +
+                                    (at(first) - at(from)) * static_cast<int>(u) +
+                                    (at(second) - at(from)) * static_cast<int>(v));
     }
     places_.push_back(place);
   }
@@ -188,6 +186,11 @@ std::uint32_t complete_nodes(CellShape shape, std::uint32_t p) {
   }
 }
 
+/// Returns the lowest order for which a block states this scheme.
+std::uint32_t least_order(NodeScheme scheme) {
+  return scheme == NodeScheme::lagrange ? 1 : scheme == NodeScheme::bezier ? 2 : 3;
+}
+
 }  // namespace
 
 std::uint32_t cell_order(const BlockInfo& block) {
@@ -200,12 +203,9 @@ std::uint32_t cell_order(const BlockInfo& block) {
   // All nodes of a line are on its edge, so no line is a serendipity cell.
   if (is_serendipity && shape == CellShape::line) return 0;
   const Frame frame = frame_of(shape);
-  // The lowest order that each scheme distinguishes from the others
-  for (std::uint32_t p = is_serendipity ? 3 : block.scheme == NodeScheme::bezier ? 2 : 1;
-       p <= kMostCellOrder; ++p) {
-    const std::size_t nodes = is_serendipity
-                                  ? frame.corners.size() + frame.rows.size() * (p - 1)
-                                  : complete_nodes(shape, p);
+  for (std::uint32_t p = least_order(block.scheme); p <= kMostCellOrder; ++p) {
+    const std::size_t nodes = is_serendipity ? frame.corners.size() + frame.rows.size() * (p - 1)
+                                             : complete_nodes(shape, p);
     if (nodes == block.nodes_per_cell) return p;
   }
   return 0;
