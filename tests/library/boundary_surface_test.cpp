@@ -383,6 +383,7 @@ TEST(BoundarySurface, DividesCurvedSides) {
       {curved_cell(hexahedron, 9, all), {1, 1, 1, 1, 1, 1}},
       {curved_cell(hexahedron, 20, all), {5, 5, 5, 5, 5, 5}},
       {curved_cell(hexahedron, 24, all), {4, 4, 4, 4, 5, 5}},
+      {curved_cell(hexahedron, 25, all), {5, 5, 5, 5, 5, 5}},
       {curved_cell(hexahedron, 27, all), {4, 4, 4, 4, 4, 4}},
       {turned_grids(1, 1, 1, 3), {9, 9, 9, 9, 9, 9}},
       {turned_grids(1, 1, 1, 4), {16, 16, 16, 16, 16, 16}},

@@ -119,10 +119,10 @@ class SideDivider {
 std::vector<NodePlace> known_places(const BlockInfo& block, std::uint32_t order) {
   std::vector<NodePlace> places = node_places(block.shape, NodeScheme::lagrange, order);
   std::size_t nodes = block.nodes_per_cell;
-  if (block.shape == CellShape::hexahedron && nodes < 24) {
-    // The nodes from 20 on are inside the cell.
+  if (block.shape == CellShape::hexahedron) {
     if (nodes < 20) return {};
-    nodes = 20;
+    // With other numbers of nodes than these, the nodes from 20 on are inside the cell or unknown.
+    if (order == 2 && nodes != 24 && nodes != 26 && nodes != 27) nodes = 20;
   }
   places.resize(std::min(places.size(), nodes));
   return places;

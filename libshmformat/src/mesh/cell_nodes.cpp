@@ -155,7 +155,7 @@ class PlaceList {
   std::vector<NodePlace> places_;
 };
 
-/// A second-order cell that lacks some nodes, or has one that a Lagrange cell has not.
+/// A second-order cell that lacks some nodes of the Lagrange cell, or has more nodes.
 struct SecondOrder {
   CellShape shape;
   std::uint8_t nodes;
