@@ -79,6 +79,12 @@ class Meshio(unittest.TestCase):
             shmformat.meshio.read(ROOT / "tests" / "golden" / "0.10" / "polyhedra.shm")
         with self.assertRaises(meshio.ReadError):
             shmformat.meshio.read(ROOT / "tests" / "golden" / "0.10" / "archive.shm")
+        bezier = [shmformat.Block(1, "", "hexahedron", 27, 1, "bezier")]  # meshio has names for these cells, but no dimension
+        one = shmformat.Cells(np.array([0, 27]), np.arange(27), np.array([79], np.uint8), np.zeros(1, np.uint32))
+        shmformat.write(self.path("bezier.shm"), np.random.default_rng(4).random((27, 3)), one, blocks=bezier)
+        with self.assertRaisesRegex(meshio.ReadError, "VTK_BEZIER_HEXAHEDRON"):
+            shmformat.meshio.read(self.path("bezier.shm"))
+        os.remove(self.path("bezier.shm"))
         wedge = [shmformat.Block(1, "", "wedge", 15, 1)]
         one = shmformat.Cells(np.array([0, 15]), np.arange(15), np.array([26], np.uint8), np.zeros(1, np.uint32))
         shmformat.write(self.path("wedge.shm"), np.random.default_rng(4).random((15, 3)), one, blocks=wedge)

@@ -18,7 +18,6 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import gmsh
 import netCDF4
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -31,10 +30,11 @@ ROOT = Path(__file__).resolve().parents[2]
 LIBRARY, SHM = (str(Path(path).resolve()) for path in sys.argv[1:3])
 del sys.argv[1:3]
 os.environ["SHMFORMAT_LIBRARY"] = LIBRARY
-sys.path.insert(0, str(ROOT / "bindings" / "python"))
+sys.path[:0] = [str(ROOT / "bindings" / "python"), str(ROOT / "tests" / "formats")]
 import shmformat  # noqa: E402
 import shmformat.vtk  # noqa: E402
 from shmformat._library import KINDS, cell_order, node_places, vtk_type  # noqa: E402
+from gmsh_meshes import write_box, write_pyramids  # noqa: E402
 from vtk_corpus import Exodus, corpus, exodus_files  # noqa: E402
 
 
@@ -228,61 +228,26 @@ class HighOrder(Case):
             places = node_places(block.shape, block.node_scheme, order) / order
             for cell in np.flatnonzero(whole.cells.blocks == i):
                 at = whole.points[whole.cells.connectivity[whole.cells.offsets[cell]:whole.cells.offsets[cell + 1]]]
-                x, y, z = places.T
-                origin = at[0]
-                if block.shape in ("triangle", "tetrahedron", "line", "wedge"):
-                    axes = {"line": (1,), "triangle": (1, 2)}.get(block.shape, (1, 2, 3))
-                    expected = origin + sum(places[:, [a]] * (at[end] - origin) for a, end in enumerate(axes))
-                elif block.shape == "pyramid":
-                    expected = origin + x[:, None] * (at[1] - origin) + y[:, None] * (at[3] - origin) + z[:, None] * (at[4] - origin)
-                else:
-                    expected = origin + sum(places[:, [a]] * (at[end] - origin)
-                                            for a, end in enumerate((1, 3, 4)[:2 if block.shape == "quad" else 3]))
+                ends = {"line": (1,), "triangle": (1, 2), "quad": (1, 3), "tetrahedron": (1, 2, 3),
+                        "wedge": (1, 2, 3)}.get(block.shape, (1, 3, 4))
+                expected = at[0] + sum(places[:, [a]] * (at[end] - at[0]) for a, end in enumerate(ends))
                 np.testing.assert_allclose(at, expected, atol=1e-9, err_msg=str(block))
         return {(block.shape, block.nodes_per_cell, block.node_scheme) for block in blocks if block.shape != "vertex"}
 
-    def write_gmsh(self, order, incomplete, make):
-        gmsh.initialize(["gmsh", "-v", "0"])
-        try:
-            gmsh.option.setNumber("Mesh.SecondOrderIncomplete", int(incomplete))
-            make()
-            gmsh.model.mesh.setOrder(order)
-            gmsh.write(self.path("source.msh"))
-        finally:
-            gmsh.finalize()
-        return self.path("source.msh")
-
     def test_places_are_those_of_gmsh(self):
-        scheme = ("lagrange", "serendipity")
-
-        def pyramids():  # a box that consists of six pyramids
-            gmsh.model.addDiscreteEntity(3, 1)
-            corners = [(0, 0, 0), (2, 0, 0), (2, 3, 0), (0, 3, 0), (0, 0, 4), (2, 0, 4), (2, 3, 4), (0, 3, 4), (1, 1.5, 2)]
-            gmsh.model.mesh.addNodes(3, 1, list(range(1, 10)), [x for point in corners for x in point])
-            bases = [(0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)]
-            gmsh.model.mesh.addElementsByType(1, 7, list(range(1, 7)), [n + 1 for base in bases for n in (*base, 8)])
-
-        def box(divided, simplices):
-            volume = gmsh.model.occ.addBox(0, 0, 0, 2, 3, 1)
-            gmsh.model.occ.synchronize()
-            for _, curve in gmsh.model.getEntities(1):
-                gmsh.model.mesh.setTransfiniteCurve(curve, divided)
-            for _, surface in gmsh.model.getEntities(2):
-                gmsh.model.mesh.setTransfiniteSurface(surface)
-                if not simplices:
-                    gmsh.model.mesh.setRecombine(2, surface)
-            gmsh.model.mesh.setTransfiniteVolume(volume)
-            gmsh.model.mesh.generate(3)
-
+        scheme, source = ("lagrange", "serendipity"), self.path("source.msh")
         for order in (3, 4, 6, 7):
             for incomplete in (False, True):
                 n, own = order + 1, scheme[incomplete]
                 nodes = 8 * order - 3 if incomplete else n * (n + 1) * (2 * n + 1) // 6
-                self.assertIn(("pyramid", nodes, own), self.check_places(self.write_gmsh(order, incomplete, pyramids)))
-                found = self.check_places(self.write_gmsh(order, incomplete, lambda: box(2, False)))
+                write_pyramids(source, order, incomplete)
+                self.assertIn(("pyramid", nodes, own), self.check_places(source))
+                write_box(source, order, incomplete=incomplete)
+                found = self.check_places(source)
                 self.assertIn(("hexahedron", 12 * order - 4 if incomplete else n**3, own), found)
                 self.assertIn(("quad", 4 * order if incomplete else n**2, own), found)
-                found = self.check_places(self.write_gmsh(order, incomplete, lambda: box(2, True)))
+                write_box(source, order, simplices=True, incomplete=incomplete)
+                found = self.check_places(source)
                 self.assertIn(("tetrahedron", 6 * order - 2 if incomplete else n * (n + 1) * (n + 2) // 6, own), found)
                 self.assertIn(("triangle", 3 * order if incomplete else n * (n + 1) // 2, own), found)
 

@@ -25,6 +25,7 @@ except ImportError as missing:
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from folder_test import FolderTest, forced
+from gmsh_meshes import write_box, write_prisms
 
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
 # The nodes of a HEX64: the ends of each edge with the nodes between them, and the corners of each face with the
@@ -54,28 +55,6 @@ def interpolated(corners, parameters):
     return weights @ corners
 
 
-def write_prisms(path, order, incomplete=False):
-    """Writes a Gmsh file with prisms of an order, and with the cells of their surface. Returns the number of cells,
-    except for points."""
-    gmsh.initialize(["gmsh", "-v", "0"])
-    try:
-        gmsh.option.setNumber("Mesh.SecondOrderIncomplete", int(incomplete))
-        geo = gmsh.model.geo
-        points = [geo.addPoint(*at) for at in ((0, 0, 0), (2.25, 0, 0), (0, 1.5, 0))]
-        lines = [geo.addLine(points[i], points[(i + 1) % 3]) for i in range(3)]
-        for line in lines:
-            geo.mesh.setTransfiniteCurve(line, 2)
-        surface = geo.addPlaneSurface([geo.addCurveLoop(lines)])
-        geo.extrude([(2, surface)], 0, 0, 1.75, [2], recombine=True)
-        geo.synchronize()
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.setOrder(order)
-        gmsh.write(path)
-        return sum(len(tags) for dim in (1, 2, 3) for tags in gmsh.model.mesh.getElements(dim)[1])
-    finally:
-        gmsh.finalize()
-
-
 def element_points(path):
     """For each element type of a Gmsh file: the coordinates of the nodes of each element."""
     gmsh.initialize(["gmsh", "-v", "0"])
@@ -95,30 +74,6 @@ def element_points(path):
 
 def sorted_by_centre(elements):
     return elements[np.lexsort(np.round(elements.mean(axis=1), 6).T)]
-
-
-def write_box(path, order, simplices=False):
-    """Writes a Gmsh file with a box of six hexahedra or of tetrahedra of an order, and with the cells of its surface
-    and edges. Returns the number of cells, except for points."""
-    gmsh.initialize(["gmsh", "-v", "0"])
-    try:
-        box = gmsh.model.occ.addBox(0, 0, 0, 2.25, 3.5, 1.25)
-        gmsh.model.occ.synchronize()
-        for _, curve in gmsh.model.getEntities(1):
-            length = max(np.ptp(np.reshape(gmsh.model.getBoundingBox(1, curve), (2, 3)), axis=0))
-            gmsh.model.mesh.setTransfiniteCurve(curve, int(length) + 1)
-        for _, surface in gmsh.model.getEntities(2):
-            gmsh.model.mesh.setTransfiniteSurface(surface)
-            if not simplices:
-                gmsh.model.mesh.setRecombine(2, surface)
-        gmsh.model.mesh.setTransfiniteVolume(box)
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.setOrder(order)
-        gmsh.option.setNumber("Mesh.Binary", 1)
-        gmsh.write(path)
-        return sum(len(tags) for dim in (1, 2, 3) for tags in gmsh.model.mesh.getElements(dim)[1])
-    finally:
-        gmsh.finalize()
 
 
 class HighOrderTest(FolderTest):
