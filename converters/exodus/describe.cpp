@@ -128,7 +128,7 @@ void Description::describe_blocks() {
     const BlockLayout& block = layout_.blocks[b];
     schema.blocks.push_back({has_ids ? ids[b] : static_cast<std::int64_t>(b + 1),
                              b < labels.size() ? labels[b] : std::string(), block.shape,
-                             block.nodes_per_cell});
+                             block.nodes_per_cell, block.scheme});
     info_.block_cells.push_back(block.cells);
   }
 }

@@ -2,9 +2,10 @@
 // 64-bit offset, CDF-5 and netCDF-4 files.
 //
 // Each element block becomes one block of the mesh, in file order. The nodes of common element
-// types (hexahedra, wedges and so on) are converted to VTK's order. Hexahedra with unusual node
-// counts (HEX9, HEX16 ...) keep the node order of the file. Other elements (BEX_HEX, TETRA14 ...)
-// also keep the node order of the file, and have the shape `other`. NSIDED blocks become polygons.
+// types (hexahedra, wedges and so on) are converted to VTK's order. Elements with unusual node
+// counts (HEX9, TETRA14 ...) keep the node order of the file, in which the corners come first.
+// Other elements (BEX_HEX, SUPER ...) also keep the node order of the file, and have the shape
+// `other`. NSIDED blocks become polygons.
 // NFACED blocks have the shape `faces` if all faces are used and no two faces are equal; otherwise
 // they have the shape `polyhedron`, and their faces are extras. Missing coordinates become 0.
 //

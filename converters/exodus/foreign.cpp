@@ -552,7 +552,9 @@ class ForeignWriter {
                                     const std::vector<std::uint64_t>& corners,
                                     const std::vector<std::uint32_t>& sizes) {
       const CellGroup& group = grouping_.groups()[g];
-      const auto places = exodus_permutation(block_of(group).shape, group.nodes_per_cell);
+      BlockInfo block = block_of(group);
+      block.nodes_per_cell = group.nodes_per_cell;
+      const auto places = exodus_permutation(block);
       const std::size_t width = places.empty() ? 1 : places.size();
       nodes.resize(corners.size());
       for (std::size_t begin = 0; begin < corners.size(); begin += width)

@@ -77,13 +77,12 @@ class ExodusSource final : public SourceFormat {
     return unescaped(std::string_view(line).substr(line.rfind('\t') + 1)).value_or("");
   }
 
-  // HEX9, HEX16 and hexahedra with yet other numbers of nodes have an order of their own.
+  // HEX9, TETRA14 and elements with yet other numbers of nodes have an order of their own.
   std::vector<std::size_t> blocks_with_own_nodes(MeshSource& mesh) const override {
     std::vector<std::size_t> found;
     const std::vector<BlockInfo>& blocks = mesh.info().schema.blocks;
     for (std::size_t b = 0; b < blocks.size(); ++b)
-      if (blocks[b].shape == CellShape::hexahedron && !has_element_type(blocks[b]))
-        found.push_back(b);
+      if (!has_element_type(blocks[b])) found.push_back(b);
     return found;
   }
 

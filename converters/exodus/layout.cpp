@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <initializer_list>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -173,7 +175,9 @@ class Surveyor {
                     "has elements of " + std::to_string(nodes) + " nodes; at most " +
                         std::to_string(kMaxNodesPerCell) + " can be converted");
       block.nodes_per_cell = static_cast<std::uint32_t>(nodes);
-      block.shape = shape_of(type, block.nodes_per_cell);
+      const BlockInfo elements = element_block(type, block.nodes_per_cell);
+      block.shape = elements.shape;
+      block.scheme = elements.scheme;
       return;
     }
     if (lengths.size() != 1 || counts < 0 ||
@@ -475,43 +479,43 @@ std::uint32_t node_columns(const Skeleton& skeleton, const BlockLayout& block) {
   return bezier ? block.nodes_per_cell / 2 : block.nodes_per_cell;
 }
 
-CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
+BlockInfo element_block(std::string_view element_type, std::uint32_t nodes) {
   struct Family {
     std::string_view prefix;
     CellShape shape;
-    std::array<std::uint32_t, 4> nodes;
+    std::uint32_t corners;  // the elements may have any larger number of nodes; 0: they may not
   };
-  // The first entry of the table that matches both the element type and the number of nodes is
-  // used. An element of type SHELL is a triangle or a quad, depending on its number of nodes.
+  // An element of type SHELL is a triangle or a quad, depending on its number of nodes.
   static constexpr std::array<Family, 16> kFamilies{{
-      {"HEX", CellShape::hexahedron, {8, 20, 27}},
-      {"TET", CellShape::tetrahedron, {4, 10}},
-      {"WEDGE", CellShape::wedge, {6, 15, 18}},
-      {"PYR", CellShape::pyramid, {5, 13, 14}},
-      {"QUAD", CellShape::quad, {4, 8, 9, 16}},
-      {"SHEL", CellShape::quad, {4, 8, 9}},
-      {"SHEL", CellShape::triangle, {3, 6, 7}},
-      {"TRI", CellShape::triangle, {3, 6, 7}},
-      {"BAR", CellShape::line, {2, 3, 4}},
-      {"BEAM", CellShape::line, {2, 3, 4}},
-      {"TRUSS", CellShape::line, {2, 3}},
-      {"ROD", CellShape::line, {2, 3}},
-      {"EDGE", CellShape::line, {2, 3, 4}},
-      {"SPHERE", CellShape::vertex, {1}},
-      {"CIRCLE", CellShape::vertex, {1}},
-      {"POINT", CellShape::vertex, {1}},
+      {"HEX", CellShape::hexahedron, 8},
+      {"TET", CellShape::tetrahedron, 4},
+      {"WEDGE", CellShape::wedge, 6},
+      {"PYR", CellShape::pyramid, 5},
+      {"QUAD", CellShape::quad, 4},
+      {"SHEL", CellShape::quad, 0},
+      {"SHEL", CellShape::triangle, 0},
+      {"TRI", CellShape::triangle, 3},
+      {"BAR", CellShape::line, 0},
+      {"BEAM", CellShape::line, 0},
+      {"TRUSS", CellShape::line, 0},
+      {"ROD", CellShape::line, 0},
+      {"EDGE", CellShape::line, 0},
+      {"SPHERE", CellShape::vertex, 0},
+      {"CIRCLE", CellShape::vertex, 0},
+      {"POINT", CellShape::vertex, 0},
   }};
   const std::string type = upper_without_padding(element_type);
-  for (const Family& family : kFamilies)
-    if (nodes != 0 && type.rfind(family.prefix, 0) == 0 &&
-        std::find(family.nodes.begin(), family.nodes.end(), nodes) != family.nodes.end())
-      return family.shape;
-  // HEX9, HEX16 and similar elements are hexahedra whose corners come first. If other formats have
-  // hexahedra with as many nodes, these are excluded, because the nodes are in an unknown order.
-  const bool is_known =
-      nodes != 64 && cell_order({0, {}, CellShape::hexahedron, nodes, NodeScheme::lagrange}) != 0;
-  if (type.rfind("HEX", 0) == 0 && nodes > 8 && !is_known) return CellShape::hexahedron;
-  return CellShape::other;
+  for (const Family& family : kFamilies) {
+    if (type.rfind(family.prefix, 0) != 0) continue;
+    for (const NodeScheme scheme : {NodeScheme::lagrange, NodeScheme::serendipity})
+      if (const BlockInfo block{0, {}, family.shape, nodes, scheme}; has_element_type(block))
+        return block;
+    // The corners of HEX9, TETRA14 and similar elements come first. If another format has cells
+    // with as many nodes, the order of the nodes is unknown.
+    const BlockInfo block{0, {}, family.shape, nodes, NodeScheme::lagrange};
+    if (family.corners > 0 && nodes > family.corners && cell_order(block) == 0) return block;
+  }
+  return {0, {}, CellShape::other, nodes, NodeScheme::lagrange};
 }
 
 bool has_element_type(const BlockInfo& block) {
@@ -524,15 +528,17 @@ bool has_element_type(const BlockInfo& block) {
       {CellShape::line, {2, 3, 4}},
       {CellShape::triangle, {3, 6, 7}},
       {CellShape::quad, {4, 8, 9, 16}},
-      {CellShape::tetrahedron, {4, 10}},
-      {CellShape::pyramid, {5, 13, 14}},
-      {CellShape::wedge, {6, 15, 18}},
+      {CellShape::tetrahedron, {4, 10, 15}},
+      {CellShape::pyramid, {5, 13, 14, 19}},
+      {CellShape::wedge, {6, 15, 18, 21}},
       {CellShape::hexahedron, {8, 20, 27, 64}},
   }};
   const CellShape shape = block.shape;
   const std::uint32_t nodes = block.nodes_per_cell;
   if (shape == CellShape::polygon || shape == CellShape::faces || shape == CellShape::polyhedron)
     return true;
+  if (block.scheme == NodeScheme::serendipity)  // TRI9, QUAD12, TETRA16, WEDGE24, HEX32
+    return shape != CellShape::pyramid && cell_order(block) == 3;
   return block.scheme == NodeScheme::lagrange &&
          std::any_of(kTopologies.begin(), kTopologies.end(), [&](const Topology& topology) {
            return topology.shape == shape && nodes != 0 &&
@@ -541,38 +547,39 @@ bool has_element_type(const BlockInfo& block) {
          });
 }
 
-std::vector<std::uint16_t> exodus_permutation(CellShape shape, std::uint32_t nodes) {
+std::vector<std::uint16_t> exodus_permutation(const BlockInfo& block) {
+  const CellShape shape = block.shape;
+  const std::uint32_t nodes = block.nodes_per_cell;
+  if (!has_element_type(block)) return {};
+  if (cell_order(block) == 3)
+    return node_permutation(exodus_cubic(shape, block.scheme), node_places(shape, block.scheme, 3));
   std::vector<std::uint16_t> places;
-  if (shape == CellShape::hexahedron && nodes == 64)
-    return node_permutation(exodus_hex64(), node_places(shape, NodeScheme::lagrange, 3));
-  // QUAD16 has the order of Gmsh.
-  if (shape == CellShape::quad && nodes == 16)
-    return node_permutation(gmsh_places(shape, NodeScheme::lagrange, 3),
-                            node_places(shape, NodeScheme::lagrange, 3));
-  if (nodes > 32) return places;
   const auto identity = [&] {
-    for (std::uint8_t i = 0; i < nodes; ++i) places.push_back(i);
+    places.resize(nodes);
+    std::iota(places.begin(), places.end(), std::uint16_t{0});
+  };
+  // Changes the last nodes of the list.
+  const auto set_last = [&](std::initializer_list<std::uint16_t> last) {
+    std::copy(last.begin(), last.end(), places.end() - static_cast<std::ptrdiff_t>(last.size()));
   };
   // Exodus lists the edge nodes in the order bottom edges, vertical edges, top edges. VTK's order
   // is bottom, top, vertical.
-  if (shape == CellShape::hexahedron && (nodes == 20 || nodes == 27)) {
+  if (shape == CellShape::hexahedron && nodes > 8) {
     identity();
-    for (std::uint8_t i = 0; i < 4; ++i) {
-      places[12U + i] = static_cast<std::uint16_t>(16 + i);
-      places[16U + i] = static_cast<std::uint16_t>(12 + i);
-    }
-    if (nodes == 27) {
-      // Exodus lists the remaining nodes in this order: the cell centre, then the face centres -z
-      // +z -x +x -y +y. VTK's order is the face centres -x +x -y +y -z +z, then the cell centre.
-      constexpr std::array<std::uint8_t, 7> kLast{23, 24, 25, 26, 21, 22, 20};
-      std::copy(kLast.begin(), kLast.end(), places.begin() + 20);
-    }
-  } else if (shape == CellShape::wedge && (nodes == 15 || nodes == 18)) {
+    std::swap_ranges(places.begin() + 12, places.begin() + 16, places.begin() + 16);
+    // Exodus lists the remaining nodes in this order: the cell centre, then the face centres -z +z
+    // -x +x -y +y. VTK's order is the face centres -x +x -y +y -z +z, then the cell centre.
+    if (nodes == 27) set_last({23, 24, 25, 26, 21, 22, 20});
+  } else if (shape == CellShape::wedge && nodes > 6) {
     identity();
-    for (std::uint8_t i = 0; i < 3; ++i) {
-      places[9U + i] = static_cast<std::uint16_t>(12 + i);
-      places[12U + i] = static_cast<std::uint16_t>(9 + i);
-    }
+    std::swap_ranges(places.begin() + 9, places.begin() + 12, places.begin() + 12);
+    // Exodus lists the centres of the triangles, of the cell, and of the quads 1254, 0352 and 0143.
+    // VTK's order is the triangles, the quads 0143, 1254 and 0352, then the cell.
+    if (nodes == 21) set_last({20, 18, 19, 17});
+  } else if (shape == CellShape::tetrahedron && nodes == 15) {
+    // Exodus lists the centres of the faces 021, 123, 032 and 013, VTK those of 021, 013, 123, 032.
+    identity();
+    set_last({13, 11, 12, 14});
   }
   return places;
 }

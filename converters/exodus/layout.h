@@ -29,6 +29,7 @@ enum class Use : std::uint8_t {
 
 struct BlockLayout {
   CellShape shape = CellShape::other;
+  NodeScheme scheme = NodeScheme::lagrange;
   std::uint32_t nodes_per_cell = 0;
   std::uint64_t cells = 0;
   // Index of the variable with the connectivity; -1 for polyhedra and for elements without nodes.
@@ -37,6 +38,8 @@ struct BlockLayout {
   // polyhedron.
   int counts = -1;
   int faces = -1;  // index of the variable with the faces of all polyhedra
+
+  BlockInfo elements() const { return {0, {}, shape, nodes_per_cell, scheme}; }
 };
 
 // A part of an array: its values on all vertices, on all cells, on the cells of one block, on the
@@ -116,13 +119,15 @@ void narrow_connectivity(const Skeleton& skeleton, Layout& layout, std::uint32_t
 // half of the columns for Bezier elements, otherwise all columns.
 std::uint32_t node_columns(const Skeleton& skeleton, const BlockLayout& block);
 
-CellShape shape_of(std::string_view element_type, std::uint32_t nodes);
+// Returns the shape, the scheme and the number of nodes of the elements of a type.
+BlockInfo element_block(std::string_view element_type, std::uint32_t nodes);
 // Returns true if Exodus (SEACAS, Ioss) has an element type for the cells of a block, and
 // exodus_permutation() returns the order of their nodes.
 bool has_element_type(const BlockInfo& block);
 // Returns the permutation between two node orders: node i in VTK's order is node result[i] in
-// Exodus' order. Returns an empty list if the two orders are equal.
-std::vector<std::uint16_t> exodus_permutation(CellShape shape, std::uint32_t nodes);
+// Exodus' order. Returns an empty list if the two orders are equal, or if the order of the nodes is
+// that of the file because Exodus alone has such elements.
+std::vector<std::uint16_t> exodus_permutation(const BlockInfo& block);
 
 // A netCDF hyperslab: the start index and the count in each dimension of a variable. slab_of()
 // returns the hyperslab that contains the elements `first` to `first` + `count` - 1 of a part of an

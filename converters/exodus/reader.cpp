@@ -53,7 +53,7 @@ ExodusMesh::ExodusMesh(const std::string& path) : place_{path, ErrorCode::corrup
   info_ = describe(skeleton_, layout_, *this, place_);
   if (derived) add_face_numbers(faces);
   for (const BlockLayout& block : layout_.blocks)
-    places_.push_back(exodus_permutation(block.shape, block.nodes_per_cell));
+    places_.push_back(exodus_permutation(block.elements()));
 }
 
 void ExodusMesh::read_structure() {

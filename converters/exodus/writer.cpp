@@ -154,7 +154,7 @@ class SkeletonWriter {
       if (block.connectivity < 0 || block.faces >= 0) return;
       touch(block.connectivity);
       nodes.resize(corners.size());
-      const auto places = exodus_permutation(block.shape, block.nodes_per_cell);
+      const auto places = exodus_permutation(block.elements());
       const std::size_t width = places.empty() ? 1 : places.size();
       for (std::size_t begin = 0; begin < corners.size(); begin += width)
         for (std::size_t i = 0; i < width; ++i)
@@ -532,6 +532,7 @@ bool fits(const MeshInfo& info, const Layout& layout) {
     return false;
   for (std::size_t b = 0; b < layout.blocks.size(); ++b)
     if (schema.blocks[b].shape != layout.blocks[b].shape ||
+        schema.blocks[b].scheme != layout.blocks[b].scheme ||
         schema.blocks[b].nodes_per_cell != layout.blocks[b].nodes_per_cell ||
         info.block_cells[b] != layout.blocks[b].cells)
       return false;

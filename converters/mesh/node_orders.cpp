@@ -223,27 +223,42 @@ NodePlaces gmsh_places(CellShape shape, NodeScheme scheme, std::uint32_t order) 
   return out;
 }
 
-NodePlaces exodus_hex64() {
-  const Corners corners = corners_between(0, 3);
-  NodePlaces out(corners.begin(), corners.end());
-  // Appends the node of a face that is nearest to `corner`. `opposite`: the opposite corner of the
-  // face.
+NodePlaces exodus_cubic(CellShape shape, NodeScheme scheme) {
+  // QUAD16 has the order of Gmsh. The nodes of lines and triangles have the order of the model.
+  if (shape == CellShape::quad) return gmsh_places(shape, scheme, 3);
+  if (shape == CellShape::line || shape == CellShape::triangle)
+    return node_places(shape, scheme, 3);
+  // Three-dimensional cells: the corners, the edges of the bottom, the edges that lead upwards, one
+  // level after the other, and the edges of the top.
+  NodePlaces out = node_places(shape, scheme, 3);
+  const bool is_tetrahedron = shape == CellShape::tetrahedron;
+  out.resize(is_tetrahedron ? 4 : shape == CellShape::wedge ? 6 : 8);
+  const NodePlaces corners = out;
+  const std::size_t below = is_tetrahedron ? 3 : corners.size() / 2;
+  add_edges_around(std::span(corners).first(below), out);
+  for (std::size_t level = 1; level < 3; ++level)
+    for (std::size_t i = 0; i < below; ++i) {
+      const NodePlace& above = corners[is_tetrahedron ? 3 : below + i];
+      const NodePlace first = towards(corners[i], above);
+      out.push_back(level == 1 ? first : towards(first, above));
+    }
+  if (!is_tetrahedron) add_edges_around(std::span(corners).last(below), out);
+  if (scheme == NodeScheme::serendipity) return out;
+
+  // HEX64. Appends the node of a face that is nearest to `corner`. `opposite`: the opposite corner
+  // of the face.
   const auto add_near = [&](std::size_t corner, std::size_t opposite) {
     out.push_back(towards(corners[corner], corners[opposite]));
   };
-  add_edges_around(std::span(corners).first(4), out);
-  for (std::uint8_t k = 1; k < 3; ++k)  // the vertical edges, one level after the other
-    for (std::size_t i = 0; i < 4; ++i) out.push_back({corners[i][0], corners[i][1], k});
-  add_edges_around(std::span(corners).last(4), out);
   for (std::size_t i = 0; i < 4; ++i) add_near(i, (i + 2) % 4);
-  for (const std::size_t level : {0u, 4u}) {
+  for (const std::size_t at : {0u, 4u}) {
     // On each level: the nodes of the four vertical faces, then the nodes inside
     for (std::size_t i = 0; i < 4; ++i) {
-      const std::size_t next = (i + 1) % 4, other = 4 - level;
-      add_near(level + i, other + next);
-      add_near(level + next, other + i);
+      const std::size_t next = (i + 1) % 4, other = 4 - at;
+      add_near(at + i, other + next);
+      add_near(at + next, other + i);
     }
-    for (std::size_t i = 0; i < 4; ++i) add_near(level + i, 4 - level + (i + 2) % 4);
+    for (std::size_t i = 0; i < 4; ++i) add_near(at + i, 4 - at + (i + 2) % 4);
   }
   for (std::size_t i = 0; i < 4; ++i) add_near(4 + i, 4 + (i + 2) % 4);
   return out;

@@ -14,8 +14,9 @@ using NodePlaces = std::vector<NodePlace>;
 
 // Returns the places of the nodes of a cell of order `order`, in the order of Gmsh.
 NodePlaces gmsh_places(CellShape shape, NodeScheme scheme, std::uint32_t order);
-// Exodus defines the order of hexahedra of order 3, HEX64 (SEACAS, Ioss_Hex64).
-NodePlaces exodus_hex64();
+// Returns the places of the nodes of an element of order 3, in the order of Exodus (SEACAS, Ioss):
+// BAR4, TRI9, QUAD12, QUAD16, TETRA16, WEDGE24, HEX32 or HEX64.
+NodePlaces exodus_cubic(CellShape shape, NodeScheme scheme);
 
 // Returns the permutation between two orders of the same nodes: node i of `to` is node result[i] of
 // `from`.

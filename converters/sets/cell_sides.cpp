@@ -84,14 +84,13 @@ std::size_t corners_of(CellShape shape) {
   }
 }
 
-// Returns the nodes of a side of a cell of order 1 or 2: the corners, the middles of the edges and
-// the centre, as far as the cell has them.
+// Returns the nodes of a side of a cell of order 2: the corners, the middles of the edges and, if
+// the cell has it, the centre.
 SideNodes second_order_side(const CellKind& cell, const Corners& around) {
   SideNodes side;
   side.at.assign(around.begin(), around.end());
   const std::size_t first_edge = corners_of(cell.shape);
   const auto& edges = edges_of(cell.shape);
-  if (cell.nodes < first_edge + edges.size()) return side;
   const std::size_t count = around.size() == 2 ? 1 : around.size();
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint8_t a = around[i], b = around[(i + 1) % around.size()];
@@ -105,8 +104,10 @@ SideNodes second_order_side(const CellKind& cell, const Corners& around) {
   std::sort(sorted.begin(), sorted.end());
   const auto& middles = middles_of(cell.shape);
   const auto middle = std::find(middles.begin(), middles.end(), sorted);
-  const std::size_t place =
-      first_edge + edges.size() + static_cast<std::size_t>(middle - middles.begin());
+  // In wedges with 21 nodes, the centres of the triangles come first.
+  const bool has_triangles = cell.shape == CellShape::wedge && cell.nodes == 21;
+  const std::size_t place = first_edge + edges.size() + (has_triangles ? 2 : 0) +
+                            static_cast<std::size_t>(middle - middles.begin());
   // The node at the centre is added only if the side is a quad, because no type of second-order
   // triangle with a node at its centre exists in both Gmsh and Exodus.
   if (middle != middles.end() && place < cell.nodes && around.size() == 4)
@@ -139,8 +140,13 @@ SideNodes find_nodes(const CellKind& cell, const Corners& around) {
                           : around.size() == 3 ? CellShape::triangle
                                                : CellShape::quad;
   const std::uint32_t order = cell_order({0, {}, cell.shape, cell.nodes, cell.scheme});
-  SideNodes side =
-      order >= 3 ? high_order_side(cell, around, shape, order) : second_order_side(cell, around);
+  SideNodes side;
+  if (order >= 3)
+    side = high_order_side(cell, around, shape, order);
+  else if (order == 2)
+    side = second_order_side(cell, around);
+  else  // order 1, or it is not known where the nodes after the corners lie
+    side.at.assign(around.begin(), around.end());
   // No line is a serendipity cell, since all its nodes are on its edge.
   const bool is_lagrange = shape == CellShape::line && cell.scheme == NodeScheme::serendipity;
   side.kind = {shape, is_lagrange ? NodeScheme::lagrange : cell.scheme,

@@ -96,6 +96,8 @@ constexpr CellKind kCellKinds[] = {
     {kPixel, CellShape::quad, 4},
     // Lagrange cells that high_order_block() does not cover, and Bezier cells of order 1
     {69, CellShape::triangle, 7},
+    {71, CellShape::tetrahedron, 15},
+    {73, CellShape::wedge, 21},
     {74, CellShape::pyramid, 5},
     {75, CellShape::line, 2},
     {76, CellShape::triangle, 3},

@@ -35,6 +35,31 @@ HEX64_EDGES = [(0, 1, 8, 9), (1, 5, 17, 21), (5, 4, 25, 24), (4, 0, 20, 16), (3,
 HEX64_FACES = [(0, 1, 5, 4, 36, 37, 49, 48), (1, 2, 6, 5, 38, 39, 51, 50), (2, 3, 7, 6, 40, 41, 53, 52),
                (0, 4, 7, 3, 43, 55, 54, 42), (0, 3, 2, 1, 32, 35, 34, 33), (4, 5, 6, 7, 60, 61, 62, 63)]
 QUAD16_EDGES = [(0, 1, 4, 5), (1, 2, 6, 7), (2, 3, 8, 9), (3, 0, 10, 11)]
+# Elements that Exodus and one other format have: corners, and how SEACAS lists the nodes on edges (the ends of the
+# edge first) and in the middle of faces (after their corners).
+EDGES = {
+    "TRI9": [(0, 1, 3, 4), (1, 2, 5, 6), (2, 0, 7, 8)],
+    "QUAD12": [(0, 1, 4, 5), (1, 2, 6, 7), (2, 3, 8, 9), (3, 0, 10, 11)],
+    "TETRA16": [(0, 1, 4, 5), (1, 2, 6, 7), (2, 0, 8, 9), (0, 3, 10, 13), (1, 3, 11, 14), (2, 3, 12, 15)],
+    "WEDGE24": [(0, 1, 6, 7), (1, 2, 8, 9), (2, 0, 10, 11), (3, 4, 18, 19), (4, 5, 20, 21), (5, 3, 22, 23),
+                (0, 3, 12, 15), (1, 4, 13, 16), (2, 5, 14, 17)],
+    "HEX32": [(0, 1, 8, 9), (1, 5, 17, 21), (5, 4, 25, 24), (4, 0, 20, 16), (3, 2, 13, 12), (2, 6, 18, 22),
+              (6, 7, 28, 29), (7, 3, 23, 19), (0, 3, 15, 14), (1, 2, 10, 11), (5, 6, 26, 27), (4, 7, 31, 30)],
+    "TETRA15": [(0, 1, 4), (1, 2, 5), (2, 0, 6), (0, 3, 7), (1, 3, 8), (2, 3, 9)],
+    "WEDGE21": [(0, 1, 6), (1, 2, 7), (2, 0, 8), (3, 4, 12), (4, 5, 13), (5, 3, 14), (0, 3, 9), (1, 4, 10), (2, 5, 11)],
+    "PYRAMID19": [(0, 1, 5), (1, 2, 6), (2, 3, 7), (3, 0, 8), (0, 4, 9), (1, 4, 10), (2, 4, 11), (3, 4, 12)],
+}
+FACES = {
+    "TETRA15": [(0, 1, 3, 13), (1, 2, 3, 11), (0, 3, 2, 12), (0, 2, 1, 10), (0, 1, 2, 3, 14)],
+    "WEDGE21": [(0, 1, 4, 3, 20), (1, 2, 5, 4, 18), (0, 3, 5, 2, 19), (0, 2, 1, 15), (3, 4, 5, 16),
+                (0, 1, 2, 3, 4, 5, 17)],
+    "PYRAMID19": [(0, 1, 4, 14), (1, 2, 4, 15), (2, 3, 4, 16), (3, 0, 4, 17), (0, 3, 2, 1, 13), (0, 1, 2, 3, 4, 18)],
+}
+UNIT_CORNERS = {"TRI": [(0, 0, 0), (1, 0, 0), (0, 1, 0)], "QUAD": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)],
+                "TETRA": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+                "PYRAMID": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 1)],
+                "WEDGE": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)],
+                "HEX": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]}
 HEX27_CENTRES = {20: range(8), 21: (0, 1, 2, 3), 22: (4, 5, 6, 7), 23: (0, 3, 7, 4), 24: (1, 2, 6, 5),
                  25: (0, 1, 5, 4), 26: (2, 3, 7, 6)}
 
@@ -53,6 +78,41 @@ def interpolated(corners, parameters):
     else:
         weights = np.column_stack([1 - parameters.sum(axis=1), parameters])
     return weights @ corners
+
+
+def write_element(path, kind, like=None):
+    """Writes an Exodus file with one element, whose nodes have the order of SEACAS. `like`: an element with at least
+    as many nodes, which has the first ones in common with this element."""
+    nodes = int(kind.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"))
+    family = kind[:-len(str(nodes))]
+    at = np.full((21 if like else nodes, 3), np.nan)
+    corners = np.array(UNIT_CORNERS[family], float) * (2, 3, 5)
+    at[:len(corners)] = corners
+    for a, b, *between in EDGES[like or kind]:
+        for i, node in enumerate(between, 1):
+            at[node] = at[a] + (at[b] - at[a]) * i / (len(between) + 1)
+    for *around, node in FACES.get(like or kind, []):
+        at[node] = at[around].mean(axis=0)
+    at = at[:nodes]
+    assert not np.isnan(at).any()
+    with netCDF4.Dataset(path, "w", format="NETCDF3_64BIT_OFFSET") as file:
+        file.setncatts({"api_version": np.float32(5), "version": np.float32(5), "floating_point_word_size": np.int32(8)})
+        for name, size in {"len_string": 33, "len_line": 81, "num_dim": 3, "num_nodes": nodes, "num_elem": 1,
+                           "num_el_blk": 1, "num_el_in_blk1": 1, "num_nod_per_el1": nodes}.items():
+            file.createDimension(name, size)
+        for i, axis in enumerate("xyz"):
+            file.createVariable("coord" + axis, "f8", ("num_nodes",))[:] = at[:, i]
+        file.createVariable("eb_prop1", "i4", ("num_el_blk",))[:] = 1
+        connect = file.createVariable("connect1", "i4", ("num_el_in_blk1", "num_nod_per_el1"))
+        connect.elem_type = kind
+        connect[:] = np.arange(1, nodes + 1)
+
+
+def element_of(path):
+    """The type and the coordinates of the nodes of the only element of an Exodus file."""
+    with netCDF4.Dataset(path) as file:
+        points = np.stack([np.asarray(file["coord" + axis][:]) for axis in "xyz"], axis=1)
+        return file["connect1"].elem_type, points[np.asarray(file["connect1"][0]) - 1]
 
 
 def element_points(path):
@@ -136,6 +196,11 @@ class HighOrderTest(FolderTest):
             blocks = [(block.elem_type, np.asarray(block[:]) - 1) for block in blocks]
         self.assertEqual(sum(len(nodes) for kind, nodes in blocks if kind != "SPHERE"), cells, path)
         for kind, nodes in blocks:
+            for a, b, *between in EDGES.get(kind, []):
+                for i, node in enumerate(between, 1):
+                    ends = points[nodes[:, a]], points[nodes[:, b]]
+                    np.testing.assert_allclose(points[nodes[:, node]],
+                                               ends[0] + (ends[1] - ends[0]) * i / (len(between) + 1), atol=1e-9)
             if kind == "QUAD16":
                 for row in nodes:
                     self.check_cubic(points[row], QUAD16_EDGES, [(0, 1, 2, 3, 12, 13, 14, 15)])
@@ -210,10 +275,11 @@ class HighOrderTest(FolderTest):
                                                err_msg=f"{target} {kind}")
 
     def test_incomplete_cells(self):
-        """VTK and Exodus have no serendipity cells of order 3 and higher; Gmsh calls them incomplete."""
+        """VTK has no serendipity cells of order 3 and higher, Exodus has those of order 3; Gmsh calls them
+        incomplete."""
         source, packed, back = (self.path(name) for name in ("prisms.msh", "prisms.shm", "back.msh"))
         for order in (3, 4, 7):
-            write_prisms(source, order, incomplete=True)
+            cells = write_prisms(source, order, incomplete=True)
             self.shm("compress", source, "-o", packed)
             blocks = json.loads(self.shm("info", packed, "--json"))["blocks"]
             self.assertEqual({(block["shape"], block["order"], block["node_scheme"]) for block in blocks},
@@ -221,9 +287,46 @@ class HighOrderTest(FolderTest):
                               ("quad", order, "serendipity"), ("wedge", order, "serendipity")})
             self.shm("decompress", packed, "-o", back)
             self.shm("diff", source, back)
-            for target in ("prisms.vtu", "prisms.vtk", "prisms.e"):
+            if order == 3:
+                self.shm("convert", source, self.path("prisms.e"))
+                self.check_exodus(self.path("prisms.e"), cells)
+            for target in ["prisms.vtu", "prisms.vtk"] + ["prisms.e"] * (order > 3):
                 message = self.shm("convert", source, self.path(target), "--strict", code=6)
                 self.assertIn(f"serendipity wedge with {9 * order - 3} nodes".encode(), message)
+
+    def test_elements_of_exodus(self):
+        for kind in EDGES:
+            with self.subTest(kind):
+                source, packed, other, again = (self.path(name) for name in ("one.e", "one.shm", "one", "again.e"))
+                write_element(source, kind)
+                self.shm("compress", source, "-o", packed)
+                self.shm("decompress", packed, "-o", again)
+                self.assertEqual(element_of(again)[0], kind)
+                np.testing.assert_array_equal(element_of(again)[1], element_of(source)[1])
+                other += ".vtu" if kind in FACES else ".msh"
+                self.shm("convert", source, other, "--strict")
+                # VTK states the coordinates of a hexahedron with equal corners for PYRAMID19, Gmsh none for WEDGE24.
+                if kind not in ("PYRAMID19", "WEDGE24"):
+                    self.check(other, 1)
+                self.shm("convert", other, again, "--strict")
+                self.assertEqual(element_of(again)[0], kind)
+                np.testing.assert_array_equal(element_of(again)[1], element_of(source)[1])
+
+    def test_elements_that_only_exodus_has(self):
+        """Their corners are known, so they are counted and drawn; the other nodes keep their order."""
+        for kind, like, shape in (("TETRA14", "TETRA15", "tetrahedron"), ("WEDGE20", "WEDGE21", "wedge"),
+                                  ("PYRAMID18", "PYRAMID19", "pyramid")):
+            source, packed, again = (self.path(name) for name in ("one.e", "one.shm", "again.e"))
+            with self.subTest(kind):
+                write_element(source, kind, like)
+                self.shm("compress", source, "-o", packed)
+                self.assertEqual([block["shape"] for block in json.loads(self.shm("info", packed, "--json"))["blocks"]],
+                                 [shape])
+                self.shm("decompress", packed, "-o", again)
+                self.assertEqual(element_of(again)[0], kind)
+                np.testing.assert_array_equal(element_of(again)[1], element_of(source)[1])
+                message = self.shm("convert", source, self.path("one.vtu"), "--strict", code=6)
+                self.assertIn(f"{kind[-2:]} nodes".encode(), message)
 
     def test_orders_that_exodus_lacks(self):
         source, target = self.path("four.msh"), self.path("four.e")

@@ -332,13 +332,15 @@ TEST(BoundarySurface, OfSecondOrderCellsHasTheirCorners) {
 }
 
 /// Returns a mesh of one cell of higher order. Its corners are corners of a cube.
-TestMesh curved_cell(CellShape shape, std::uint32_t nodes, const std::vector<std::size_t>& at) {
+/// `like`: see SecondOrderMesh::add().
+TestMesh curved_cell(CellShape shape, std::uint32_t nodes, const std::vector<std::size_t>& at,
+                     std::uint32_t like = 0) {
   SecondOrderMesh mesh;
   const std::uint32_t block = mesh.add_block(shape, nodes);
   const auto cube = cube_at(0, 0, 0);
   std::vector<SecondOrderMesh::Point> corners;
   for (const std::size_t i : at) corners.push_back(cube[i]);
-  mesh.add(block, corners);
+  mesh.add(block, corners, like);
   return mesh.finish();
 }
 
@@ -383,7 +385,7 @@ TEST(BoundarySurface, DividesCurvedSides) {
       {curved_cell(hexahedron, 9, all), {1, 1, 1, 1, 1, 1}},
       {curved_cell(hexahedron, 20, all), {5, 5, 5, 5, 5, 5}},
       {curved_cell(hexahedron, 24, all), {4, 4, 4, 4, 5, 5}},
-      {curved_cell(hexahedron, 25, all), {5, 5, 5, 5, 5, 5}},
+      {curved_cell(hexahedron, 25, all), {1, 1, 1, 1, 1, 1}},
       {curved_cell(hexahedron, 27, all), {4, 4, 4, 4, 4, 4}},
       {turned_grids(1, 1, 1, 3), {9, 9, 9, 9, 9, 9}},
       {turned_grids(1, 1, 1, 4), {16, 16, 16, 16, 16, 16}},
@@ -391,7 +393,11 @@ TEST(BoundarySurface, DividesCurvedSides) {
       {curved_cell(pyramid, 13, five), {4, 4, 4, 4, 5}},
       {curved_cell(pyramid, 14, five), {4, 4, 4, 4, 4}},
       {curved_cell(wedge, 15, six), {5, 5, 5, 4, 4}},
+      {curved_cell(tetrahedron, 14, four), {1, 1, 1, 1}},
+      {curved_cell(tetrahedron, 15, four, 10), {4, 4, 4, 4}},
+      {curved_cell(pyramid, 19, five, 14), {4, 4, 4, 4, 4}},
       {curved_cell(wedge, 18, six), {4, 4, 4, 4, 4}},
+      {curved_cell(wedge, 21, six, 15), {5, 5, 5, 4, 4}},
       {cell_of_places(tetrahedron, 3), {9, 9, 9, 9}},
       {cell_of_places(pyramid, 4), {16, 16, 16, 16, 16}},
       {cell_of_places(wedge, 5), {25, 25, 25, 25, 25}},
@@ -486,10 +492,11 @@ TEST(BoundarySurface, DividesFlatCellsOfHigherOrder) {
     ASSERT_EQ(surface.face_count(), flat.faces);
     const auto xyz = surface.points_as<double>();
     for (std::size_t f = 0; f < surface.face_count(); ++f) {
-      const Cycle face = face_of(surface, f);
+      const std::size_t begin = surface.face_begin[f], size = surface.face_begin[f + 1] - begin;
       double twice = 0;
-      for (std::size_t i = 0; i < face.size(); ++i) {
-        const double *const a = &xyz[3 * face[i]], *const b = &xyz[3 * face[(i + 1) % face.size()]];
+      for (std::size_t i = 0; i < size; ++i) {
+        const double* const a = &xyz[std::size_t{3} * surface.corners[begin + i]];
+        const double* const b = &xyz[std::size_t{3} * surface.corners[begin + (i + 1) % size]];
         twice += a[0] * b[1] - a[1] * b[0];
         EXPECT_LE(std::max(std::abs(b[0] - a[0]), std::abs(b[1] - a[1])), 1) << points.size();
       }

@@ -43,10 +43,12 @@ class SecondOrderMesh {
           number({4 * (from[0] + place[0]), 4 * (from[1] + place[1]), 4 * (from[2] + place[2])}));
     mesh_.cells.push_back(std::move(cell));
   }
-  /// Adds a cell. All coordinates of `corners` must be multiples of 8.
-  void add(std::uint32_t block, const std::vector<Point>& corners) {
+  /// Adds a cell. All coordinates of `corners` must be multiples of 8. `like`: the number of nodes
+  /// of a cell whose layout is known, and which has its nodes in common with the first ones of this
+  /// cell; 0: all of them.
+  void add(std::uint32_t block, const std::vector<Point>& corners, std::uint32_t like = 0) {
     const BlockInfo& info = mesh_.schema.blocks[block];
-    const NodeLayout* layout = node_layout(info.shape, info.nodes_per_cell);
+    const NodeLayout* layout = node_layout(info.shape, like == 0 ? info.nodes_per_cell : like);
     std::vector<Point> at = corners;
     for (std::size_t p = corners.size(); p < info.nodes_per_cell; ++p) {
       const MidNode* node = layout == nullptr ? nullptr : layout->at(p);

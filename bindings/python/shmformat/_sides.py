@@ -66,16 +66,18 @@ def side_of(shape: str, nodes: int, scheme: str, side: int, flat: bool) -> tuple
     kind = _SHAPE_OF_SIDE[len(corners)]
     of_side = "lagrange" if kind == "line" and scheme == "serendipity" else scheme
     order = cell_order(shape, nodes, scheme)
-    found = _second_order(shape, nodes, corners) if order < 3 else _high_order(shape, scheme, order, corners)
-    return kind, of_side, found
+    if order >= 3:
+        return kind, of_side, _high_order(shape, scheme, order, corners)
+    # The order is 0 if it is not known where the nodes after the corners lie.
+    return kind, of_side, _second_order(shape, nodes, corners) if order == 2 else corners
 
 
 def _second_order(shape: str, nodes: int, corners: tuple[int, ...]) -> tuple[int, ...]:
     edges = _EDGES[shape]
     first_edge = _CORNERS[shape]
     first_middle = first_edge + len(edges)
-    if nodes < first_middle:
-        return corners
+    if (shape, nodes) == ("wedge", 21):  # the centres of the triangles come first
+        first_middle += 2
     around = list(zip(corners, corners[1:] + corners[:1]))[:1 if len(corners) == 2 else None]
     found = list(corners)
     for a, b in around:

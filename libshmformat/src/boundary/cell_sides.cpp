@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "mesh/node_layout.h"
 #include "shm/cell_nodes.h"
 
 namespace shm {
@@ -113,18 +112,13 @@ class SideDivider {
   std::uint8_t side_ = 0;
 };
 
-/// Returns the places of the nodes of a cell of order 2 or higher, as far as they are known: the
-/// nodes of a complete cell, or the first ones of these. Returns an empty list if the cell does not
-/// have all nodes on edges.
+/// Returns the places of the nodes of a cell, as far as they are nodes of a complete cell. These
+/// come first: the corners and the nodes on edges, then those on faces and inside. Some cells of
+/// order 2 lack the last ones, or have others: centres of triangles and of cells.
 std::vector<NodePlace> known_places(const BlockInfo& block, std::uint32_t order) {
   std::vector<NodePlace> places = node_places(block.shape, NodeScheme::lagrange, order);
-  std::size_t nodes = block.nodes_per_cell;
-  if (block.shape == CellShape::hexahedron) {
-    if (nodes < 20) return {};
-    // With other numbers of nodes than these, the nodes from 20 on are inside the cell or unknown.
-    if (order == 2 && nodes != 24 && nodes != 26 && nodes != 27) nodes = 20;
-  }
-  places.resize(std::min(places.size(), nodes));
+  const bool has_other_faces = block.shape == CellShape::wedge && block.nodes_per_cell == 21;
+  places.resize(std::min<std::size_t>(places.size(), has_other_faces ? 15 : block.nodes_per_cell));
   return places;
 }
 
@@ -133,14 +127,10 @@ std::vector<NodePlace> known_places(const BlockInfo& block, std::uint32_t order)
 std::vector<Facet> facets_of(const BlockInfo& block) {
   std::vector<Facet> facets;
   if (block.scheme != NodeScheme::lagrange) return facets;
-  const bool is_second_order =
-      node_layout(block.shape, block.nodes_per_cell) != nullptr && block.nodes_per_cell <= 27;
-  const std::uint32_t order = is_second_order ? 2 : cell_order(block);
-  if (order < (is_second_order ? 2u : 3u)) return facets;
-  std::vector<NodePlace> places = known_places(block, order);
-  if (places.empty()) return facets;
+  const std::uint32_t order = cell_order(block);
+  if (order < 2) return facets;
   const CellForm form = form_of(block.shape, block.nodes_per_cell);
-  SideDivider divider(std::move(places), order, facets);
+  SideDivider divider(known_places(block, order), order, facets);
   std::vector<std::uint16_t> corners;
   if (form.kind == CellForm::itself) {
     for (std::uint16_t i = 0; i < form.corners; ++i) corners.push_back(i);
