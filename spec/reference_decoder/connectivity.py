@@ -32,7 +32,9 @@ class Cell:
         self.number = 0
 
     def reversed_axes(self):
-        """Section 48: the axes along which the rows of a grid begin at the high end."""
+        """Section 48: the axes along which the rows of a hexahedron's grid begin at the high end."""
+        if not self.hexahedral:
+            return set()
         new = [CORNER_BITS[self.stored_corner[p]] for p in self.new_positions if p < 8]
         return {a for a in range(3) if 2 * sum(bits >> a & 1 for bits in new) < len(new)}
 

@@ -2,8 +2,9 @@
 
 from functools import lru_cache
 
-from .basics import HEXAHEDRON, LINE, MASK64, PYRAMID, QUAD, TETRAHEDRON, TRIANGLE, WEDGE
+from .basics import HEXAHEDRON, LINE, MASK64, PYRAMID, QUAD, SERENDIPITY, TETRAHEDRON, TRIANGLE, WEDGE
 from .coders import Bits, Models
+from .schema import order_of
 from .surface import CORNER_BITS
 
 EDGE, FACE, BODY = range(3)
@@ -102,48 +103,95 @@ def _table(shape, nodes):
     return mid
 
 
+# Section 49: corners (1 for p), edges, quadrilaterals and triangles of each shape; a face is the corner where its steps
+# begin, and the ends of its two axes.
+_FRAMES = {
+    LINE: ("000 100", "01", "", ""),
+    TRIANGLE: ("000 100 010", "01 12 20", "", "012"),
+    QUAD: ("000 100 110 010", "01 12 32 03", "013", ""),
+    TETRAHEDRON: ("000 100 010 001", "01 12 20 03 13 23", "", "013 231 032 021"),
+    PYRAMID: ("000 100 110 010 001", "01 12 32 03 04 14 24 34", "013", "014 124 234 304"),
+    WEDGE: ("000 100 010 001 101 011", "01 12 20 34 45 53 03 14 25", "013 124 205", "012 345"),
+    HEXAHEDRON: ("000 100 110 010 001 101 111 011", "01 12 32 03 45 56 76 47 04 15 26 37", "034 125 014 327 013 457", ""),
+}
+
+
+def _sum(*parts):
+    """The sum of (factor, place)."""
+    return tuple(sum(factor * place[a] for factor, place in parts) for a in range(3))
+
+
 class Grid:
-    """Section 48: the nodes of a hexahedron of order 3 to 10."""
+    """Sections 48 and 49: the nodes of a cell of order 3 to 10."""
 
-    def __init__(self, order):
-        self.order, inside = order, range(1, order)
-        corner = [tuple(order * (CORNER_BITS[c] >> a & 1) for a in range(3)) for c in range(8)]
-        self.places = list(corner)  # by position
-        for a, b in _words("01 12 32 03 45 56 76 47 04 15 26 37"):
-            self.places += [tuple(x if x == y else i for x, y in zip(corner[a], corner[b])) for i in inside]
-        for axis in range(3):
-            for end in (0, order):
-                for v in inside:
-                    for u in inside:
-                        place = [u, v]
-                        place.insert(axis, end)
-                        self.places.append(tuple(place))
-        self.places += [(x, y, z) for z in inside for y in inside for x in inside]
+    def __init__(self, shape, order, is_serendipity):
+        self.shape, self.order = shape, order
+        corners, edges, quads, triangles = map(_words, _FRAMES[shape])
+        self.corner = corners  # of order 1
+        self.places, self.mid = [], {}  # by position
+        self._add_cell(edges, quads, triangles, order, 0, is_serendipity)
         self.at = {place: position for position, place in enumerate(self.places)}
-        self.mid = {position: self._node(self.places[position]) for position in range(8, len(self.places))}
-        for position in range(9, len(self.places)):
-            node, before = self.mid[position], self.mid[position - 1]
-            node.continues = (node.kind, node.corners) == (before.kind, before.corners)
+        for position in range(len(corners), len(self.places)):
+            self.mid[position] = node = self._node(self.places[position], edges, quads, triangles)
+            before = self.mid.get(position - 1)
+            node.continues = before is not None and (node.kind, node.corners) == (before.kind, before.corners)
 
-    def _node(self, place):
-        inner = [a for a in range(3) if 0 < place[a] < self.order]
-        at_ends = [(0,), (self.order,)] if len(inner) == 1 else [(0, 0), (1, 0), (1, 1), (0, 1)]
-        corners = []
-        for ends in at_ends if len(inner) < 3 else []:
-            corner = list(place)
-            for a, end in zip(inner, ends):
-                corner[a] = self.order if end else 0
-            corners.append(self.at[tuple(corner)])
-        node = MidNode((EDGE, FACE, BODY)[len(inner) - 1], tuple(corners))
-        node.steps, node.order = tuple(place[a] for a in inner), self.order
-        if node.kind == EDGE:
-            node.sides = [side for side in _HEXAHEDRON_FACES if _next_to(side, *corners)]
+    def _along(self, order, inside, a, b, d, u, v):
+        """The place u steps from corner a towards b, and v steps towards d."""
+        at, one = self.corner, (1, 1, 1)
+        return _sum((inside, one), (order - u - v, at[a]), (u, at[b]), (v, at[d]))
+
+    def _add_cell(self, edges, quads, triangles, order, inside, is_serendipity):
+        corners = range(len(self.corner))
+        self.places += [self._along(order, inside, c, c, c, 0, 0) for c in (corners if order else [0])]
+        if not order:
+            return
+        steps = range(1, order)
+        self.places += [self._along(order, inside, a, b, a, u, 0) for a, b in edges for u in steps]
+        if is_serendipity:
+            return
+        quad_nodes = [self._along(order, inside, *face, u, v) for face in quads for v in steps for u in steps]
+        if self.shape == WEDGE:
+            rows = [[self._along(order, inside, *face, u, v) for v in steps for u in range(1, order - v)]
+                    for face in triangles]
+            self.places += [*rows[0], *rows[1], *quad_nodes, *((x, y, z) for z in steps for x, y, _ in rows[0])]
+            return
+        self.places += quad_nodes
+        for face in triangles:
+            self.places += [self._along(order, inside, *face, u, v) for u, v in _inside_triangle(order)]
+        if self.shape == HEXAHEDRON:
+            self.places += [(x, y, z) for z in steps for y in steps for x in steps]
+        smaller = order - {TETRAHEDRON: 4, PYRAMID: 3}.get(self.shape, order + 1)
+        if smaller >= 0:
+            self._add_cell(edges, quads, triangles, smaller, inside + 1, False)
+
+    def _node(self, place, edges, quads, triangles):
+        steps = range(1, self.order)
+        for a, b in edges:
+            for u in steps:
+                if self._along(self.order, 0, a, b, a, u, 0) == place:
+                    node = MidNode(EDGE, (a, b))
+                    node.steps, node.order = (u,), self.order
+                    node.sides = [side for side in _SIDES.get(self.shape, []) if _next_to(side, a, b)]
+                    return node
+        for face in quads + triangles:
+            for u in steps:
+                for v in steps:
+                    if self._along(self.order, 0, *face, u, v) == place:
+                        a, b, d = face
+                        opposite = self.at.get(self._along(self.order, 0, a, b, d, self.order, self.order))
+                        node = MidNode(FACE, (a, b, opposite, d) if face in quads else face)
+                        node.steps, node.order = (u, v), self.order
+                        return node
+        node = MidNode(BODY)
+        node.order = self.order
         return node
 
     def in_rows(self, reversed_axes):
         """All positions in the order of coding."""
         turn = lambda place: [self.order - x if a in reversed_axes else x for a, x in enumerate(place)]
-        return [*range(8), *sorted(range(8, len(self.places)), key=lambda p: turn(self.places[p])[::-1])]
+        first = len(self.corner)
+        return [*range(first), *sorted(range(first, len(self.places)), key=lambda p: turn(self.places[p])[::-1])]
 
     def back(self, position, reversed_axes, steps):
         """The position that lies `steps` back from this one along the rows, or None."""
@@ -151,19 +199,36 @@ class Grid:
                       for a, (x, s) in enumerate(zip(self.places[position], steps)))
         return self.at.get(place)
 
+    def along_edge(self, position, reversed_axes):
+        """Of a node of an edge: its steps, the positions back along the edge, nearest first, and the end ahead."""
+        node = self.mid[position]
+        first, second = node.corners
+        axis = max(a for a in range(3) if self.corner[first][a] != self.corner[second][a])
+        steps = node.steps[0]
+        if (self.corner[first][axis] < self.corner[second][axis]) == (axis in reversed_axes):
+            first, second, steps = second, first, self.order - steps
+        behind = [self.at[self._along(self.order, 0, first, second, first, s, 0)] for s in range(steps - 1, -1, -1)]
+        return steps, behind, second
 
-_GRID_ORDERS = {(order + 1) ** 3: order for order in range(3, 11)}
+
+def _inside_triangle(order):
+    """The steps of the nodes inside a triangle of an order, which is not that of a wedge."""
+    if order < 3:
+        return []
+    p = order - 3
+    if p == 0:
+        return [(1, 1)]
+    edges = [(u, 0) for u in range(1, p)] + [(p - u, u) for u in range(1, p)] + [(0, p - u) for u in range(1, p)]
+    return [(u + 1, v + 1) for u, v in [(0, 0), (p, 0), (0, p), *edges, *_inside_triangle(p)]]
 
 
-@lru_cache(maxsize=None)
-def _grid(order):
-    return Grid(order)
+_grid = lru_cache(maxsize=None)(Grid)
 
 
 def grid_of(block):
     """Of a block whose cells have their nodes on a grid, else None."""
-    order = _GRID_ORDERS.get(block.nodes_per_cell) if block.shape == HEXAHEDRON else None
-    return _grid(order) if order else None
+    order = order_of(block)
+    return _grid(block.shape, order, block.scheme == SERENDIPITY) if order else None
 
 
 def mid_nodes_of(block):
@@ -191,7 +256,8 @@ class MidNodes:
         self.face_ends, self.edge_ends = Bits(), Bits()
 
     def _place(self, cell, i):
-        """The two vertices that define the edge or face of mid node i, and which place on it this is."""
+        """The two vertices that define the edge or face of mid node i, and which place on it this is. Then the third
+        vertex that defines a triangle."""
         node = cell.mid[i]
         corners = [cell.v[cell.position_stored(c)] for c in node.corners]
         order = node.order
@@ -199,6 +265,11 @@ class MidNodes:
             a, b = corners
             step = order - node.steps[0] if b.id < a.id else node.steps[0]
             return a, b, step - 1
+        if len(corners) == 3:  # of a triangle: its corners by id, and the steps towards each
+            u, v = node.steps
+            towards = sorted(zip(corners, (order - u - v, u, v)), key=lambda one: one[0].id)
+            (a, _), (middle, s), (b, t) = towards
+            return a, b, s - 1 + (order - 1) * (t - 1), middle
         least = min(range(4), key=lambda k: corners[k].id)
         first = order - node.steps[0] if least in (1, 2) else node.steps[0]
         second = order - node.steps[1] if least in (2, 3) else node.steps[1]
@@ -209,12 +280,19 @@ class MidNodes:
             first, second = second, first
         return corners[least], corners[least ^ 2], first - 1 + (order - 1) * (second - 1)
 
+    @staticmethod
+    def _key(kind, a, b, index, middle=None):
+        """What stands for a place in `middle`; None if there is none."""
+        if middle is None:
+            return kind, frozenset((a.id, b.id)), index
+        return None if max(v.slot for v in (a, b, middle)) >= 1 << 21 else (kind, (a.id, middle.id, b.id), index)
+
     def as_expected(self, source, cell, i):
         kind = cell.mid[i].kind
         expected = None
         if kind != BODY:
-            a, b, index = self._place(cell, i)
-            expected = self.middle.get((kind, frozenset((a.id, b.id)), index))
+            a, b, index, *_ = place = self._place(cell, i)
+            expected = self.middle.get(self._key(kind, *place))
             if expected is None and a is b:
                 expected = a
         hit = source.bit(self.expected_models[kind, expected is not None, self.missed[kind]])
@@ -229,11 +307,11 @@ class MidNodes:
         node, vertex = cell.mid[i], cell.v[i]
         if node.kind == BODY:
             return
-        a, b, index = self._place(cell, i)
+        a, b, *_ = place = self._place(cell, i)
         if vertex is a and vertex is b:
             return
-        place = node.kind, frozenset((a.id, b.id)), index
-        if vertex.place != place:
+        place = self._key(node.kind, *place)
+        if place is not None and vertex.place != place:
             if place in self.middle:
                 self.forget_vertex(self.middle[place])
             self.forget_vertex(vertex)

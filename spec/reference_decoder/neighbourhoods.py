@@ -126,7 +126,7 @@ class Neighbourhoods:
                 item = self._polyhedron(cell, p, known)
             elif not cell.hexahedral and p < cell.corners:
                 item = self._other_corner(cell, p, known)
-            elif cell.grid:
+            elif cell.grid and p in cell.mid:
                 item = self._grid(cell, p)
             elif p in cell.mid and (cell.mid[p].kind != BODY or cell.count == 27):
                 item = self._mid(cell, p, known)
@@ -162,10 +162,17 @@ class Neighbourhoods:
         item = Neighbourhood(cell.v[p].slot, GRID, corner)
         steps = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 0, 1), (0, 1, 1), (1, 1, 1),
                  (2, 0, 0), (0, 2, 0), (0, 0, 2), (3, 0, 0), (0, 3, 0), (0, 0, 3)]
-        for place, step in enumerate(steps):
-            found = grid.back(p, reversed_axes, step)
-            if found is not None:
-                item.set(place, cell.v[cell.position_stored(found)].slot)
+        found = [grid.back(p, reversed_axes, step) for step in steps]
+        if cell.mid[p].kind == EDGE and sum(near is not None for near in found[:3]) < 2:
+            step, behind, end = grid.along_edge(p, reversed_axes)
+            found = [None] * 13
+            for place, node in zip((NEAR, BEYOND, FARTHER), behind):
+                found[place] = node
+            found[DIAGONAL] = end
+            item.corner = min(grid.order - step, 7)
+        for place, node in enumerate(found):
+            if node is not None:
+                item.set(place, cell.v[cell.position_stored(node)].slot)
         item.thirds(self.full)
         self.full[item.slot] = item.is_full()
         return item

@@ -157,7 +157,7 @@ class Patterns:
         introduced = {vertex for _, vertex in new}
         known = {i for i, vertex in enumerate(cell.v) if vertex not in introduced and vertex not in cell.v[:i]}
         block = self.schema.blocks[cell.block_index]
-        cell.new = [(vertex, [cell.v[j].slot for j in terms_of(block.shape, block.nodes_per_cell, i, known)])
+        cell.new = [(vertex, [cell.v[j].slot for j in terms_of(block.shape, block.nodes_per_cell, block.scheme, i, known)])
                     for i, vertex in new]
         self.rows[c] = [vertex.slot for vertex in cell.v]
         self.rows.pop(c - 2**self.history_bits, None)
@@ -235,23 +235,22 @@ def _along_grid(grid, i):
     inner = [axis for axis in range(3) if 0 < place[axis] < order]
     a, b, c = axes = inner + [axis for axis in range(3) if axis not in inner]
     moved = {axis: place[axis] - 1 if axis in inner else order - place[axis] for axis in axes}
-    at = lambda *those: grid.at[tuple(moved[axis] if axis in those else place[axis] for axis in range(3))]
+    at = lambda *those: grid.at.get(tuple(moved[axis] if axis in those else place[axis] for axis in range(3)))
     choices = [(at(a), at(b), at(c), at(a, b), at(a, c), at(b, c), at(a, b, c))]
     choices += [(at(x), at(y), at(x, y)) for x, y in ((a, b), (a, c), (b, c))]
-    if place[a] > 1:
-        before = tuple(place[axis] - 2 if axis == a else place[axis] for axis in range(3))
-        choices.append((at(a), at(a), grid.at[before]))
-    return choices
+    before = tuple(place[axis] - 2 if axis == a else place[axis] for axis in range(3))
+    choices.append((at(a), at(a), grid.at.get(before)))
+    return [choice for choice in choices if None not in choice]
 
 
 @lru_cache(maxsize=None)
-def _choices(block_shape, nodes, i):
+def _choices(block_shape, nodes, scheme, i):
     """The terms that node i may have, as nodes, the best first."""
     hexahedral = block_shape == HEXAHEDRON and nodes >= 8
     if hexahedral and i < 8:
         a, b, c, ab, ac, bc, abc = (CORNER_BITS[CORNER_BITS[i] ^ x] for x in (1, 2, 4, 3, 5, 6, 7))
         return ((a, b, c, ab, ac, bc, abc), (a, b, ab), (a, c, ac), (b, c, bc), (c,), (b,), (a,))
-    block = Block(0, b"", block_shape, nodes)
+    block = Block(0, b"", block_shape, nodes, scheme)
     corners, choices = corners_of(block, nodes), []
     if not hexahedral and i < corners:
         at = [(side, side.index(i)) for side in sides_of(block_shape, corners) if i in side]
@@ -265,9 +264,9 @@ def _choices(block_shape, nodes, i):
     return (*choices, (i - 1,)) if i else tuple(choices)
 
 
-def terms_of(block_shape, nodes, i, known):
+def terms_of(block_shape, nodes, scheme, i, known):
     """Nodes; `known` holds those that are, beside all before i."""
-    for choice in _choices(block_shape, nodes, i):
+    for choice in _choices(block_shape, nodes, scheme, i):
         if all(j < i or j in known for j in choice):
             return choice
     return ()

@@ -152,21 +152,27 @@ def _block(cursor):
     block = Block(id_, name, shape & 15, cursor.varint32(), shape >> 4)
     if block.shape > FACES or block.nodes_per_cell > 65536 or block.scheme > BEZIER:
         cursor.fail("a block that cannot be")
-    if block.scheme != LAGRANGE and block.nodes_per_cell not in _high_order_counts(block.shape, block.scheme):
+    if block.scheme != LAGRANGE and block.nodes_per_cell not in _orders(block.shape, block.scheme):
         cursor.fail("a block that no order has")
     return block
 
 
-def _high_order_counts(shape, scheme):
-    """Section 49: the numbers of nodes that the orders up to 10 have."""
+def _orders(shape, scheme):
+    """Section 49: the orders from 2 to 10, by the number of nodes."""
     if scheme == SERENDIPITY:
         corners, edges = {TRIANGLE: (3, 3), QUAD: (4, 4), TETRAHEDRON: (4, 6), PYRAMID: (5, 8), WEDGE: (6, 9),
                           HEXAHEDRON: (8, 12)}.get(shape, (0, 0))
-        return {corners + edges * (p - 1) for p in range(3, 11)} if corners else set()
+        return {corners + edges * (p - 1): p for p in range(3, 11)} if corners else {}
     count = {LINE: lambda n: n, TRIANGLE: lambda n: n * (n + 1) // 2, QUAD: lambda n: n * n,
              TETRAHEDRON: lambda n: n * (n + 1) * (n + 2) // 6, PYRAMID: lambda n: n * (n + 1) * (2 * n + 1) // 6,
              WEDGE: lambda n: n * n * (n + 1) // 2, HEXAHEDRON: lambda n: n**3}.get(shape)
-    return {count(p + 1) for p in range(2, 11)} if count else set()
+    return {count(p + 1): p for p in range(2, 11)} if count else {}
+
+
+def order_of(block):
+    """The order of its cells, if it is 3 or more and all nodes of the scheme are there, else 0."""
+    order = _orders(block.shape, block.scheme).get(block.nodes_per_cell, 0)
+    return order if order >= 3 else 0
 
 
 def _array(cursor, blocks):

@@ -80,7 +80,11 @@ TEST(NodeLayout, OfAllShapes) {
                              {hexahedron, 21, {12, 0, 1}},  {hexahedron, 23, {12, 0, 0}},
                              {hexahedron, 24, {12, 4, 0}},  {hexahedron, 26, {12, 6, 0}},
                              {hexahedron, 27, {12, 6, 1}},  {hexahedron, 63, {12, 0, 0}},
-                             {hexahedron, 64, {24, 24, 8}}, {hexahedron, 1331, {108, 486, 729}}}) {
+                             {hexahedron, 64, {24, 24, 8}}, {hexahedron, 1331, {108, 486, 729}},
+                             {tetrahedron, 20, {12, 4, 0}}, {tetrahedron, 35, {18, 12, 1}},
+                             {pyramid, 30, {16, 8, 1}},     {wedge, 40, {18, 14, 2}},
+                             {triangle, 10, {6, 1, 0}},     {quad, 16, {8, 4, 0}},
+                             {line, 5, {3, 0, 0}}}) {
     const NodeLayout* layout = node_layout(expected.shape, expected.nodes);
     ASSERT_NE(layout, nullptr);
     std::array<int, 3> kinds{};
@@ -107,37 +111,91 @@ TEST(NodeLayout, OfAllShapes) {
 }
 
 TEST(NodeLayout, OfGridsIsThatOfPlaces) {
-  for (std::uint32_t order = kLeastGridOrder; order <= kMostGridOrder; ++order) {
-    const std::uint32_t side = order + 1;
-    const NodeLayout& layout = *node_layout(CellShape::hexahedron, side * side * side);
-    ASSERT_EQ(layout.grid.order, order);
-    ASSERT_EQ(layout.grid.places.size(), side * side * side);
-    for (std::uint32_t p = 0; p < layout.nodes; ++p) {
-      const NodeGrid::Place& place = layout.grid.places[p];
-      EXPECT_EQ(layout.grid.position(place), p);
-      const MidNode* node = layout.at(p);
-      ASSERT_EQ(node == nullptr, p < 8);
-      if (node == nullptr || node->kind == Kind::body) continue;
-      // The node is at the sum of its steps from its first corner.
-      const auto& first = layout.grid.places[node->corner[0]];
-      for (std::uint32_t a = 0; a < 3; ++a) {
-        std::uint32_t steps = 0;
-        for (std::size_t i = 0; i < (node->kind == Kind::edge ? 1u : 2u); ++i)
-          if (layout.grid.places[node->corner[i == 0 ? 1 : 3]][a] != first[a])
-            steps += node->step[i];
-        EXPECT_EQ(place[a], first[a] + steps) << p;
+  using enum CellShape;
+  for (const CellShape shape : {line, triangle, quad, tetrahedron, pyramid, wedge, hexahedron})
+    for (const NodeScheme scheme :
+         {NodeScheme::lagrange, NodeScheme::bezier, NodeScheme::serendipity})
+      for (std::uint32_t order = kLeastGridOrder; order <= kMostGridOrder; ++order) {
+        if (shape == line && scheme == NodeScheme::serendipity) continue;
+        const std::vector<NodePlace> places = node_places(shape, scheme, order);
+        const NodeLayout& layout =
+            *node_layout(shape, static_cast<std::uint32_t>(places.size()), scheme);
+        ASSERT_EQ(layout.grid.order, order);
+        ASSERT_EQ(layout.grid.places, places);
+        for (std::uint32_t p = 0; p < layout.nodes; ++p) {
+          const NodePlace& place = places[p];
+          EXPECT_EQ(layout.grid.position(place), p);
+          const MidNode* node = layout.at(p);
+          ASSERT_EQ(node == nullptr, p < layout.corners);
+          if (node == nullptr || node->kind == Kind::body) continue;
+          // The node is at the sum of its steps from its first corner.
+          const NodePlace& first = places[node->corner[0]];
+          for (std::uint32_t a = 0; a < 3; ++a) {
+            int at = first[a];
+            for (std::size_t i = 0; i < (node->kind == Kind::edge ? 1u : 2u); ++i) {
+              const std::size_t end = i == 0 ? 1 : node->is_on_triangle ? 2 : 3;
+              at += (places[node->corner[end]][a] - first[a]) / static_cast<int>(order) *
+                    node->step[i];
+            }
+            EXPECT_EQ(place[a], at) << shape_name(shape) << ' ' << p;
+          }
+        }
+        for (const auto& rows : layout.grid.rows) {
+          if (&rows != layout.grid.rows.data() && shape != hexahedron) {
+            EXPECT_TRUE(rows.empty());
+            continue;
+          }
+          std::vector<std::uint16_t> sorted = rows;
+          std::sort(sorted.begin(), sorted.end());
+          ASSERT_EQ(sorted.size(), places.size());
+          for (std::uint32_t p = 0; p < layout.nodes; ++p) EXPECT_EQ(sorted[p], p);
+        }
       }
-    }
-    for (const auto& rows : layout.grid.rows) {
-      std::vector<std::uint16_t> sorted = rows;
-      std::sort(sorted.begin(), sorted.end());
-      for (std::uint32_t p = 0; p < layout.nodes; ++p) EXPECT_EQ(sorted[p], p);
-    }
-  }
-  const auto& rows = node_layout(CellShape::hexahedron, 64)->grid.rows;
+  const auto& rows = node_layout(hexahedron, 64)->grid.rows;
   EXPECT_EQ(rows[0][8], 8);   // the first row, from corner 0
   EXPECT_EQ(rows[1][8], 9);   // the same row, from corner 1
   EXPECT_EQ(rows[4][8], 16);  // the row from corner 4
+}
+
+TEST(MiddleTable, PlacesOnTrianglesDoNotDependOnTheFirstCorner) {
+  ActiveSurface surface;
+  MiddleTable table(surface);
+  constexpr std::uint32_t kOrder = 5;
+  std::array<std::uint32_t, 3> v{};
+  for (std::uint32_t& it : v) it = surface.add_vertex();
+  std::array<std::uint32_t, 3> corners = {0, 1, 2};  // indices in v
+  do {
+    for (std::uint8_t s = 1; s < kOrder; ++s)
+      for (std::uint8_t t = 1; s + t < kOrder; ++t) {
+        // The node has weight s at v[1], t at v[2], and the rest at v[0].
+        const std::array<std::uint32_t, 3> weights = {kOrder - s - t, s, t};
+        const MiddleTable::Place place =
+            table.triangle({v[corners[0]], v[corners[1]], v[corners[2]]},
+                           {static_cast<std::uint8_t>(weights[corners[1]]),
+                            static_cast<std::uint8_t>(weights[corners[2]])},
+                           kOrder);
+        EXPECT_EQ(place.low, v[0]);
+        EXPECT_EQ(place.middle, v[1]);
+        EXPECT_EQ(place.high, v[2]);
+        EXPECT_EQ(place.index, s - 1 + (kOrder - 1) * (t - 1));
+      }
+  } while (std::next_permutation(corners.begin(), corners.end()));
+}
+
+TEST(MiddleTable, KeepsTrianglesOfTheSameEdgeApart) {
+  ActiveSurface surface;
+  MiddleTable table(surface);
+  std::array<std::uint32_t, 6> v{};
+  for (std::uint32_t& it : v) it = surface.add_vertex();
+  const auto left = table.triangle({v[0], v[1], v[2]}, {1, 1}, 3),
+             right = table.triangle({v[0], v[1], v[3]}, {1, 1}, 3);
+  table.put(left, v[4]);
+  EXPECT_EQ(table.find(right), kNone);
+  table.put(right, v[5]);
+  EXPECT_EQ(table.find(left), v[4]);
+  EXPECT_EQ(table.find(right), v[5]);
+  table.forget(v[4]);
+  EXPECT_EQ(table.find(left), kNone);
 }
 
 TEST(MiddleTable, PlacesOnFacesDoNotDependOnTheFirstCorner) {

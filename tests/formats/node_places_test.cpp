@@ -82,16 +82,6 @@ TEST(NodePlaces, OfSecondOrderCellsAreThoseOfTheirLayouts) {
   }
 }
 
-TEST(NodePlaces, OfGridsAreThoseOfTheirLayouts) {
-  for (std::uint32_t order = kLeastGridOrder; order <= kMostGridOrder; ++order) {
-    const NodePlaces expected = node_places(hexahedron, NodeScheme::lagrange, order);
-    const NodeLayout* const layout =
-        node_layout(hexahedron, static_cast<std::uint32_t>(expected.size()));
-    ASSERT_NE(layout, nullptr);
-    EXPECT_EQ(layout->grid.places, expected) << order;
-  }
-}
-
 // The sum of p^2 facets of each side, as vectors, is the side's own area vector: the facets cover
 // the side, and have its direction.
 TEST(NodePlaces, OfFacetsCoverTheSides) {

@@ -69,7 +69,7 @@ struct MeshBlock {
   std::vector<std::uint64_t> last_use;  ///< one bit mask per cell: bit i is set if the cell
                                         ///< finalizes its corner i (no later cell uses that vertex)
   /// Vertices that cells finalize and that `last_use` cannot mark, in ascending order of cells.
-  /// Only hexahedra of order 4 and higher have such vertices.
+  /// Only cells of orders 3 to 10 have such vertices.
   std::vector<OtherLastUse> other_last_uses;
   std::vector<std::uint64_t> vertices_before_cell;
   /// If a single segment is read: for each vertex, 1 if the vertex is imported (an earlier segment

@@ -21,10 +21,9 @@ struct BoundaryOptions {
   /// True: the sides of cells of higher order are divided into flat faces at all nodes that lie on
   /// them. A side of order p becomes p * p quadrilaterals or triangles; a quadrilateral without a
   /// node in its middle becomes four triangles and a quadrilateral. Only the nodes of second-order
-  /// cells, and of lines, triangles, quads and hexahedra of orders 3 to 10 are used, in blocks
-  /// whose cells all have the same number of nodes. A side between two cells of different order is
-  /// then part of the boundary, seen from both cells. False: all nodes that are not corners are
-  /// ignored.
+  /// cells and of Lagrange cells of orders 3 to 10 are used, in blocks whose cells all have the
+  /// same number of nodes. A side between two cells of different order is then part of the
+  /// boundary, seen from both cells. False: all nodes that are not corners are ignored.
   bool subdivide = false;
   /// Memory limit in bytes for the surface and for the data needed to find it. A mesh that needs
   /// more fails with ErrorCode::over_limit. The memory of a Reader or a MeshExtractor is not

@@ -53,7 +53,7 @@ class SHM_API Writer {
   /// stay in memory to the end, in both Writer and Reader. `data` contains the packed values of the
   /// static cell arrays that cover `block`, in schema order. `other_last_uses` contains the numbers
   /// of other vertices that no later cell uses, and that the cell has only at corners from 64 on.
-  /// It counts only for hexahedra of orders 4 to 10, and is ignored for other cells.
+  /// It counts only for cells of orders 3 to 10, and is ignored for other cells.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {},
                         std::span<const std::uint64_t> other_last_uses = {});

@@ -3,19 +3,12 @@
 #include <span>
 #include <utility>
 
+#include "mesh/cell_frame.h"
+
 namespace shm {
 namespace {
 
-using Ends = std::array<std::uint8_t, 2>;
-
-/// Corners, edges and faces of a shape. The row of nodes on an edge leads from its first corner to
-/// its second one. A face is given by the corner from which the steps on it count, and by the
-/// corners at the ends of its two axes.
-struct Frame {
-  std::span<const NodePlace> corners;  ///< of a cell of order 1
-  std::span<const Ends> rows;
-  std::span<const std::array<std::uint8_t, 3>> triangles, quads;
-};
+using Ends = CellFrame::Ends;
 
 constexpr std::array<NodePlace, 8> kCorners = {
     {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
@@ -39,19 +32,20 @@ constexpr std::array<Ends, 8> kPyramidRows = {
 constexpr std::array<Ends, 9> kWedgeRows = {
     {{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}}};
 constexpr std::array<Ends, 6> kTetrahedronRows = {{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
-constexpr std::array<std::array<std::uint8_t, 3>, 6> kHexahedronQuads = {
+constexpr std::array<CellFrame::Face, 6> kHexahedronQuads = {
     {{0, 3, 4}, {1, 2, 5}, {0, 1, 4}, {3, 2, 7}, {0, 1, 3}, {4, 5, 7}}};
-constexpr std::array<std::array<std::uint8_t, 3>, 3> kWedgeQuads = {
-    {{0, 1, 3}, {1, 2, 4}, {2, 0, 5}}};
-constexpr std::array<std::array<std::uint8_t, 3>, 2> kWedgeTriangles = {{{0, 1, 2}, {3, 4, 5}}};
-constexpr std::array<std::array<std::uint8_t, 3>, 1> kBase = {{{0, 1, 3}}};
-constexpr std::array<std::array<std::uint8_t, 3>, 4> kPyramidTriangles = {
+constexpr std::array<CellFrame::Face, 3> kWedgeQuads = {{{0, 1, 3}, {1, 2, 4}, {2, 0, 5}}};
+constexpr std::array<CellFrame::Face, 2> kWedgeTriangles = {{{0, 1, 2}, {3, 4, 5}}};
+constexpr std::array<CellFrame::Face, 1> kBase = {{{0, 1, 3}}};
+constexpr std::array<CellFrame::Face, 4> kPyramidTriangles = {
     {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}}};
-constexpr std::array<std::array<std::uint8_t, 3>, 1> kWholeTriangle = {{{0, 1, 2}}};
-constexpr std::array<std::array<std::uint8_t, 3>, 4> kTetrahedronTriangles = {
+constexpr std::array<CellFrame::Face, 1> kWholeTriangle = {{{0, 1, 2}}};
+constexpr std::array<CellFrame::Face, 4> kTetrahedronTriangles = {
     {{0, 1, 3}, {2, 3, 1}, {0, 3, 2}, {0, 2, 1}}};
 
-Frame frame_of(CellShape shape) {
+}  // namespace
+
+CellFrame frame_of(CellShape shape) {
   const std::span corners(kCorners);
   const std::span simplex(kSimplexCorners);
   const std::span rows(kTetrahedronRows);
@@ -67,6 +61,8 @@ Frame frame_of(CellShape shape) {
   }
 }
 
+namespace {
+
 /// Lists the places of the nodes of a cell.
 class PlaceList {
  public:
@@ -81,7 +77,7 @@ class PlaceList {
       add(c, c, c, 0, 0);
       if (order == 0) return;
     }
-    for (const auto& [from, to] : frame_.rows)
+    for (const auto& [from, to] : frame_.edges)
       for (std::uint32_t i = 1; i < order; ++i) add(from, to, to, i, 0);
     if (!is_complete_) return;
     if (shape_ == CellShape::wedge) {
@@ -125,14 +121,14 @@ class PlaceList {
   }
 
   /// Appends the nodes inside a face, row by row.
-  void add_rows(const std::array<std::uint8_t, 3>& face, bool is_triangle) {
+  void add_rows(const CellFrame::Face& face, bool is_triangle) {
     for (std::uint32_t v = 1; v < order_; ++v)
       for (std::uint32_t u = 1; u < order_ && (!is_triangle || u + v < order_); ++u)
         add(face[0], face[1], face[2], u, v);
   }
   /// Appends the nodes inside a triangle: those of a triangle whose order is lower by 3, corners
   /// and edges first.
-  void add_nested(const std::array<std::uint8_t, 3>& face) {
+  void add_nested(const CellFrame::Face& face) {
     for (std::uint32_t in = 1; 3 * in <= order_; ++in) {
       const std::uint32_t p = order_ - 3 * in;
       const auto add_inner = [&](std::uint32_t u, std::uint32_t v) {
@@ -149,7 +145,7 @@ class PlaceList {
   }
 
   CellShape shape_;
-  Frame frame_;
+  CellFrame frame_;
   bool is_complete_;
   std::uint32_t order_ = 0, in_ = 0;
   std::vector<NodePlace> places_;
@@ -202,9 +198,9 @@ std::uint32_t cell_order(const BlockInfo& block) {
       if (kind.shape == shape && kind.nodes == block.nodes_per_cell) return 2;
   // All nodes of a line are on its edge, so no line is a serendipity cell.
   if (is_serendipity && shape == CellShape::line) return 0;
-  const Frame frame = frame_of(shape);
+  const CellFrame frame = frame_of(shape);
   for (std::uint32_t p = least_order(block.scheme); p <= kMostCellOrder; ++p) {
-    const std::size_t nodes = is_serendipity ? frame.corners.size() + frame.rows.size() * (p - 1)
+    const std::size_t nodes = is_serendipity ? frame.corners.size() + frame.edges.size() * (p - 1)
                                              : complete_nodes(shape, p);
     if (nodes == block.nodes_per_cell) return p;
   }

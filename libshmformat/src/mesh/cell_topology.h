@@ -77,7 +77,7 @@ struct CellTopology {
   /// For each corner in stored order: its position (index in the coder's order). Set only if there
   /// is a layout.
   std::array<std::uint8_t, 8> framed{0, 1, 2, 3, 4, 5, 6, 7};
-  /// Hexahedra whose nodes form a grid: the axes along which the rows of nodes are coded in reverse
+  /// Cells whose nodes form a grid: the axes along which the rows of nodes are coded in reverse
   /// (bit a for axis a), and the positions of all nodes in the order of coding. Null for all other
   /// cells. See begin_grid().
   std::uint32_t reversed = 0;
@@ -98,14 +98,15 @@ struct CellTopology {
   std::uint32_t ranked_position(std::uint32_t rank) const {
     return rows != nullptr ? (*rows)[rank] : rank;
   }
-  /// Determines in which order the nodes of a grid are coded. Along each axis, the rows begin at
-  /// the end with fewer new corners. So they lead from known nodes to new ones. Precondition: the
-  /// corners are known, and new_positions contains the new ones.
+  /// Determines in which order the nodes of a grid are coded. Along each axis of a hexahedron, the
+  /// rows begin at the end with fewer new corners. So they lead from known nodes to new ones.
+  /// Precondition: the corners of a hexahedron are known, and new_positions contains the new ones.
   void begin_grid() {
     std::array<int, 3> new_at_end{};  // new corners at the high end, minus those at the low end
-    for (const std::uint32_t position : new_positions)
-      for (std::uint32_t a = 0; a < 3; ++a)
-        new_at_end[a] += (kCornerBits[stored_corner[position]] >> a & 1) != 0 ? 1 : -1;
+    if (hexahedral)
+      for (const std::uint32_t position : new_positions)
+        for (std::uint32_t a = 0; a < 3; ++a)
+          new_at_end[a] += (kCornerBits[stored_corner[position]] >> a & 1) != 0 ? 1 : -1;
     reversed = 0;
     for (std::uint32_t a = 0; a < 3; ++a)
       if (new_at_end[a] < 0) reversed |= 1u << a;

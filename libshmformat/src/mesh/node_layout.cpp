@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 
+#include "mesh/cell_frame.h"
 #include "mesh/hexahedron.h"
 #include "shm/cell_nodes.h"
 
@@ -157,96 +158,169 @@ enum Body : std::uint8_t { none, one };
 
 // --- grids
 
-[[gnu::cold]] NodeGrid grid_of(std::uint8_t order) {
+const Solid* solid_of(CellShape shape) {
+  switch (shape) {
+    case CellShape::line: return &kLine;
+    case CellShape::triangle: return &kTriangle;
+    case CellShape::quad: return &kQuad;
+    case CellShape::tetrahedron: return &kTetrahedron;
+    case CellShape::pyramid: return &kPyramid;
+    case CellShape::wedge: return &kWedge;
+    case CellShape::hexahedron: return &kHexahedron;
+    default: return nullptr;
+  }
+}
+
+[[gnu::cold]] NodeGrid grid_of(CellShape shape, NodeScheme scheme, std::uint32_t order) {
   const std::uint32_t side = order + 1u;
   NodeGrid grid;
   grid.order = order;
-  grid.places = node_places(CellShape::hexahedron, NodeScheme::lagrange, order);
-  grid.positions.resize(grid.places.size());
+  grid.places = node_places(shape, scheme, order);
+  grid.positions.assign(std::size_t{side} * side * side, NodeGrid::kNowhere);
   const auto index = [&](const NodeGrid::Place& place) {
     return place[0] + side * (place[1] + side * place[2]);
   };
   for (std::uint16_t p = 0; p < grid.places.size(); ++p) grid.positions[index(grid.places[p])] = p;
-  for (std::uint32_t reversed = 0; reversed < 8; ++reversed) {
+  const std::uint16_t corners = solid_of(shape)->corners;
+  for (std::uint32_t reversed = 0; reversed < (corners == 8 ? 8u : 1u); ++reversed) {
     std::vector<std::uint16_t>& row = grid.rows[reversed];
-    row.resize(grid.places.size());
-    std::size_t rank = 0;
-    for (std::uint16_t c = 0; c < 8; ++c) row[rank++] = c;
+    for (std::uint16_t c = 0; c < corners; ++c) row.push_back(c);
     // In the order of `positions`, a row along the first axis follows another.
-    for (std::uint32_t i = 0; i < grid.places.size(); ++i) {
-      NodeGrid::Place place = grid.places[grid.positions[i]];
-      for (std::uint32_t a = 0; a < 3; ++a)
-        if ((reversed >> a & 1) != 0) place[a] = static_cast<std::uint8_t>(order - place[a]);
-      const std::uint16_t position = grid.positions[index(place)];
-      if (position >= 8) row[rank++] = position;
-    }
+    for (std::uint32_t z = 0; z < side; ++z)
+      for (std::uint32_t y = 0; y < side; ++y)
+        for (std::uint32_t x = 0; x < side; ++x) {
+          NodeGrid::Place place{static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
+                                static_cast<std::uint8_t>(z)};
+          for (std::uint32_t a = 0; a < 3; ++a)
+            if ((reversed >> a & 1) != 0) place[a] = static_cast<std::uint8_t>(order - place[a]);
+          const std::uint16_t position = grid.positions[index(place)];
+          if (position != NodeGrid::kNowhere && position >= corners) row.push_back(position);
+        }
   }
   return grid;
 }
 
-/// Returns the node at a place of a grid. The first corner of its edge or face is the one with the
-/// lowest coordinates; the second corner of a face is on its first axis.
-[[gnu::cold]] MidNode grid_node(const NodeGrid& grid, const NodeGrid::Place& place) {
-  const auto order = static_cast<std::uint8_t>(grid.order);
-  MidNode node;
-  node.order = order;
-  std::array<std::uint32_t, 3> inner{};  // axes along which the node is not at an end
-  std::uint32_t count = 0;
-  for (std::uint32_t a = 0; a < 3; ++a)
-    if (place[a] != 0 && place[a] != order) inner[count++] = a;
-  node.kind = count == 1 ? MidNode::edge : count == 2 ? MidNode::face : MidNode::body;
-  if (node.kind == MidNode::body) return node;
-  const auto corner = [&](bool first_end, bool second_end) {
-    NodeGrid::Place end = place;
-    end[inner[0]] = first_end ? order : 0;
-    if (count == 2) end[inner[1]] = second_end ? order : 0;
-    return static_cast<std::uint8_t>(grid.position(end));
-  };
-  for (std::uint32_t i = 0; i < count; ++i) node.step[i] = place[inner[i]];
-  node.corner = {corner(false, false), corner(true, false)};
-  if (node.kind == MidNode::face) {
-    node.corner[2] = corner(true, true);
-    node.corner[3] = corner(false, true);
+/// Finds the mid nodes of the edges and faces of a grid.
+class GridNodes {
+ public:
+  GridNodes(CellShape shape, const NodeGrid& grid)
+      : frame_(frame_of(shape)), solid_(*solid_of(shape)), grid_(grid) {}
+
+  MidNode node_at(const NodeGrid::Place& place) const {
+    MidNode node;
+    node.order = static_cast<std::uint8_t>(grid_.order);
+    node.kind = MidNode::edge;
+    for (const auto& [from, to] : frame_.edges)
+      if (lies_on(place, from, to, from, node)) return on_edge(node, from, to);
+    node.kind = MidNode::face;
+    for (const bool is_triangle : {false, true})
+      for (const auto& [from, first, second] : is_triangle ? frame_.triangles : frame_.quads) {
+        if (!lies_on(place, from, first, second, node)) continue;
+        node.is_on_triangle = is_triangle;
+        if (is_triangle)
+          node.corner = {from, first, second, from};
+        else
+          node.corner = {from, first, opposite(from, first, second), second};
+        return node;
+      }
+    node.kind = MidNode::body;
     return node;
   }
-  std::uint8_t sides = 0;
-  for (std::uint8_t f = 0; f < kHexahedronFaces.size(); ++f)
-    for (std::size_t i = 0; i < 4; ++i)
-      if (joins({node.corner[0], node.corner[1]}, kHexahedronFaces[f][i],
-                kHexahedronFaces[f][(i + 1) % 4]))
-        node.side[sides++] = f;
-  node.has_sides = true;
-  return node;
-}
 
-[[gnu::cold]] NodeLayout layout_of_grid(std::uint8_t order) {
-  NodeLayout layout = layout_of(kHexahedron, false, 0, none);
-  layout.grid = grid_of(order);
+ private:
+  /// Returns true if a place is on the edge or inside the face that begins at corner `from` and
+  /// leads to `first` and `second`. Sets the steps in both directions. Edge: `second` is `from`.
+  bool lies_on(const NodeGrid::Place& place, std::uint8_t from, std::uint8_t first,
+               std::uint8_t second, MidNode& node) const {
+    const auto p = static_cast<int>(grid_.order);
+    const bool is_edge = second == from;
+    for (int v = is_edge ? 0 : 1; v < (is_edge ? 1 : p); ++v)
+      for (int u = 1; u < p; ++u) {
+        bool is_here = true;
+        for (std::size_t a = 0; a < 3; ++a) {
+          const auto at = [&](std::uint8_t corner) { return int{frame_.corners[corner][a]}; };
+          is_here &= p * at(from) + u * (at(first) - at(from)) + v * (at(second) - at(from)) ==
+                     int{place[a]};
+        }
+        if (!is_here) continue;
+        node.step = {static_cast<std::uint8_t>(u), static_cast<std::uint8_t>(is_edge ? 1 : v)};
+        return true;
+      }
+    return false;
+  }
+  MidNode on_edge(MidNode node, std::uint8_t from, std::uint8_t to) const {
+    node.corner = {from, to};
+    std::uint8_t sides = 0;
+    for (std::uint8_t f = 0; f < solid_.faces.size(); ++f)
+      for (std::size_t i = 0; i < 4; ++i)
+        if (sides < 2 && joins({from, to}, solid_.faces[f][i], solid_.faces[f][(i + 1) % 4]))
+          node.side[sides++] = f;
+    node.has_sides = !solid_.is_flat;
+    return node;
+  }
+  /// Returns the fourth corner of a quadrilateral.
+  std::uint8_t opposite(std::uint8_t from, std::uint8_t first, std::uint8_t second) const {
+    NodeGrid::Place place = grid_.places[first];
+    for (std::size_t a = 0; a < 3; ++a)
+      place[a] =
+          static_cast<std::uint8_t>(place[a] + grid_.places[second][a] - grid_.places[from][a]);
+    return static_cast<std::uint8_t>(grid_.position(place));
+  }
+
+  CellFrame frame_;
+  const Solid& solid_;
+  const NodeGrid& grid_;
+};
+
+[[gnu::cold]] NodeLayout layout_of_grid(CellShape shape, NodeScheme scheme, std::uint32_t order) {
+  NodeLayout layout = layout_of(*solid_of(shape), false, 0, none);
+  layout.grid = grid_of(shape, scheme, order);
   layout.nodes = static_cast<std::uint16_t>(layout.grid.places.size());
   layout.mid.resize(layout.nodes);
-  for (std::size_t p = 8; p < layout.nodes; ++p) {
-    layout.mid[p] = grid_node(layout.grid, layout.grid.places[p]);
-    layout.mid[p].continues = p > 8 && layout.mid[p].corner == layout.mid[p - 1].corner;
+  const GridNodes nodes(shape, layout.grid);
+  for (std::size_t p = layout.corners; p < layout.nodes; ++p) {
+    layout.mid[p] = nodes.node_at(layout.grid.places[p]);
+    layout.mid[p].continues =
+        p > layout.corners && layout.mid[p].corner == layout.mid[p - 1].corner;
   }
   return layout;
 }
 
-template <std::uint8_t order>
-const NodeLayout* grid_layout() {
-  static const NodeLayout kLayout = layout_of_grid(order);
-  return &kLayout;
+/// Layouts of the cells of one order.
+struct LayoutsOfOrder {
+  struct One {
+    CellShape shape;
+    bool is_serendipity;
+    NodeLayout layout;
+  };
+  std::vector<One> all;
+
+  [[gnu::cold]] explicit LayoutsOfOrder(std::uint32_t order) {
+    using enum CellShape;
+    for (const CellShape shape : {line, triangle, quad, tetrahedron, pyramid, wedge, hexahedron})
+      for (const NodeScheme scheme : {NodeScheme::lagrange, NodeScheme::serendipity})
+        if (shape != line || scheme != NodeScheme::serendipity)
+          all.push_back(
+              {shape, scheme == NodeScheme::serendipity, layout_of_grid(shape, scheme, order)});
+  }
+};
+
+template <std::uint32_t order>
+const LayoutsOfOrder& layouts_of_order() {
+  static const LayoutsOfOrder kLayouts(order);
+  return kLayouts;
 }
 
-const NodeLayout* grid_layout_of(std::uint32_t nodes) {
-  switch (nodes) {
-    case 64: return grid_layout<3>();
-    case 125: return grid_layout<4>();
-    case 216: return grid_layout<5>();
-    case 343: return grid_layout<6>();
-    case 512: return grid_layout<7>();
-    case 729: return grid_layout<8>();
-    case 1000: return grid_layout<9>();
-    case 1331: return grid_layout<10>();
+const LayoutsOfOrder* layouts_of_order(std::uint32_t order) {
+  switch (order) {
+    case 3: return &layouts_of_order<3>();
+    case 4: return &layouts_of_order<4>();
+    case 5: return &layouts_of_order<5>();
+    case 6: return &layouts_of_order<6>();
+    case 7: return &layouts_of_order<7>();
+    case 8: return &layouts_of_order<8>();
+    case 9: return &layouts_of_order<9>();
+    case 10: return &layouts_of_order<10>();
     default: return nullptr;
   }
 }
@@ -287,16 +361,21 @@ constexpr std::array<Kind, 16> kKinds = {
 
 }  // namespace
 
-const NodeLayout* node_layout(CellShape shape, std::uint32_t nodes) {
+const NodeLayout* node_layout(CellShape shape, std::uint32_t nodes, NodeScheme scheme) {
   for (std::size_t i = 0; i < kKinds.size(); ++i) {
     if (kKinds[i].shape != shape || kKinds[i].nodes != nodes) continue;
     static const std::array<NodeLayout, kKinds.size()> kLayouts = second_order_layouts();
     return &kLayouts[i];
   }
+  const std::uint32_t order = cell_order({0, {}, shape, nodes, scheme});
+  if (const LayoutsOfOrder* const layouts = layouts_of_order(order)) {
+    for (const LayoutsOfOrder::One& one : layouts->all)
+      if (one.shape == shape && one.is_serendipity == (scheme == NodeScheme::serendipity))
+        return &one.layout;
+  }
   if (shape != CellShape::hexahedron || nodes <= 20) return nullptr;
   // The first twelve mid nodes of a hexahedron with another number of nodes are those of the edges.
-  const NodeLayout* const grid = grid_layout_of(nodes);
-  return grid != nullptr ? grid : node_layout(shape, 20);
+  return node_layout(shape, 20);
 }
 
 }  // namespace shm

@@ -1,8 +1,7 @@
 // Node layouts: the positions of the nodes that are not corners. In a second-order cell, such a mid
-// node is in the middle of an edge, of a quadrilateral face, or of the cell. The nodes of a
-// hexahedron of order p, from 3 to 10, form a grid of p + 1 nodes along each axis; here, each of
-// them that is not a corner counts as a mid node of its edge, of its face, or of the cell. The
-// nodes are in the order of VTK.
+// node is in the middle of an edge, of a quadrilateral face, or of the cell. The nodes of a cell of
+// order 3 to 10 form a grid; here, each of them that is not a corner counts as a mid node of its
+// edge, of its face, or of the cell. The nodes are in the order of VTK.
 // spec: "Mid nodes", "Grid nodes"
 #pragma once
 
@@ -17,7 +16,7 @@
 
 namespace shm {
 
-/// Orders of the hexahedra whose nodes form a grid. Frozen: part of the format.
+/// Orders of the cells whose nodes form a grid. Frozen: part of the format.
 inline constexpr std::uint32_t kLeastGridOrder = 3, kMostGridOrder = 10;
 
 /// A mid node: a node on an edge, on a face, or inside a cell. All numbers in this struct are
@@ -28,8 +27,8 @@ struct MidNode {
 
   Kind kind = edge;
   /// Nodes around the mid node. Edge node: the two ends of the edge. Face node: the corners of the
-  /// face, in the order around the face. Body node: the nodes in the middle of four edges, in the
-  /// order around the body node.
+  /// face, in the order around the face; the last entry for a triangle repeats the first corner.
+  /// Body node: the nodes in the middle of four edges, in the order around the body node.
   std::array<std::uint8_t, 4> corner{};
   /// Nodes between the nodes in `corner`: middle[i] is between corner[i] and the next corner. Face
   /// node: the nodes of the face's edges. Body node: the nodes of four faces. Valid only if
@@ -47,28 +46,34 @@ struct MidNode {
   /// Valid only if has_sides is set.
   std::array<std::uint8_t, 2> side{};
   bool has_sides = false;
-  /// Steps along the grid, from corner[0] towards corner[1] and, on a face, towards corner[3]. The
-  /// whole way has `order` steps: 2 in a second-order cell, in which each node is one step away.
+  bool is_on_triangle = false;  ///< face node of a grid: true if the face has three corners
+  /// Steps along the grid, from corner[0] towards corner[1] and, on a face, towards corner[3] (on a
+  /// triangle, corner[2]). The whole way has `order` steps: 2 in a second-order cell, in which each
+  /// node is one step away.
   std::array<std::uint8_t, 2> step{1, 1};
   std::uint8_t order = 2;
   /// True if the previous node is on the same edge or face, or inside the cell like this one.
   bool continues = false;
 };
 
-/// The nodes of a hexahedron of order 3 to 10, as a grid.
+/// The nodes of a cell of order 3 to 10, as a grid.
 struct NodeGrid {
   using Place = NodePlace;
+  static constexpr std::uint16_t kNowhere = 0xffff;
 
   std::uint32_t order = 0;
   std::vector<Place> places;             ///< place of each node, by position
-  std::vector<std::uint16_t> positions;  ///< position of the node at each place, x fastest
+  std::vector<std::uint16_t> positions;  ///< position of the node at each place, x fastest, or
+                                         ///< kNowhere
   /// For each set of reversed axes: the positions of all nodes in the order in which they are
   /// coded. The corners come first, in stored order. The other nodes follow row by row: along the
   /// first axis, then along the second one, then along the third one. Bit a of the index states
-  /// that axis a is reversed.
+  /// that axis a is reversed. Only hexahedra have reversed axes.
   std::array<std::vector<std::uint16_t>, 8> rows;
 
-  std::uint32_t position(const Place& place) const {
+  /// Returns the position of the node at a place, or kNowhere. Coordinates may exceed the order.
+  std::uint16_t position(const Place& place) const {
+    if (place[0] > order || place[1] > order || place[2] > order) return kNowhere;
     const std::uint32_t side = order + 1;
     return positions[place[0] + side * (place[1] + side * place[2])];
   }
@@ -91,8 +96,9 @@ struct NodeLayout {
   bool is_grid() const { return grid.order != 0; }
 };
 
-/// Returns the layout of cells with this shape and `nodes` nodes. Returns null if the layout is
-/// unknown or if all nodes are corners. Thread-safe.
-const NodeLayout* node_layout(CellShape shape, std::uint32_t nodes);
+/// Returns the layout of cells with this shape, `nodes` nodes and this scheme. Returns null if the
+/// layout is unknown or if all nodes are corners. Thread-safe.
+const NodeLayout* node_layout(CellShape shape, std::uint32_t nodes,
+                              NodeScheme scheme = NodeScheme::lagrange);
 
 }  // namespace shm

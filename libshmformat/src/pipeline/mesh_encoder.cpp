@@ -22,7 +22,7 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       totals_(totals_of_nothing(schema)) {
   if (schema.delay > 0) delayed_.emplace(schema.delay);
   for (const BlockInfo& block : schema.blocks) {
-    const NodeLayout* const layout = node_layout(block.shape, block.nodes_per_cell);
+    const NodeLayout* const layout = node_layout(block.shape, block.nodes_per_cell, block.scheme);
     ends_others_.push_back(layout != nullptr && layout->is_grid());
   }
 }

@@ -19,7 +19,7 @@ bool has_bit(std::uint64_t mask, std::uint32_t i) { return (mask >> i & 1) != 0;
 
 /// Takes the terms of a node of a grid. Along an axis on which the node is not at an end, its
 /// neighbour is one step back; along any other axis, the neighbour is at the other end. Returns
-/// false if too few neighbours are known.
+/// false if too few neighbours exist and are known.
 template <class Take>
 bool take_along_grid(const NodeGrid& grid, std::uint32_t node, const Take& take) {
   const NodeGrid::Place here = grid.places[node];
@@ -42,8 +42,7 @@ bool take_along_grid(const NodeGrid& grid, std::uint32_t node, const Take& take)
   if (take({at[1], at[2], at[4], at[3], at[5], at[6], at[7]}) || take({at[1], at[2], at[3]}) ||
       take({at[1], at[4], at[5]}) || take({at[2], at[4], at[6]}))
     return true;
-  NodeGrid::Place before = here;
-  if (before[axes[0]] < 2) return false;
+  NodeGrid::Place before = here;  // two steps back; if that is less than 0, it is nowhere
   before[axes[0]] = static_cast<std::uint8_t>(before[axes[0]] - 2);
   return take({at[1], at[1], grid.position(before)});
 }
@@ -55,6 +54,7 @@ TermFinder::TermFinder(const Schema& schema) {
     blocks_.emplace_back();
     blocks_.back().shape = block.shape;
     blocks_.back().nodes = block.nodes_per_cell;
+    blocks_.back().scheme = block.scheme;
     blocks_.back().corners = corner_count(block.shape, block.nodes_per_cell);
   }
 }
@@ -65,8 +65,10 @@ auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t
   Recipe recipe;
   recipe.node = static_cast<std::uint8_t>(node);
   const auto take = [&](std::initializer_list<std::uint32_t> nodes) {
-    if (!std::all_of(nodes.begin(), nodes.end(), [&](auto other) { return has_bit(known, other); }))
-      return false;
+    const auto is_known = [&](std::uint32_t other) {
+      return other != NodeGrid::kNowhere && has_bit(known, other);
+    };
+    if (!std::all_of(nodes.begin(), nodes.end(), is_known)) return false;
     for (std::uint32_t other : nodes)
       recipe.nodes[recipe.count++] = static_cast<std::uint8_t>(other);
     return true;
@@ -93,7 +95,7 @@ auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t
             return recipe;
         }
       }
-  } else if (const NodeLayout* const layout = node_layout(block.shape, block.nodes)) {
+  } else if (const NodeLayout* const layout = node_layout(block.shape, block.nodes, block.scheme)) {
     if (layout->is_grid() && take_along_grid(layout->grid, node, take)) return recipe;
     if (const MidNode* const mid = layout->at(node))
       if (take({mid->corner[0], mid->corner[mid->kind == MidNode::edge ? 1 : 2]})) return recipe;

@@ -48,6 +48,7 @@ class TermFinder {
   struct Block {
     CellShape shape = CellShape::other;
     std::uint32_t nodes = 0, corners = 0;
+    NodeScheme scheme = NodeScheme::lagrange;
     // Recipes of the new nodes, by PatternCell::introduced
     std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;
     // Recipes (which nodes predict each new node) for cells that introduce only nodes with

@@ -93,7 +93,7 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
     look_around_faces(item);
     self.full = item.knows(Neighbourhood::kLattice);
     coming_[item.self] = 0;
-  } else if (cell.rows != nullptr) {
+  } else if (cell.rows != nullptr && position >= cell.layout->corners) {
     look_along_rows(item, cell, position);
     self.full = item.knows(Neighbourhood::kLattice);
   } else if (const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position);
@@ -132,44 +132,6 @@ void NeighbourFinder::look_around_mid_node(Neighbourhood& item, const CellTopolo
     take(is_edge ? kAtDiagonal + i : kAtBeyond + i,
          corner < cell.layout->corners ? cell.framed[corner] : corner);
   }
-  item.known = static_cast<std::uint16_t>(known);
-}
-
-/// Finds the neighbours of a node of a grid: the nodes up to three steps back along the rows of its
-/// cell. The rows are coded in this direction, so these nodes are known.
-void NeighbourFinder::look_along_rows(Neighbourhood& item, const CellTopology& cell,
-                                      std::uint32_t position) const {
-  const NodeGrid& grid = cell.layout->grid;
-  const NodeGrid::Place place = grid.places[position];
-  item.kind = Neighbourhood::grid_node;
-  std::uint32_t known = 0;
-  const auto is_reversed = [&](std::uint32_t a) { return (cell.reversed >> a & 1) != 0; };
-  for (std::uint32_t a = 0; a < 3; ++a)
-    if (place[a] == (is_reversed(a) ? 0 : grid.order))
-      item.corner = static_cast<std::uint8_t>(item.corner | 1u << a);
-  const auto take = [&](std::size_t index, const std::array<std::uint32_t, 3>& back) {
-    NodeGrid::Place from = place;
-    for (std::uint32_t a = 0; a < 3; ++a) {
-      if ((is_reversed(a) ? grid.order - place[a] : place[a]) < back[a]) return;
-      from[a] = static_cast<std::uint8_t>(is_reversed(a) ? place[a] + back[a] : place[a] - back[a]);
-    }
-    const std::uint32_t found = grid.position(from);
-    item.at[index] = cell.slots[found < 8 ? cell.framed[found] : found];
-    known |= 1u << index;
-  };
-  for (std::uint32_t a = 0; a < 3; ++a)
-    for (std::uint32_t steps = 1; steps <= 3; ++steps) {
-      constexpr std::array<std::uint32_t, 3> kIndex = {0, kAtBeyond, kAtFarther};
-      std::array<std::uint32_t, 3> back{};
-      back[a] = steps;
-      take(kIndex[steps - 1] + a, back);
-    }
-  take(kAtDiagonal, {1, 1, 0});
-  take(kAtDiagonal + 1, {1, 0, 1});
-  take(kAtDiagonal + 2, {0, 1, 1});
-  take(kAtOpposite, {1, 1, 1});
-  for (std::uint32_t a = 0; a < 3; ++a)
-    if ((known >> a & 1) != 0 && vertices_[item.at[a]].full) known |= Neighbourhood::kThird << a;
   item.known = static_cast<std::uint16_t>(known);
 }
 

@@ -49,9 +49,9 @@ struct Neighbourhood {
   /// - simplex: a corner opposite to a face or edge. near: the corners of that face or edge;
   ///   opposite: the vertex on the other side of that face or edge.
   /// - beside: a cell that is not a hexahedron. near: the cells across its sides.
-  /// - grid_node: a node of a hexahedron of order 3 or higher that is not a corner. All its
-  /// neighbours
-  ///   are nodes of this hexahedron.
+  /// - grid_node: a node of a cell of order 3 or higher that is not a corner. All its neighbours
+  ///   are nodes of this cell. If all of them are on one edge, entry 0 is near, and entry 3 is the
+  ///   end of the edge.
   /// - other: none of these.
   enum Kind : std::uint8_t {
     lattice,
@@ -76,7 +76,8 @@ struct Neighbourhood {
   std::array<std::uint32_t, 13> at{};
   std::uint16_t known = 0;
   /// For a vertex of a hexahedron: which corner of the stored hexahedron it is (x + 2y + 4z). For a
-  /// node of a grid: the axes along which its row ends with it (bit a for axis a).
+  /// node of a grid: the axes along which its row ends with it (bit a for axis a), or the number of
+  /// steps to the end of its edge, at most 7.
   std::uint8_t corner = 0;
   Kind kind = other;
 

@@ -10,7 +10,7 @@ template <class Coder>
 Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema) {
   for (const BlockInfo& block : schema.blocks) {
     if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
-    layouts_.push_back(node_layout(block.shape, block.nodes_per_cell));
+    layouts_.push_back(node_layout(block.shape, block.nodes_per_cell, block.scheme));
   }
 }
 
@@ -252,8 +252,8 @@ void Connectivity<Coder>::fill_farther_repeats(const StoredCell& stored, CellTop
                                                std::uint32_t i) {
   if (positions_.empty()) return;
   const std::uint64_t number = stored.numbers[cell.stored_position(i)];
-  const std::pair<std::uint64_t, std::uint32_t> from{number,
-                                                     cell.rows != nullptr ? 8 : i + kMaxLastUse};
+  const std::pair<std::uint64_t, std::uint32_t> from{
+      number, cell.rows != nullptr ? cell.layout->corners : i + kMaxLastUse};
   for (auto it = std::lower_bound(positions_.begin(), positions_.end(), from);
        it != positions_.end() && it->first == number; ++it)
     cell.slots[it->second] = cell.slots[i];

@@ -15,7 +15,7 @@ auto MiddleTable::edge(std::uint32_t a, std::uint32_t b, std::uint32_t step,
     std::swap(a, b);
     step = order - step;
   }
-  return {a, b, false, static_cast<std::uint8_t>(step - 1)};
+  return {a, b, edge_place, static_cast<std::uint8_t>(step - 1)};
 }
 
 auto MiddleTable::face(const std::array<std::uint32_t, 4>& corners,
@@ -31,33 +31,59 @@ auto MiddleTable::face(const std::array<std::uint32_t, 4>& corners,
   std::uint32_t second = oldest >= 2 ? order - steps[1] : steps[1];
   const bool first_is_next = oldest % 2 == 0;
   if ((id(oldest + 1) <= id(oldest + 3)) != first_is_next) std::swap(first, second);
-  return {corners[oldest], corners[oldest ^ 2], true,
+  return {corners[oldest], corners[oldest ^ 2], face_place,
           static_cast<std::uint8_t>(first - 1 + (order - 1) * (second - 1))};
 }
 
+auto MiddleTable::triangle(const std::array<std::uint32_t, 3>& corners,
+                           const std::array<std::uint8_t, 2>& steps, std::uint32_t order) const
+    -> Place {
+  // A corner, and the steps towards it from the opposite edge. Sorted by age; corners that are the
+  // same vertex keep their order.
+  struct Corner {
+    std::uint32_t slot, steps;
+  };
+  std::array<Corner, 3> sorted{
+      {{corners[0], order - steps[0] - steps[1]}, {corners[1], steps[0]}, {corners[2], steps[1]}}};
+  const auto put_older_first = [&](Corner& one, Corner& other) {
+    if (surface_->vertex(other.slot).id < surface_->vertex(one.slot).id) std::swap(one, other);
+  };
+  put_older_first(sorted[0], sorted[1]);
+  put_older_first(sorted[1], sorted[2]);
+  put_older_first(sorted[0], sorted[1]);
+  return {sorted[0].slot, sorted[2].slot, triangle_place,
+          static_cast<std::uint8_t>(sorted[1].steps - 1 + (order - 1) * (sorted[2].steps - 1)),
+          sorted[1].slot};
+}
+
 std::uint32_t MiddleTable::find(const Place& place) const {
+  if (!has_key(place)) return kNone;
   const std::uint8_t map = map_of(place);
   const std::uint32_t slot = map < by_place_.size() ? by_place_[map].find(key_of(place)) : kNone;
   if (slot == kNone) return kNone;
   // Check that the two slots that identify the edge or face still belong to the same vertices.
   const Entry& entry = entries_[slot];
   return entry.low == surface_->vertex(place.low).id &&
-                 entry.high == surface_->vertex(place.high).id
+                 entry.high == surface_->vertex(place.high).id && entry.middle == middle_id(place)
              ? slot
              : kNone;
 }
 
 void MiddleTable::put(const Place& place, std::uint32_t slot) {
+  if (!has_key(place)) return;
   Entry& entry = at_slot(entries_, slot);
   const std::uint64_t low = surface_->vertex(place.low).id, high = surface_->vertex(place.high).id;
+  const std::uint64_t middle = middle_id(place);
   const std::uint8_t number = map_of(place);
-  if (entry.is_set && entry.map == number && entry.low == low && entry.high == high) return;
+  if (entry.is_set && entry.map == number && entry.low == low && entry.high == high &&
+      entry.middle == middle)
+    return;
   if (entry.is_set) erase(slot);
   IdMap& map = at_slot(by_place_, number);
   const std::uint64_t key = key_of(place);
   if (const std::uint32_t other = map.find(key); other != kNone) erase(other);
   map.insert(key, slot);
-  entry = {key, low, high, 0, true, number};
+  entry = {key, low, high, middle, 0, true, number};
 }
 
 void MiddleTable::erase(std::uint32_t slot) {
@@ -91,6 +117,8 @@ auto MidNodes<Coder>::place_of(const CellTopology& cell, const MidNode& node) co
     -> MiddleTable::Place {
   const auto slot = [&](std::size_t i) { return cell.slots[cell.framed[node.corner[i]]]; };
   if (node.kind == MidNode::edge) return middles_.edge(slot(0), slot(1), node.step[0], node.order);
+  if (node.is_on_triangle)
+    return middles_.triangle({slot(0), slot(1), slot(2)}, node.step, node.order);
   return middles_.face({slot(0), slot(1), slot(2), slot(3)}, node.step, node.order);
 }
 

@@ -27,14 +27,17 @@ class MiddleTable {
  public:
   explicit MiddleTable(const ActiveSurface& surface) : surface_(&surface) {}
 
+  enum Kind : std::uint8_t { edge_place, face_place, triangle_place };
+  static constexpr std::uint32_t kKinds = 3;
+
   /// A place on an edge or a face. Two live vertices identify the edge or face, in any order: the
-  /// ends of the edge, or opposite corners of the face. `index` numbers the places on it. It does
-  /// not depend on the order in which a cell lists the corners.
+  /// ends of the edge, or opposite corners of the face. Three vertices identify a triangle. `index`
+  /// numbers the places on it. It does not depend on the order in which a cell lists the corners.
   struct Place {
-    std::uint32_t low = kNone, high = kNone;  ///< slots of the two vertices; `low` is the slot of
-                                              ///< the older vertex
-    bool is_face = false;
+    std::uint32_t low = kNone, high = kNone;  ///< slots of the oldest and of the youngest vertex
+    Kind kind = edge_place;
     std::uint8_t index = 0;
+    std::uint32_t middle = kNone;  ///< triangle: slot of the third vertex
   };
   /// Returns the place on an edge that is `step` of `order` steps from `a` towards `b`.
   Place edge(std::uint32_t a, std::uint32_t b, std::uint32_t step = 1,
@@ -44,6 +47,10 @@ class MiddleTable {
   /// corners[3].
   Place face(const std::array<std::uint32_t, 4>& corners,
              const std::array<std::uint8_t, 2>& steps = {1, 1}, std::uint32_t order = 2) const;
+  /// Returns a place inside a triangle. `steps`: of `order` steps, from corners[0] towards
+  /// corners[1] and towards corners[2].
+  Place triangle(const std::array<std::uint32_t, 3>& corners,
+                 const std::array<std::uint8_t, 2>& steps, std::uint32_t order) const;
 
   /// Returns the live vertex at `place`, or kNone if no such vertex exists.
   std::uint32_t find(const Place& place) const;
@@ -62,17 +69,32 @@ class MiddleTable {
 
  private:
   struct Entry {
-    // `low`, `high`: stream numbers of the two vertices that identify the edge or face
-    std::uint64_t key = 0, low = 0, high = 0;
+    // Stream numbers of the vertices that identify the edge or face; `middle` is 0 unless it is a
+    // triangle
+    std::uint64_t key = 0, low = 0, high = 0, middle = 0;
     std::uint64_t open = 0;
     bool is_set = false;
     std::uint8_t map = 0;  // index in by_place_
   };
+  /// Slots from this one on do not fit in the key of a triangle. Frozen: part of the format.
+  static constexpr std::uint32_t kTriangleSlots = 1u << 21;
+
+  /// Returns false for triangles with slots that do not fit in the key.
+  static bool has_key(const Place& place) {
+    return place.kind != triangle_place ||
+           (place.low < kTriangleSlots && place.middle < kTriangleSlots &&
+            place.high < kTriangleSlots);
+  }
   static std::uint64_t key_of(const Place& place) {
+    if (place.kind == triangle_place)
+      return std::uint64_t{place.low} << 42 | std::uint64_t{place.middle} << 21 | place.high;
     return std::uint64_t{place.low} << 32 | place.high;
   }
   static std::uint8_t map_of(const Place& place) {
-    return static_cast<std::uint8_t>(2 * place.index + (place.is_face ? 1 : 0));
+    return static_cast<std::uint8_t>(kKinds * place.index + place.kind);
+  }
+  std::uint64_t middle_id(const Place& place) const {
+    return place.kind == triangle_place ? surface_->vertex(place.middle).id : 0;
   }
   void erase(std::uint32_t slot);
 
@@ -80,9 +102,9 @@ class MiddleTable {
   // For each vertex on an edge or face, which edge or face this is. Indexed by slot
   std::vector<Entry> entries_;
 
-  // Maps for edges, at even indices, and for faces: one for each index of a place. The key consists
-  // of the slots of the two vertices that identify the edge or face. The value is the vertex there
-  std::vector<IdMap> by_place_{2};
+  // Maps for edges, faces and triangles: one of each for each index of a place. The key consists of
+  // the slots of the vertices that identify the edge or face. The value is the vertex there
+  std::vector<IdMap> by_place_{kKinds};
 };
 
 template <class Coder>
