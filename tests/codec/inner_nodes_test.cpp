@@ -26,7 +26,7 @@ constexpr std::array<std::array<int, 3>, 27> kTriquadratic = {
      {2, 1, 1}, {1, 0, 1}, {1, 2, 1}, {1, 1, 0}, {1, 1, 2}, {1, 1, 1}}};
 
 TEST(NodeLayout, OfHexahedraIsVtks) {
-  const NodeLayout* layout = node_layout(CellShape::hexahedron, 27);
+  const auto layout = node_layout({0, {}, CellShape::hexahedron, 27});
   ASSERT_NE(layout, nullptr);
   for (std::size_t p = 8; p < 27; ++p) {
     const MidNode* node = layout->at(p);
@@ -85,7 +85,7 @@ TEST(NodeLayout, OfAllShapes) {
                              {pyramid, 30, {16, 8, 1}},     {wedge, 40, {18, 14, 2}},
                              {triangle, 10, {6, 1, 0}},     {quad, 16, {8, 4, 0}},
                              {line, 5, {3, 0, 0}}}) {
-    const NodeLayout* layout = node_layout(expected.shape, expected.nodes);
+    const auto layout = node_layout({0, {}, expected.shape, expected.nodes});
     ASSERT_NE(layout, nullptr);
     std::array<int, 3> kinds{};
     for (std::size_t p = 0; p < expected.nodes; ++p)
@@ -103,11 +103,11 @@ TEST(NodeLayout, OfAllShapes) {
       }
     EXPECT_EQ(kinds, expected.kinds) << expected.nodes;
   }
-  EXPECT_EQ(node_layout(hexahedron, 8), nullptr);
-  EXPECT_EQ(node_layout(hexahedron, 16), nullptr);
-  EXPECT_EQ(node_layout(tetrahedron, 4), nullptr);
-  EXPECT_EQ(node_layout(other, 27), nullptr);
-  EXPECT_EQ(node_layout(polyhedron, 20), nullptr);
+  EXPECT_EQ(node_layout({0, {}, hexahedron, 8}), nullptr);
+  EXPECT_EQ(node_layout({0, {}, hexahedron, 16}), nullptr);
+  EXPECT_EQ(node_layout({0, {}, tetrahedron, 4}), nullptr);
+  EXPECT_EQ(node_layout({0, {}, other, 27}), nullptr);
+  EXPECT_EQ(node_layout({0, {}, polyhedron, 20}), nullptr);
 }
 
 TEST(NodeLayout, OfGridsIsThatOfPlaces) {
@@ -118,8 +118,10 @@ TEST(NodeLayout, OfGridsIsThatOfPlaces) {
       for (std::uint32_t order = kLeastGridOrder; order <= kMostGridOrder; ++order) {
         if (shape == line && scheme == NodeScheme::serendipity) continue;
         const std::vector<NodePlace> places = node_places(shape, scheme, order);
-        const NodeLayout& layout =
-            *node_layout(shape, static_cast<std::uint32_t>(places.size()), scheme);
+        const auto made =
+            node_layout({0, {}, shape, static_cast<std::uint32_t>(places.size()), scheme});
+        ASSERT_NE(made, nullptr);
+        const NodeLayout& layout = *made;
         ASSERT_EQ(layout.grid.order, order);
         ASSERT_EQ(layout.grid.places, places);
         for (std::uint32_t p = 0; p < layout.nodes; ++p) {
@@ -151,7 +153,8 @@ TEST(NodeLayout, OfGridsIsThatOfPlaces) {
           for (std::uint32_t p = 0; p < layout.nodes; ++p) EXPECT_EQ(sorted[p], p);
         }
       }
-  const auto& rows = node_layout(hexahedron, 64)->grid.rows;
+  const auto cubic = node_layout({0, {}, hexahedron, 64});
+  const auto& rows = cubic->grid.rows;
   EXPECT_EQ(rows[0][8], 8);   // the first row, from corner 0
   EXPECT_EQ(rows[1][8], 9);   // the same row, from corner 1
   EXPECT_EQ(rows[4][8], 16);  // the row from corner 4
@@ -424,7 +427,8 @@ TEST(Nodes, MayRepeatAnyEarlierNodeOfTheCell) {
 TEST(MidNodeNumbers, RulesThatFitAreFound) {
   // The vertex numbers on the second edge of the quad are 100 more than those on the first edge.
   CellTopology cell;
-  cell.layout = node_layout(CellShape::quad, 8);
+  const auto layout = node_layout({0, {}, CellShape::quad, 8});
+  cell.layout = layout.get();
   std::vector<std::uint64_t> numbers(8);
   for (std::uint32_t i = 0; i < 8; ++i) cell.slots.push_back(i);
   MidNodeNumbers rules;

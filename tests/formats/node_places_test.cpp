@@ -66,7 +66,7 @@ TEST(NodePlaces, OfSecondOrderCellsWithoutAllNodes) {
 TEST(NodePlaces, OfSecondOrderCellsAreThoseOfTheirLayouts) {
   for (const CellShape shape : {line, triangle, quad, tetrahedron, pyramid, wedge, hexahedron}) {
     const NodePlaces places = node_places(shape, NodeScheme::lagrange, 2);
-    const NodeLayout* const layout = node_layout(shape, static_cast<std::uint32_t>(places.size()));
+    const auto layout = node_layout({0, {}, shape, static_cast<std::uint32_t>(places.size())});
     ASSERT_NE(layout, nullptr) << shape_name(shape);
     for (std::size_t p = layout->corners; p < layout->nodes; ++p) {
       const MidNode& node = *layout->at(p);

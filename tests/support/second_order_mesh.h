@@ -48,7 +48,8 @@ class SecondOrderMesh {
   /// cell; 0: all of them.
   void add(std::uint32_t block, const std::vector<Point>& corners, std::uint32_t like = 0) {
     const BlockInfo& info = mesh_.schema.blocks[block];
-    const NodeLayout* layout = node_layout(info.shape, like == 0 ? info.nodes_per_cell : like);
+    const auto layout =
+        node_layout({0, {}, info.shape, like == 0 ? info.nodes_per_cell : like, info.scheme});
     std::vector<Point> at = corners;
     for (std::size_t p = corners.size(); p < info.nodes_per_cell; ++p) {
       const MidNode* node = layout == nullptr ? nullptr : layout->at(p);
@@ -73,7 +74,8 @@ class SecondOrderMesh {
   void add_grid(std::uint32_t block, const Point& from, std::uint32_t turned = 0,
                 bool collapses = false) {
     const BlockInfo& info = mesh_.schema.blocks[block];
-    const NodeGrid& grid = node_layout(info.shape, info.nodes_per_cell)->grid;
+    const auto layout = node_layout(info);
+    const NodeGrid& grid = layout->grid;
     TestCell cell;
     cell.block = block;
     for (NodeGrid::Place place : grid.places) {

@@ -68,8 +68,9 @@ class Walk : public SeenNeighbours {
     for (std::size_t i = 0; i < tested.vertices.size(); ++i) meet(i);
     for (std::uint64_t v : tested.vertices) cell.slots.push_back(slot_[v]);
     if (tested.hexahedral)
-      cell.layout =
-          node_layout(CellShape::hexahedron, static_cast<std::uint32_t>(tested.vertices.size()));
+      layout_ = node_layout(
+          {0, {}, CellShape::hexahedron, static_cast<std::uint32_t>(tested.vertices.size())});
+    cell.layout = tested.hexahedral ? layout_.get() : nullptr;
     for (std::uint8_t i = 0; i < 8; ++i) cell.framed[cell.stored_corner[i]] = i;
     if (!bare_) cell.last_use.assign(cell.slots.size(), 1);
 
@@ -83,8 +84,9 @@ class Walk : public SeenNeighbours {
 
   bool as_stored_;
   Reach reach_;
-  bool reuses_;  // slots
-  bool bare_;    // true if only the slots are known
+  bool reuses_;                               // slots
+  bool bare_;                                 // true if only the slots are known
+  std::shared_ptr<const NodeLayout> layout_;  // of the current cell
   std::map<std::uint64_t, std::uint64_t> last_;
   std::map<std::uint64_t, std::uint32_t> slot_;
   std::deque<std::uint32_t> free_;
@@ -396,7 +398,8 @@ TEST(Neighbourhood, OfInnerNodes) {
       if (across) {
         EXPECT_EQ(seen.at[0], seen.element - 1);
       }
-      const MidNode* node = node_layout(CellShape::hexahedron, 27)->at(position);
+      const auto layout = node_layout({0, {}, CellShape::hexahedron, 27});
+      const MidNode* node = layout->at(position);
       for (std::uint32_t i = 0; i < 4; ++i) {
         EXPECT_EQ(seen.at[kAtDiagonal + i], stored(node->middle[i]));
         EXPECT_EQ(seen.at[kAtBeyond + i], stored(node->corner[i]));

@@ -200,56 +200,43 @@ const Solid* solid_of(CellShape shape) {
   return grid;
 }
 
-/// Finds the mid nodes of the edges and faces of a grid.
+/// Lists the mid nodes of a grid, in the order of node_places().
 class GridNodes {
  public:
-  GridNodes(CellShape shape, const NodeGrid& grid)
-      : frame_(frame_of(shape)), solid_(*solid_of(shape)), grid_(grid) {}
-
-  MidNode node_at(const NodeGrid::Place& place) const {
-    MidNode node;
-    node.order = static_cast<std::uint8_t>(grid_.order);
-    node.kind = MidNode::edge;
+  GridNodes(CellShape shape, NodeLayout& layout)
+      : frame_(frame_of(shape)),
+        solid_(*solid_of(shape)),
+        layout_(layout),
+        order_(layout.grid.order),
+        position_(layout.corners) {
     for (const auto& [from, to] : frame_.edges)
-      if (lies_on(place, from, to, from, node)) return on_edge(node, from, to);
-    node.kind = MidNode::face;
-    for (const bool is_triangle : {false, true})
-      for (const auto& [from, first, second] : is_triangle ? frame_.triangles : frame_.quads) {
-        if (!lies_on(place, from, first, second, node)) continue;
-        node.is_on_triangle = is_triangle;
-        if (is_triangle)
-          node.corner = {from, first, second, from};
-        else
-          node.corner = {from, first, opposite(from, first, second), second};
-        return node;
+      for (std::uint32_t step = 1; step < order_; ++step) add(on_edge(from, to, step));
+    for (const bool is_triangle : {shape == CellShape::wedge, shape != CellShape::wedge})
+      for (const auto& face : is_triangle ? frame_.triangles : frame_.quads) {
+        const std::uint32_t nodes =
+            (order_ - 1) * (is_triangle ? order_ - 2 : 2 * (order_ - 1)) / 2;
+        for (std::uint32_t i = 0; i < nodes && position_ < layout_.nodes; ++i)
+          add(on_face(face, is_triangle));
       }
-    node.kind = MidNode::body;
-    return node;
+    MidNode body;
+    body.kind = MidNode::body;
+    body.order = static_cast<std::uint8_t>(order_);
+    while (position_ < layout_.nodes) add(body);
   }
 
  private:
-  /// Returns true if a place is on the edge or inside the face that begins at corner `from` and
-  /// leads to `first` and `second`. Sets the steps in both directions. Edge: `second` is `from`.
-  bool lies_on(const NodeGrid::Place& place, std::uint8_t from, std::uint8_t first,
-               std::uint8_t second, MidNode& node) const {
-    const auto p = static_cast<int>(grid_.order);
-    const bool is_edge = second == from;
-    for (int v = is_edge ? 0 : 1; v < (is_edge ? 1 : p); ++v)
-      for (int u = 1; u < p; ++u) {
-        bool is_here = true;
-        for (std::size_t a = 0; a < 3; ++a) {
-          const auto at = [&](std::uint8_t corner) { return int{frame_.corners[corner][a]}; };
-          is_here &= p * at(from) + u * (at(first) - at(from)) + v * (at(second) - at(from)) ==
-                     int{place[a]};
-        }
-        if (!is_here) continue;
-        node.step = {static_cast<std::uint8_t>(u), static_cast<std::uint8_t>(is_edge ? 1 : v)};
-        return true;
-      }
-    return false;
+  void add(const MidNode& node) {
+    MidNode& added = layout_.mid[position_] = node;
+    if (position_ > layout_.corners)
+      added.continues = added.kind == layout_.mid[position_ - 1].kind &&
+                        added.corner == layout_.mid[position_ - 1].corner;
+    ++position_;
   }
-  MidNode on_edge(MidNode node, std::uint8_t from, std::uint8_t to) const {
+  MidNode on_edge(std::uint8_t from, std::uint8_t to, std::uint32_t step) const {
+    MidNode node;
     node.corner = {from, to};
+    node.step[0] = static_cast<std::uint8_t>(step);
+    node.order = static_cast<std::uint8_t>(order_);
     std::uint8_t sides = 0;
     for (std::uint8_t f = 0; f < solid_.faces.size(); ++f)
       for (std::size_t i = 0; i < 4; ++i)
@@ -258,18 +245,51 @@ class GridNodes {
     node.has_sides = !solid_.is_flat;
     return node;
   }
-  /// Returns the fourth corner of a quadrilateral.
-  std::uint8_t opposite(std::uint8_t from, std::uint8_t first, std::uint8_t second) const {
-    NodeGrid::Place place = grid_.places[first];
+  MidNode on_face(const CellFrame::Face& face, bool is_triangle) const {
+    const auto& [from, first, second] = face;
+    MidNode node;
+    node.kind = MidNode::face;
+    node.is_on_triangle = is_triangle;
+    node.order = static_cast<std::uint8_t>(order_);
+    node.step = {static_cast<std::uint8_t>(steps_towards(from, first, second)),
+                 static_cast<std::uint8_t>(steps_towards(from, second, first))};
+    NodeGrid::Place opposite{};
     for (std::size_t a = 0; a < 3; ++a)
-      place[a] =
-          static_cast<std::uint8_t>(place[a] + grid_.places[second][a] - grid_.places[from][a]);
-    return static_cast<std::uint8_t>(grid_.position(place));
+      opposite[a] =
+          static_cast<std::uint8_t>(order_ * (frame_.corners[first][a] + frame_.corners[second][a] -
+                                              frame_.corners[from][a]));
+    if (is_triangle)
+      node.corner = {from, first, second, from};
+    else
+      node.corner = {from, first, static_cast<std::uint8_t>(layout_.grid.position(opposite)),
+                     second};
+    return node;
+  }
+  /// Returns the steps of the node at position_ from corner `from` towards `to`. `other`: the third
+  /// corner by which the face is given.
+  std::uint32_t steps_towards(std::uint8_t from, std::uint8_t to, std::uint8_t other) const {
+    const auto& corner = frame_.corners;
+    const auto differs = [&](std::uint8_t c, std::size_t a) {
+      return corner[c][a] != corner[from][a];
+    };
+    const auto distance = [&](std::size_t a) {
+      const std::uint32_t at = layout_.grid.places[position_][a];
+      return corner[from][a] == 0 ? at : order_ - at;
+    };
+    for (std::size_t a = 0; a < 3; ++a)
+      if (differs(to, a) && !differs(other, a)) return distance(a);
+    // Steps towards both corners lead along this axis, in the same direction. Steps towards `other`
+    // lead along another axis, too.
+    std::size_t a = 0;
+    while (!differs(to, a)) ++a;
+    return distance(a) - steps_towards(from, other, to);
   }
 
   CellFrame frame_;
   const Solid& solid_;
-  const NodeGrid& grid_;
+  NodeLayout& layout_;
+  std::uint32_t order_;
+  std::size_t position_;
 };
 
 [[gnu::cold]] NodeLayout layout_of_grid(CellShape shape, NodeScheme scheme, std::uint32_t order) {
@@ -277,52 +297,8 @@ class GridNodes {
   layout.grid = grid_of(shape, scheme, order);
   layout.nodes = static_cast<std::uint16_t>(layout.grid.places.size());
   layout.mid.resize(layout.nodes);
-  const GridNodes nodes(shape, layout.grid);
-  for (std::size_t p = layout.corners; p < layout.nodes; ++p) {
-    layout.mid[p] = nodes.node_at(layout.grid.places[p]);
-    layout.mid[p].continues =
-        p > layout.corners && layout.mid[p].corner == layout.mid[p - 1].corner;
-  }
+  GridNodes(shape, layout);
   return layout;
-}
-
-/// Layouts of the cells of one order.
-struct LayoutsOfOrder {
-  struct One {
-    CellShape shape;
-    bool is_serendipity;
-    NodeLayout layout;
-  };
-  std::vector<One> all;
-
-  [[gnu::cold]] explicit LayoutsOfOrder(std::uint32_t order) {
-    using enum CellShape;
-    for (const CellShape shape : {line, triangle, quad, tetrahedron, pyramid, wedge, hexahedron})
-      for (const NodeScheme scheme : {NodeScheme::lagrange, NodeScheme::serendipity})
-        if (shape != line || scheme != NodeScheme::serendipity)
-          all.push_back(
-              {shape, scheme == NodeScheme::serendipity, layout_of_grid(shape, scheme, order)});
-  }
-};
-
-template <std::uint32_t order>
-const LayoutsOfOrder& layouts_of_order() {
-  static const LayoutsOfOrder kLayouts(order);
-  return kLayouts;
-}
-
-const LayoutsOfOrder* layouts_of_order(std::uint32_t order) {
-  switch (order) {
-    case 3: return &layouts_of_order<3>();
-    case 4: return &layouts_of_order<4>();
-    case 5: return &layouts_of_order<5>();
-    case 6: return &layouts_of_order<6>();
-    case 7: return &layouts_of_order<7>();
-    case 8: return &layouts_of_order<8>();
-    case 9: return &layouts_of_order<9>();
-    case 10: return &layouts_of_order<10>();
-    default: return nullptr;
-  }
 }
 
 /// A kind of second-order cells.
@@ -352,30 +328,34 @@ constexpr std::array<Kind, 16> kKinds = {
      {CellShape::hexahedron, 26, &kHexahedron, true, 6, none},
      {CellShape::hexahedron, 27, &kHexahedron, true, 6, one}}};
 
-[[gnu::cold]] std::array<NodeLayout, kKinds.size()> second_order_layouts() {
-  std::array<NodeLayout, kKinds.size()> layouts;
-  for (std::size_t i = 0; i < kKinds.size(); ++i)
-    layouts[i] = layout_of(*kKinds[i].solid, kKinds[i].edges, kKinds[i].faces, kKinds[i].body);
-  return layouts;
-}
-
 }  // namespace
 
-const NodeLayout* node_layout(CellShape shape, std::uint32_t nodes, NodeScheme scheme) {
-  for (std::size_t i = 0; i < kKinds.size(); ++i) {
-    if (kKinds[i].shape != shape || kKinds[i].nodes != nodes) continue;
-    static const std::array<NodeLayout, kKinds.size()> kLayouts = second_order_layouts();
-    return &kLayouts[i];
-  }
-  const std::uint32_t order = cell_order({0, {}, shape, nodes, scheme});
-  if (const LayoutsOfOrder* const layouts = layouts_of_order(order)) {
-    for (const LayoutsOfOrder::One& one : layouts->all)
-      if (one.shape == shape && one.is_serendipity == (scheme == NodeScheme::serendipity))
-        return &one.layout;
-  }
-  if (shape != CellShape::hexahedron || nodes <= 20) return nullptr;
-  // The first twelve mid nodes of a hexahedron with another number of nodes are those of the edges.
-  return node_layout(shape, 20);
+bool has_grid(const BlockInfo& block) { return cell_order(block) >= kLeastGridOrder; }
+
+std::shared_ptr<const NodeLayout> node_layout(const BlockInfo& block) {
+  const CellShape shape = block.shape;
+  std::uint32_t nodes = block.nodes_per_cell;
+  if (has_grid(block))
+    return std::make_shared<NodeLayout>(layout_of_grid(shape, block.scheme, cell_order(block)));
+  // The first twelve mid nodes of a hexahedron with an unusual number of nodes are those of the
+  // edges.
+  if (shape == CellShape::hexahedron && nodes > 20 && nodes != 21 && nodes != 24 && nodes != 26 &&
+      nodes != 27)
+    nodes = 20;
+  for (const Kind& kind : kKinds)
+    if (kind.shape == shape && kind.nodes == nodes)
+      return std::make_shared<NodeLayout>(
+          layout_of(*kind.solid, kind.edges, kind.faces, kind.body));
+  return nullptr;
+}
+
+const NodeLayout* NodeLayouts::of(const BlockInfo& block) {
+  for (const Made& made : made_)
+    if (made.shape == block.shape && made.nodes == block.nodes_per_cell &&
+        made.scheme == block.scheme)
+      return made.layout.get();
+  made_.push_back({block.shape, block.nodes_per_cell, block.scheme, node_layout(block)});
+  return made_.back().layout.get();
 }
 
 }  // namespace shm

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -96,9 +97,28 @@ struct NodeLayout {
   bool is_grid() const { return grid.order != 0; }
 };
 
-/// Returns the layout of cells with this shape, `nodes` nodes and this scheme. Returns null if the
-/// layout is unknown or if all nodes are corners. Thread-safe.
-const NodeLayout* node_layout(CellShape shape, std::uint32_t nodes,
-                              NodeScheme scheme = NodeScheme::lagrange);
+/// Returns true if the nodes of the cells of a block form a grid.
+bool has_grid(const BlockInfo& block);
+
+/// Returns the layout of the cells of a block. Returns null if the layout is unknown or if all
+/// nodes are corners. Thread-safe.
+std::shared_ptr<const NodeLayout> node_layout(const BlockInfo& block);
+
+/// The layouts of the cells of some blocks. Each is made when it is first needed.
+class NodeLayouts {
+ public:
+  /// Returns the layout of the cells of a block, or null, as node_layout() does. It lives as long
+  /// as this object.
+  const NodeLayout* of(const BlockInfo& block);
+
+ private:
+  struct Made {
+    CellShape shape;
+    std::uint32_t nodes;
+    NodeScheme scheme;
+    std::shared_ptr<const NodeLayout> layout;
+  };
+  std::vector<Made> made_;  // few entries: one for each kind of cells
+};
 
 }  // namespace shm

@@ -21,10 +21,7 @@ MeshEncoder::MeshEncoder(const Schema& schema, const WriteOptions& options, Grou
       queue_(schema, options_, [this](EncodedGroup& group) { return give_out(group); }),
       totals_(totals_of_nothing(schema)) {
   if (schema.delay > 0) delayed_.emplace(schema.delay);
-  for (const BlockInfo& block : schema.blocks) {
-    const NodeLayout* const layout = node_layout(block.shape, block.nodes_per_cell, block.scheme);
-    ends_others_.push_back(layout != nullptr && layout->is_grid());
-  }
+  for (const BlockInfo& block : schema.blocks) ends_others_.push_back(has_grid(block));
 }
 
 void MeshEncoder::begin_part(const SegmentStart& start) {

@@ -95,7 +95,8 @@ auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t
             return recipe;
         }
       }
-  } else if (const NodeLayout* const layout = node_layout(block.shape, block.nodes, block.scheme)) {
+  } else if (const NodeLayout* const layout =
+                 layouts_.of({0, {}, block.shape, block.nodes, block.scheme})) {
     if (layout->is_grid() && take_along_grid(layout->grid, node, take)) return recipe;
     if (const MidNode* const mid = layout->at(node))
       if (take({mid->corner[0], mid->corner[mid->kind == MidNode::edge ? 1 : 2]})) return recipe;

@@ -6,11 +6,13 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
 #include "codecs/patterns/pattern_cells.h"
+#include "mesh/node_layout.h"
 #include "shm/schema.h"
 
 namespace shm {
@@ -56,11 +58,12 @@ class TermFinder {
     // `recipes`
     std::array<const std::vector<Recipe>*, 256> of_first_eight{};
   };
-  static Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);
-  static std::vector<Recipe> recipes_of(const Block& block, const PatternCell& cell);
+  Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);
+  std::vector<Recipe> recipes_of(const Block& block, const PatternCell& cell);
   const std::vector<Recipe>& known_recipes_of(Block& block, const PatternCell& cell);
 
   std::vector<Block> blocks_;
+  NodeLayouts layouts_;
   std::vector<Recipe> recipes_;  // which nodes predict each new node of the current cell; used if a
                                  // vertex occurs at several nodes of the cell
 };
