@@ -483,7 +483,9 @@ BlockInfo element_block(std::string_view element_type, std::uint32_t nodes) {
   struct Family {
     std::string_view prefix;
     CellShape shape;
-    std::uint32_t corners;  // the elements may have any larger number of nodes; 0: they may not
+    // Number of corners. Elements with an unusual number of nodes have the shape if they have more
+    // nodes than this. 0: they do not have the shape.
+    std::uint32_t corners;
   };
   // An element of type SHELL is a triangle or a quad, depending on its number of nodes.
   static constexpr std::array<Family, 16> kFamilies{{

@@ -447,7 +447,7 @@ class SkeletonWriter {
     const std::uint64_t size = faces.size() / width;
     const auto wrong = [&] {
       place_.fail(ErrorCode::corrupt, section(block.faces),
-                  "it is not known which faces belong to which polyhedron");
+                  "the faces of each polyhedron are unknown");
     };
     // begins[i] is the index in `faces` at which the faces of cell i begin. Cells are numbered as
     // in the original file.

@@ -232,7 +232,7 @@ NodePlaces exodus_cubic(CellShape shape, NodeScheme scheme) {
   // level after the other, and the edges of the top.
   NodePlaces out = node_places(shape, scheme, 3);
   const bool is_tetrahedron = shape == CellShape::tetrahedron;
-  out.resize(is_tetrahedron ? 4 : shape == CellShape::wedge ? 6 : 8);
+  out.resize(node_places(shape, scheme, 1).size());
   const NodePlaces corners = out;
   const std::size_t below = is_tetrahedron ? 3 : corners.size() / 2;
   add_edges_around(std::span(corners).first(below), out);

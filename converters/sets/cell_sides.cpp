@@ -145,7 +145,7 @@ SideNodes find_nodes(const CellKind& cell, const Corners& around) {
     side = high_order_side(cell, around, shape, order);
   else if (order == 2)
     side = second_order_side(cell, around);
-  else  // order 1, or it is not known where the nodes after the corners lie
+  else  // order 1, or the places of the nodes after the corners are unknown
     side.at.assign(around.begin(), around.end());
   // No line is a serendipity cell, since all its nodes are on its edge.
   const bool is_lagrange = shape == CellShape::line && cell.scheme == NodeScheme::serendipity;

@@ -160,12 +160,19 @@ TEST(NodeLayout, OfGridsIsThatOfPlaces) {
   EXPECT_EQ(rows[4][8], 16);  // the row from corner 4
 }
 
+/// Adds vertices to a surface and returns their slots.
+template <std::size_t kCount>
+std::array<std::uint32_t, kCount> add_vertices(ActiveSurface& surface) {
+  std::array<std::uint32_t, kCount> slots{};
+  for (std::uint32_t& slot : slots) slot = surface.add_vertex();
+  return slots;
+}
+
 TEST(MiddleTable, PlacesOnTrianglesDoNotDependOnTheFirstCorner) {
   ActiveSurface surface;
   MiddleTable table(surface);
   constexpr std::uint32_t kOrder = 5;
-  std::array<std::uint32_t, 3> v{};
-  for (std::uint32_t& it : v) it = surface.add_vertex();
+  const auto v = add_vertices<3>(surface);
   std::array<std::uint32_t, 3> corners = {0, 1, 2};  // indices in v
   do {
     for (std::uint8_t s = 1; s < kOrder; ++s)
@@ -188,8 +195,7 @@ TEST(MiddleTable, PlacesOnTrianglesDoNotDependOnTheFirstCorner) {
 TEST(MiddleTable, KeepsTrianglesOfTheSameEdgeApart) {
   ActiveSurface surface;
   MiddleTable table(surface);
-  std::array<std::uint32_t, 6> v{};
-  for (std::uint32_t& it : v) it = surface.add_vertex();
+  const auto v = add_vertices<6>(surface);
   const auto left = table.triangle({v[0], v[1], v[2]}, {1, 1}, 3),
              right = table.triangle({v[0], v[1], v[3]}, {1, 1}, 3);
   table.put(left, v[4]);
@@ -205,8 +211,7 @@ TEST(MiddleTable, PlacesOnFacesDoNotDependOnTheFirstCorner) {
   ActiveSurface surface;
   MiddleTable table(surface);
   constexpr std::uint32_t kOrder = 5;
-  std::array<std::uint32_t, 4> v{};
-  for (std::uint32_t& it : v) it = surface.add_vertex();
+  const auto v = add_vertices<4>(surface);
   std::array<std::uint32_t, 4> corners = {2, 0, 3, 1};  // indices in v
   do {
     // A node with these steps along the sides 01 and 03 of the face 0123
@@ -238,8 +243,7 @@ TEST(MiddleTable, PlacesOnFacesDoNotDependOnTheFirstCorner) {
 TEST(MiddleTable, LeadsFromPlacesToLiveVertices) {
   ActiveSurface surface;
   MiddleTable table(surface);
-  std::array<std::uint32_t, 6> v{};
-  for (std::uint32_t& it : v) it = surface.add_vertex();
+  const auto v = add_vertices<6>(surface);
   const auto edge = table.edge(v[1], v[0]);
   EXPECT_EQ(table.find(edge), kNone);
   table.put(edge, v[4]);

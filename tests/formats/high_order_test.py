@@ -3,7 +3,7 @@
 
 All cells are straight, so each node lies at the position that follows from its parametric coordinates and the
 corners. VTK's and Gmsh's libraries state these coordinates for each node of a cell; for Exodus, this test contains
-the edges and faces of HEX64 and QUAD16 as SEACAS lists them.
+the edges and faces of elements as SEACAS lists them.
 
 Usage: high_order_test.py PATH_OF_SHM     (exit code 77, skipped, if NumPy, netCDF4, gmsh or VTK is missing)
 """
@@ -27,14 +27,9 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from folder_test import FolderTest, forced
 from gmsh_meshes import write_box, write_prisms
 
-CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
-# The nodes of a HEX64: the ends of each edge with the nodes between them, and the corners of each face with the
-# nodes inside it, each next to one corner.
-HEX64_EDGES = [(0, 1, 8, 9), (1, 5, 17, 21), (5, 4, 25, 24), (4, 0, 20, 16), (3, 2, 13, 12), (2, 6, 18, 22),
-               (6, 7, 28, 29), (7, 3, 23, 19), (0, 3, 15, 14), (1, 2, 10, 11), (5, 6, 26, 27), (4, 7, 31, 30)]
+# The faces of a HEX64: their corners, and the nodes inside, each next to one corner.
 HEX64_FACES = [(0, 1, 5, 4, 36, 37, 49, 48), (1, 2, 6, 5, 38, 39, 51, 50), (2, 3, 7, 6, 40, 41, 53, 52),
                (0, 4, 7, 3, 43, 55, 54, 42), (0, 3, 2, 1, 32, 35, 34, 33), (4, 5, 6, 7, 60, 61, 62, 63)]
-QUAD16_EDGES = [(0, 1, 4, 5), (1, 2, 6, 7), (2, 3, 8, 9), (3, 0, 10, 11)]
 # Elements that Exodus and one other format have: corners, and how SEACAS lists the nodes on edges (the ends of the
 # edge first) and in the middle of faces (after their corners).
 EDGES = {
@@ -60,6 +55,7 @@ UNIT_CORNERS = {"TRI": [(0, 0, 0), (1, 0, 0), (0, 1, 0)], "QUAD": [(0, 0, 0), (1
                 "PYRAMID": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 1)],
                 "WEDGE": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)],
                 "HEX": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]}
+CORNERS = np.array(UNIT_CORNERS["HEX"])
 HEX27_CENTRES = {20: range(8), 21: (0, 1, 2, 3), 22: (4, 5, 6, 7), 23: (0, 3, 7, 4), 24: (1, 2, 6, 5),
                  25: (0, 1, 5, 4), 26: (2, 3, 7, 6)}
 
@@ -81,11 +77,11 @@ def interpolated(corners, parameters):
 
 
 def write_element(path, kind, like=None):
-    """Writes an Exodus file with one element, whose nodes have the order of SEACAS. `like`: an element with at least
-    as many nodes, which has the first ones in common with this element."""
-    nodes = int(kind.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"))
-    family = kind[:-len(str(nodes))]
-    at = np.full((21 if like else nodes, 3), np.nan)
+    """Writes an Exodus file with one element, whose nodes have the order of SEACAS. `like`: a type of EDGES with more
+    nodes, the first of which are those of this element."""
+    family = kind.rstrip("0123456789")
+    nodes, made = (int(name[len(family):]) for name in (kind, like or kind))
+    at = np.full((made, 3), np.nan)
     corners = np.array(UNIT_CORNERS[family], float) * (2, 3, 5)
     at[:len(corners)] = corners
     for a, b, *between in EDGES[like or kind]:
@@ -203,7 +199,7 @@ class HighOrderTest(FolderTest):
                                                ends[0] + (ends[1] - ends[0]) * i / (len(between) + 1), atol=1e-9)
             if kind == "QUAD16":
                 for row in nodes:
-                    self.check_cubic(points[row], QUAD16_EDGES, [(0, 1, 2, 3, 12, 13, 14, 15)])
+                    self.check_cubic(points[row], EDGES["QUAD12"], [(0, 1, 2, 3, 12, 13, 14, 15)])
             if "HEX" not in kind:
                 continue
             self.assertEqual(kind, f"HEX{nodes.shape[1]}")
@@ -226,7 +222,7 @@ class HighOrderTest(FolderTest):
                 np.testing.assert_allclose(at[face[4 + i]], expected, atol=1e-9)
 
     def check_hex64(self, at):
-        self.check_cubic(at, HEX64_EDGES, HEX64_FACES)
+        self.check_cubic(at, EDGES["HEX32"], HEX64_FACES)
         inside = np.array([(1, 1, 1), (2, 1, 1), (2, 2, 1), (1, 2, 1), (1, 1, 2), (2, 1, 2), (2, 2, 2), (1, 2, 2)])
         np.testing.assert_allclose(at[[44, 45, 46, 47, 56, 57, 58, 59]], interpolated(at[:8], inside / 3), atol=1e-9)
 

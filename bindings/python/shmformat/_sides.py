@@ -68,7 +68,7 @@ def side_of(shape: str, nodes: int, scheme: str, side: int, flat: bool) -> tuple
     order = cell_order(shape, nodes, scheme)
     if order >= 3:
         return kind, of_side, _high_order(shape, scheme, order, corners)
-    # The order is 0 if it is not known where the nodes after the corners lie.
+    # The order is 0 if the places of the nodes after the corners are unknown.
     return kind, of_side, _second_order(shape, nodes, corners) if order == 2 else corners
 
 

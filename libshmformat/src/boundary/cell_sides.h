@@ -44,7 +44,7 @@ struct Facet {
 };
 
 /// Returns the facets of the cells of a block, sorted by side. Returns an empty list if all nodes
-/// of the cells are corners, if it is not known where the others lie, and for serendipity cells of
+/// of the cells are corners, if the places of the others are unknown, and for serendipity cells of
 /// order 3 and higher and Bezier cells.
 std::vector<Facet> facets_of(const BlockInfo& block);
 

@@ -39,12 +39,16 @@ bool take_along_grid(const NodeGrid& grid, std::uint32_t node, const Take& take)
                                                                    : here[axes[i]] - 1);
     at[moved] = grid.position(place);
   }
-  if (take({at[1], at[2], at[4], at[3], at[5], at[6], at[7]}) || take({at[1], at[2], at[3]}) ||
-      take({at[1], at[4], at[5]}) || take({at[2], at[4], at[6]}))
+  const auto take_existing = [&](std::initializer_list<std::uint32_t> nodes) {
+    return std::find(nodes.begin(), nodes.end(), NodeGrid::kNowhere) == nodes.end() && take(nodes);
+  };
+  if (take_existing({at[1], at[2], at[4], at[3], at[5], at[6], at[7]}) ||
+      take_existing({at[1], at[2], at[3]}) || take_existing({at[1], at[4], at[5]}) ||
+      take_existing({at[2], at[4], at[6]}))
     return true;
   NodeGrid::Place before = here;  // two steps back; if that is less than 0, it is nowhere
   before[axes[0]] = static_cast<std::uint8_t>(before[axes[0]] - 2);
-  return take({at[1], at[1], grid.position(before)});
+  return take_existing({at[1], at[1], grid.position(before)});
 }
 
 }  // namespace
@@ -65,10 +69,8 @@ auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t
   Recipe recipe;
   recipe.node = static_cast<std::uint8_t>(node);
   const auto take = [&](std::initializer_list<std::uint32_t> nodes) {
-    const auto is_known = [&](std::uint32_t other) {
-      return other != NodeGrid::kNowhere && has_bit(known, other);
-    };
-    if (!std::all_of(nodes.begin(), nodes.end(), is_known)) return false;
+    if (!std::all_of(nodes.begin(), nodes.end(), [&](auto other) { return has_bit(known, other); }))
+      return false;
     for (std::uint32_t other : nodes)
       recipe.nodes[recipe.count++] = static_cast<std::uint8_t>(other);
     return true;
