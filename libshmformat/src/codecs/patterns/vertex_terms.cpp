@@ -29,6 +29,11 @@ bool take_along_grid(const NodeGrid& grid, std::uint32_t node, const Take& take)
   for (const bool ends : {false, true})
     for (std::uint32_t axis = 0; axis < 3; ++axis)
       if (is_end(axis) == ends) axes[count++] = axis;
+  // In place of a node that does not exist: this node, which is not known.
+  const auto existing = [&](const NodeGrid::Place& place) {
+    const std::uint32_t found = grid.position(place);
+    return found == NodeGrid::kNowhere ? node : found;
+  };
   // Nodes that differ from this one along the axes whose bits are set. Bit i belongs to axes[i].
   std::array<std::uint32_t, 8> at{};
   for (std::uint32_t moved = 1; moved < 8; ++moved) {
@@ -37,18 +42,14 @@ bool take_along_grid(const NodeGrid& grid, std::uint32_t node, const Take& take)
       if ((moved >> i & 1) != 0)
         place[axes[i]] = static_cast<std::uint8_t>(is_end(axes[i]) ? grid.order - here[axes[i]]
                                                                    : here[axes[i]] - 1);
-    at[moved] = grid.position(place);
+    at[moved] = existing(place);
   }
-  const auto take_existing = [&](std::initializer_list<std::uint32_t> nodes) {
-    return std::find(nodes.begin(), nodes.end(), NodeGrid::kNowhere) == nodes.end() && take(nodes);
-  };
-  if (take_existing({at[1], at[2], at[4], at[3], at[5], at[6], at[7]}) ||
-      take_existing({at[1], at[2], at[3]}) || take_existing({at[1], at[4], at[5]}) ||
-      take_existing({at[2], at[4], at[6]}))
+  if (take({at[1], at[2], at[4], at[3], at[5], at[6], at[7]}) || take({at[1], at[2], at[3]}) ||
+      take({at[1], at[4], at[5]}) || take({at[2], at[4], at[6]}))
     return true;
   NodeGrid::Place before = here;  // two steps back; if that is less than 0, it is nowhere
   before[axes[0]] = static_cast<std::uint8_t>(before[axes[0]] - 2);
-  return take_existing({at[1], at[1], grid.position(before)});
+  return take({at[1], at[1], existing(before)});
 }
 
 }  // namespace
