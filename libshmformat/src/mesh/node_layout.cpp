@@ -292,13 +292,11 @@ class GridNodes {
   std::size_t position_;
 };
 
-[[gnu::cold]] NodeLayout layout_of_grid(CellShape shape, NodeScheme scheme, std::uint32_t order) {
-  NodeLayout layout = layout_of(*solid_of(shape), false, 0, none);
-  layout.grid = grid_of(shape, scheme, order);
+[[gnu::cold]] void add_grid(NodeLayout& layout, const BlockInfo& block) {
+  layout.grid = grid_of(block.shape, block.scheme, cell_order(block));
   layout.nodes = static_cast<std::uint16_t>(layout.grid.places.size());
   layout.mid.resize(layout.nodes);
-  GridNodes(shape, layout);
-  return layout;
+  GridNodes(block.shape, layout);
 }
 
 /// A kind of second-order cells.
@@ -332,30 +330,23 @@ constexpr std::array<Kind, 16> kKinds = {
 
 bool has_grid(const BlockInfo& block) { return cell_order(block) >= kLeastGridOrder; }
 
-std::shared_ptr<const NodeLayout> node_layout(const BlockInfo& block) {
+std::unique_ptr<const NodeLayout> node_layout(const BlockInfo& block) {
   const CellShape shape = block.shape;
   std::uint32_t nodes = block.nodes_per_cell;
-  if (has_grid(block))
-    return std::make_shared<NodeLayout>(layout_of_grid(shape, block.scheme, cell_order(block)));
   // The first twelve mid nodes of a hexahedron with an unusual number of nodes are those of the
   // edges.
   if (shape == CellShape::hexahedron && nodes > 20 && nodes != 21 && nodes != 24 && nodes != 26 &&
       nodes != 27)
     nodes = 20;
-  for (const Kind& kind : kKinds)
-    if (kind.shape == shape && kind.nodes == nodes)
-      return std::make_shared<NodeLayout>(
-          layout_of(*kind.solid, kind.edges, kind.faces, kind.body));
-  return nullptr;
-}
-
-const NodeLayout* NodeLayouts::of(const BlockInfo& block) {
-  for (const Made& made : made_)
-    if (made.shape == block.shape && made.nodes == block.nodes_per_cell &&
-        made.scheme == block.scheme)
-      return made.layout.get();
-  made_.push_back({block.shape, block.nodes_per_cell, block.scheme, node_layout(block)});
-  return made_.back().layout.get();
+  const bool is_grid = has_grid(block);
+  Kind kind{shape, 0, is_grid ? solid_of(shape) : nullptr, false, 0, none};
+  for (const Kind& known : kKinds)
+    if (known.shape == shape && known.nodes == nodes) kind = known;
+  if (kind.solid == nullptr) return nullptr;
+  auto layout =
+      std::make_unique<NodeLayout>(layout_of(*kind.solid, kind.edges, kind.faces, kind.body));
+  if (is_grid) add_grid(*layout, block);
+  return layout;
 }
 
 }  // namespace shm

@@ -102,23 +102,21 @@ bool has_grid(const BlockInfo& block);
 
 /// Returns the layout of the cells of a block. Returns null if the layout is unknown or if all
 /// nodes are corners. Thread-safe.
-std::shared_ptr<const NodeLayout> node_layout(const BlockInfo& block);
+std::unique_ptr<const NodeLayout> node_layout(const BlockInfo& block);
 
-/// The layouts of the cells of some blocks. Each is made when it is first needed.
-class NodeLayouts {
+/// The layout of the cells of a block. It is made when it is first needed.
+class LayoutOfBlock {
  public:
-  /// Returns the layout of the cells of a block, or null, as node_layout() does. It lives as long
-  /// as this object.
-  const NodeLayout* of(const BlockInfo& block);
+  /// Returns the layout, or null, as node_layout() does. `block` must be the same in all calls.
+  const NodeLayout* get(const BlockInfo& block) {
+    if (!is_made_) layout_ = node_layout(block);
+    is_made_ = true;
+    return layout_.get();
+  }
 
  private:
-  struct Made {
-    CellShape shape;
-    std::uint32_t nodes;
-    NodeScheme scheme;
-    std::shared_ptr<const NodeLayout> layout;
-  };
-  std::vector<Made> made_;  // few entries: one for each kind of cells
+  std::unique_ptr<const NodeLayout> layout_;
+  bool is_made_ = false;
 };
 
 }  // namespace shm

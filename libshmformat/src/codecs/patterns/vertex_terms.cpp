@@ -66,7 +66,7 @@ TermFinder::TermFinder(const Schema& schema) {
 
 /// Returns the recipe that predicts a node from other nodes. `known`: bit mask of the nodes whose
 /// vertices are already known.
-auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t known) -> Recipe {
+auto TermFinder::recipe_of(Block& block, std::uint32_t node, std::uint64_t known) -> Recipe {
   Recipe recipe;
   recipe.node = static_cast<std::uint8_t>(node);
   const auto take = [&](std::initializer_list<std::uint32_t> nodes) {
@@ -99,7 +99,7 @@ auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t
         }
       }
   } else if (const NodeLayout* const layout =
-                 layouts_.of({0, {}, block.shape, block.nodes, block.scheme})) {
+                 block.layout.get({0, {}, block.shape, block.nodes, block.scheme})) {
     if (layout->is_grid() && take_along_grid(layout->grid, node, take)) return recipe;
     if (const MidNode* const mid = layout->at(node))
       if (take({mid->corner[0], mid->corner[mid->kind == MidNode::edge ? 1 : 2]})) return recipe;
@@ -108,7 +108,7 @@ auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t
   return recipe;
 }
 
-auto TermFinder::recipes_of(const Block& block, const PatternCell& cell) -> std::vector<Recipe> {
+auto TermFinder::recipes_of(Block& block, const PatternCell& cell) -> std::vector<Recipe> {
   std::vector<Recipe> recipes;
   const std::uint64_t all =
       block.nodes == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << block.nodes) - 1;

@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -51,6 +50,7 @@ class TermFinder {
     CellShape shape = CellShape::other;
     std::uint32_t nodes = 0, corners = 0;
     NodeScheme scheme = NodeScheme::lagrange;
+    LayoutOfBlock layout;
     // Recipes of the new nodes, by PatternCell::introduced
     std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;
     // Recipes (which nodes predict each new node) for cells that introduce only nodes with
@@ -58,12 +58,11 @@ class TermFinder {
     // `recipes`
     std::array<const std::vector<Recipe>*, 256> of_first_eight{};
   };
-  Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);
-  std::vector<Recipe> recipes_of(const Block& block, const PatternCell& cell);
+  static Recipe recipe_of(Block& block, std::uint32_t node, std::uint64_t known);
+  static std::vector<Recipe> recipes_of(Block& block, const PatternCell& cell);
   const std::vector<Recipe>& known_recipes_of(Block& block, const PatternCell& cell);
 
   std::vector<Block> blocks_;
-  NodeLayouts layouts_;
   std::vector<Recipe> recipes_;  // which nodes predict each new node of the current cell; used if a
                                  // vertex occurs at several nodes of the cell
 };

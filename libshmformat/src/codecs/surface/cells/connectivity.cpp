@@ -10,7 +10,7 @@ template <class Coder>
 Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema) {
   for (const BlockInfo& block : schema.blocks)
     if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
-  layout_of_block_.resize(schema.blocks.size());
+  layouts_.resize(schema.blocks.size());
 }
 
 template <class Coder>
@@ -62,9 +62,7 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, const S
   cell.face_mask = 0;
   cell.cell_slot = kNone;
   cell.by_faces = false;
-  std::optional<const NodeLayout*>& layout = layout_of_block_[cell.block];
-  if (!layout) layout = layouts_.of(block);
-  cell.layout = *layout;
+  cell.layout = layouts_[cell.block].get(block);
   if (cell.layout != nullptr && !mid_nodes_) mid_nodes_.emplace(surface_);
   cell.rows = nullptr;
   for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;

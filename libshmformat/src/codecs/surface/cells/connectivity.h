@@ -115,10 +115,8 @@ class Connectivity {
   std::size_t code_last_use_of_corners(Coder& symbols, CellTopology& cell);
 
   const Schema* schema_;
-  NodeLayouts layouts_;
-  // For each block with cells: the layout of its cells, or null
-  std::vector<std::optional<const NodeLayout*>> layout_of_block_;
-  const StoredCell nothing_;  // passed when decoding
+  std::vector<LayoutOfBlock> layouts_;  // by block
+  const StoredCell nothing_;            // passed when decoding
   ActiveSurface surface_;
   std::variant<std::unique_ptr<RowHexahedra<Coder>>, std::unique_ptr<MixedRows<Coder>>,
                std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>
