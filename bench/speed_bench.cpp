@@ -1,9 +1,9 @@
 // speed_bench [--level fast|default|best]... [--turns N] [--seconds S] MESH: compresses and
 // decompresses the hexahedra of a mesh of any format, in memory, in one thread and with order keep.
-// The methods are our library at each level, and other compressors, which pack two raw arrays:
-// int32 corners, one hexahedron after the other, and coordinates as they are stored. Writes lines
-// of JSON to standard output: a line for the mesh, then a line for each method with its bytes and
-// the shortest CPU time of its runs in seconds.
+// The methods are our library at each level, without digests and (except at level best) with them,
+// and other compressors, which pack two raw arrays: int32 corners, one hexahedron after the other,
+// and coordinates as they are stored. Writes lines of JSON to standard output: a line for the mesh,
+// then a line for each method with its bytes and the shortest CPU time of its runs in seconds.
 //   zstd -3        packs each of the two arrays unchanged
 //   column delta   replaces each number with its difference from the previous number of its column
 //                  (there are eight columns of corners, and three of coordinates), then packs the
@@ -98,10 +98,11 @@ class Method {
 
 class Ours final : public Method {
  public:
-  Ours(const Mesh& mesh, const char* name, Level level)
-      : Method(std::string("shm ") + name), mesh_(&mesh) {
+  Ours(const Mesh& mesh, const char* name, Level level, bool digest)
+      : Method(std::string("shm ") + name + (digest ? " with digests" : "")), mesh_(&mesh) {
     options_.level = level;
     options_.threads = 1;
+    options_.digest = digest;
     sink_.bytes.reserve(mesh.xyz.size() + sizeof(std::int32_t) * mesh.corners.size());
   }
   json told() const override {
@@ -301,8 +302,11 @@ int run(int argc, char** argv) {
   const Mesh mesh = whole_mesh(loaded);
   const std::array<RawArray, 2> raw = raw_arrays(loaded);
   std::vector<std::unique_ptr<Method>> methods;
-  for (const std::size_t level : levels_named(level_names))
-    methods.push_back(std::make_unique<Ours>(mesh, kLevels[level].first, kLevels[level].second));
+  for (const bool digest : {false, true})
+    for (const std::size_t level : levels_named(level_names))
+      if (!digest || kLevels[level].second != Level::best)
+        methods.push_back(
+            std::make_unique<Ours>(mesh, kLevels[level].first, kLevels[level].second, digest));
   for (Packer& packer : packers(raw)) methods.push_back(std::make_unique<Others>(raw, packer));
 
   for (std::size_t turn = 0; turn < std::max<std::size_t>(turns, 1); ++turn)

@@ -115,7 +115,7 @@ inline bool mutate_field(shm::FileParts& parts, std::size_t c, Random& random) {
 
 /// Changes the data of a group: removes, repeats or damages one of its bitstreams.
 inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
-  auto group = shm::take_group_apart(chunk.payload, chunk.header.version);
+  auto group = shm::take_group_apart(chunk);
   if (!group || group->streams.empty()) return mutate(chunk.payload, room);
   auto& header = group->header;
   const std::size_t s = random() % group->streams.size();

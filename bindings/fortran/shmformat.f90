@@ -32,11 +32,12 @@ module shmformat
   end type
 
   type, bind(c) :: shmf_info
-    integer(c_size_t) :: struct_size = 88
+    integer(c_size_t) :: struct_size = 96
     integer(c_int64_t) :: vertices = 0, cells = 0, hexahedra = 0, steps = 0, file_bytes = 0
-    integer(c_int32_t) :: blocks = 0, arrays = 0, segments = 0, coordinate_type = 0, order = 0, reserved = 0
+    integer(c_int32_t) :: blocks = 0, arrays = 0, segments = 0, coordinate_type = 0, order = 0, has_digest = 0
     type(c_ptr) :: source_format = c_null_ptr
     real(c_double) :: coordinate_error = 0
+    integer(c_int64_t) :: digest = 0
   end type
 
   type, bind(c) :: shmf_block

@@ -198,6 +198,7 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
     options.connectivity = as_rows ? ConnectivityCodec::rows : codec;
     options.restart_budget = 0;
     options.slow_step_values = 0;
+    options.digest = false;
     return code_mesh(part, schema, nowhere, options, {}, spool, usual_cache(schema, spool));
   };
 }
@@ -214,6 +215,7 @@ bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const Compress
   WriteOptions write_options;
   write_options.level = options.level;
   write_options.connectivity = options.connectivity;
+  write_options.digest = false;
   const SizeReport sizes =
       code_mesh(start, schema, nowhere, write_options, {}, spool, usual_cache(schema, spool));
   const auto its = sizes.streams.find("connectivity");
@@ -338,6 +340,7 @@ Schema schema_to_write(MeshSource& mesh, const CompressOptions& options, Spool& 
     if (options.progress) options.progress("trying bounds", 0, 1);
     NullSink nowhere;
     WriteOptions trial = write_options_for(mesh, options);
+    trial.digest = false;
     if (&part != &mesh) trial.slow_step_values = 0;  // a sample of a large mesh
     return code_mesh(part, tried, nowhere, trial, {}, spool, usual_cache(tried, spool));
   });
@@ -354,6 +357,7 @@ WriteOptions write_options_for(const MeshSource& mesh, const CompressOptions& op
   write_options.restart_budget = options.restart_budget;
   write_options.key_steps = key_steps_of(mesh, options);
   write_options.threads = options.threads;
+  write_options.digest = options.digest;
   return write_options;
 }
 

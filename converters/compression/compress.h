@@ -44,6 +44,7 @@ struct CompressOptions {
   // Largest distance between key steps, as in shm::WriteOptions. If it is not set, a mesh with one
   // step uses 1, and any other mesh the default of shm::WriteOptions.
   std::optional<std::uint32_t> key_steps;
+  bool digest = true;                   // true: the file has digests of its contents
   unsigned threads = 1;                 // number of threads, as in shm::WriteOptions
   CodingOrder* coding_order = nullptr;  // receives the coding order; borrowed, may be null
 

@@ -203,6 +203,7 @@ Json info_fields(const InfoReport& report) {
   }
   if (totals == nullptr) return json;
   json["total_bytes"] = totals->total_bytes;
+  json["digest"] = totals->digest ? Json(hexadecimal(*totals->digest)) : Json(nullptr);
   json["max_active_vertices"] = totals->max_active_vertices;
   json["segments"] = totals->segment_starts.size();
   json["segment_starts"] = totals->segment_starts;
@@ -341,6 +342,7 @@ std::string coder_text(const MeshInfo& info, const Totals& totals) {
   std::string text = "order        " + std::string(order_name(schema.order));
   if (schema.delay > 0) text += ", delay buffer of " + plural(schema.delay, "cell", "cells");
   if (!schema.corner_order) text += ", corners may come back rotated";
+  if (totals.digest) text += "\ndigest       " + hexadecimal(*totals.digest);
   text += "\ncodec        " + codecs_text(totals.segment_connectivity);
   text += "\nwidth        " + plural(totals.max_active_vertices, "vertex", "vertices") +
           " active at most";

@@ -54,6 +54,13 @@ std::string fixed(double value, int digits) {
           std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, digits).ptr};
 }
 
+std::string hexadecimal(std::uint64_t digest) {
+  std::string text(16, '0');
+  for (std::size_t i = 0; i < text.size(); ++i)
+    text[i] = "0123456789abcdef"[digest >> (60 - 4 * i) & 15];
+  return text;
+}
+
 // Returns the number of bits per element, or null (JSON) if `count` is 0.
 Json bits_each(std::uint64_t bytes, std::uint64_t count) {
   if (count == 0) return nullptr;

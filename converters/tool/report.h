@@ -68,6 +68,8 @@ using Json = nlohmann::ordered_json;
 std::string dump(const Json& json);
 std::string plural(std::uint64_t count, const std::string& one, const std::string& many);
 std::string fixed(double value, int digits);
+// Formats a digest: 16 hexadecimal digits.
+std::string hexadecimal(std::uint64_t digest);
 Json bits_each(std::uint64_t bytes, std::uint64_t count);  // null if `count` is 0
 std::uint64_t bytes_of(const std::map<std::string, std::uint64_t>& streams,
                        const std::string& kind);

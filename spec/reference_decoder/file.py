@@ -5,6 +5,7 @@ import struct
 from dataclasses import dataclass
 from itertools import accumulate, islice
 
+from . import digest
 from .basics import MASK32, MASK64, SCALAR_BYTES, Cursor, ShmError, checksum, packed_blob, reject_unless, unzigzag
 from .group import STREAM_NAMES, GroupHeader, Imported, Segment
 from .schema import read_schema
@@ -18,19 +19,28 @@ SHORT_MARK, LONG_MARK, TRAILER_MARK = b"SHMc", b"SHMC", b"SHME"
 SCHEMA, GROUP, STEP_VALUES, STEP_TIMES, EXTRA, INDEX, MEMBERS = 1, 2, 3, 4, 5, 6, 9
 ARCHIVE = 4  # of needed_features
 WITH_VERSION_1 = GROUP, STEP_VALUES, STEP_TIMES, EXTRA, INDEX
+WITH_DIGEST = GROUP, STEP_VALUES, STEP_TIMES, INDEX
 MOST_SEGMENTS, MOST_STEPS, MOST_PAYLOAD = 2**20, 2**20, 2**30
 
 
 @dataclass
 class Chunk:
     kind: int
-    version: int
+    version: int  # without 4, which a digest adds
     segment: int
     optional: bool
     known: bool
     offset: int
     header_bytes: int
     payload: bytes
+    digest: int = None
+
+    def cursor(self, section):
+        """A cursor behind the digest."""
+        cursor = Cursor(self.payload, self.base(), section)
+        if self.digest is not None:
+            cursor.take(8)
+        return cursor
 
     def base(self):
         """Where the payload begins in the file."""
@@ -85,6 +95,7 @@ class Totals:
     imported_vertices: int = 0
     block_cells: list = None
     trailing_bytes: int = 0
+    digest: int = 0
 
 
 def read_file_start(data):
@@ -125,9 +136,14 @@ def read_chunk(data, at, sequence):
     payload = data[at : at + size]
     if sum_ != checksum(payload):
         raise ShmError("a checksum that does not match", "payload of a chunk", at)
-    newest = 2 if kind == STEP_VALUES else kind in WITH_VERSION_1
+    newest, its_digest = 2 if kind == STEP_VALUES else kind in WITH_VERSION_1, None
+    if version > 4 and kind in WITH_DIGEST:
+        if size < 8:
+            raise ShmError("a payload that is shorter than its digest", "digest", at)
+        version, its_digest = version - 4, int.from_bytes(payload[:8], "little")
     known = SCHEMA <= kind <= INDEX and version <= newest and (segment == 0 or kind == GROUP)
-    return Chunk(kind, version, segment, bool(flags & 1), known, at - size_of_header, size_of_header, payload)
+    return Chunk(kind, version, segment, bool(flags & 1), known, at - size_of_header, size_of_header, payload,
+                 its_digest)
 
 
 def read_trailer(data, at, expected):
@@ -226,13 +242,33 @@ class File:
             name = STREAM_NAMES[key] if key in STREAM_NAMES else self.schema.stream_name(stream.array)
             self._count_bytes(name, len(stream.data))
         yield from group.tiles
+        group.numbers = digest.Numbers(group.tiles)
+        found = sum(digest.of_tile(self.schema, tile) for tile in group.tiles)
+        self._expect_digest(chunk, found, "vertices, cells or values")
         self.groups.append(group)
         for tile in group.tiles:
             tile.forget_values()
 
+    def _expect_digest(self, chunk, found, what):
+        digest.expect(chunk.digest, found, what, chunk)
+        self.totals.digest = self.totals.digest + (chunk.digest or 0) & MASK64
+
     # ------------------------------------------------------------------ 7 Step values
 
     def _step_values(self, chunk):
+        found = 0
+        for piece in self._pieces(chunk):
+            found += self._digest_of(piece)
+            yield piece
+        self._expect_digest(chunk, found, "step values")
+
+    def _digest_of(self, piece):
+        array = self.schema.arrays[piece.array]
+        numbers = self.groups[piece.group].numbers.of(array, len(piece.values) // array.components)
+        return digest.of_values(digest.FIRST_ARRAY + piece.array, piece.step, numbers, piece.values,
+                                array.components)
+
+    def _pieces(self, chunk):
         if self.step_values is None:
             self.step_values = StepValues(self.schema, self.groups)
         self.listed = []
@@ -270,7 +306,7 @@ class File:
     # ------------------------------------------------------------------ 8 Step times
 
     def _blob(self, chunk, section):
-        cursor = Cursor(chunk.payload, chunk.base(), section)
+        cursor = chunk.cursor(section)
         try:
             bounded = self.data[10] >= 10 and (chunk.kind != EXTRA or chunk.version > 0)
             blob = packed_blob(cursor, bounded)
@@ -289,6 +325,9 @@ class File:
         if cursor.left() // 8 > MOST_STEPS:
             cursor.fail("over limit: more than 2^20 step times")
         self.step_times = times_of(cursor, chunk.version)
+        found = sum(digest.of_words(digest.STEP_TIMES, 0, step, struct.unpack("<Q", struct.pack("<d", time)))
+                    for step, time in enumerate(self.step_times))
+        self._expect_digest(chunk, found, "step times")
         self.totals.steps = max(self.totals.steps, len(self.step_times))
         return StepTimes(self.step_times)
 
@@ -352,7 +391,9 @@ class File:
     # ------------------------------------------------------------------ 10 Index and trailer
 
     def _index(self, chunk):
-        cursor, totals = Cursor(chunk.payload, chunk.base(), "index"), self.totals
+        cursor, totals = chunk.cursor("index"), self.totals
+        if chunk.digest not in (None, totals.digest):
+            cursor.fail("a digest that is not the sum of those of the chunks")
         if self.step_values and not self.step_values.complete():
             cursor.fail("a stepped array whose last step is not complete")
         found = [("previous_index", 0), ("vertices", totals.vertices), ("cells", totals.cells),

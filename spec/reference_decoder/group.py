@@ -35,7 +35,7 @@ class Stream:
 class GroupHeader:
     def __init__(self, schema, chunk):
         payload, segment = chunk.payload, chunk.segment
-        cursor = Cursor(payload, chunk.base(), "group header")
+        cursor = chunk.cursor("group header")
         self.first_cell, self.first_vertex, self.cells, self.vertices = (cursor.varint() for _ in range(4))
         self.imported_vertices, self.unused_vertices, self.max_active_vertices = (cursor.varint() for _ in range(3))
         self.decoded_bytes = cursor.varint()

@@ -50,7 +50,7 @@ class Part:
 
 
 def read_parts(chunk):
-    cursor = Cursor(chunk.payload, chunk.base(), "step values")
+    cursor = chunk.cursor("step values")
     if chunk.version == 0:
         return [_only_part(cursor)]
     if chunk.version == 2:
@@ -125,8 +125,8 @@ def shares_of_bundle(parts):
 
 
 class StepPiece:
-    def __init__(self, array, step, first, values):
-        self.array, self.step, self.first, self.values = array, step, first, values
+    def __init__(self, array, step, first, values, group):
+        self.array, self.step, self.first, self.values, self.group = array, step, first, values, group
 
 
 class StepValues:
@@ -181,7 +181,7 @@ class StepValues:
         if self._next_group(index, group + 1) is None:
             self.open = None
         first = sum(self.counts[index][:group])
-        return StepPiece(index, step, first, values)
+        return StepPiece(index, step, first, values, group)
 
     def decode_bundle(self, parts, base):
         """Yields the pieces of a bundle."""
@@ -199,7 +199,7 @@ class StepValues:
                     self.steps[index][-1].reference = 0
                     self.steps[index][-1].values[part.group] = values
                     self.open = None
-                    yield StepPiece(index, part.step + s, 0, values)
+                    yield StepPiece(index, part.step + s, 0, values, part.group)
         except ShmError as error:
             error.section = error.section or "step values"
             error.offset = base if error.offset is None else error.offset

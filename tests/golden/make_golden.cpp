@@ -67,7 +67,7 @@ int main(int count, char** words) {
     std::fputs("usage: make_golden DIR FAULTY_DIR\n", stderr);
     return 2;
   }
-  std::vector<shm::FeatureFile> files = shm::feature_files();
+  std::vector<shm::FeatureFile> files = shm::feature_files(true);
   files.push_back(shm::archive_file());
 #ifdef SHM_WITH_PARITY
   if (shm::converters::has_parity_codes()) files.push_back(shm::parity_file());

@@ -34,7 +34,7 @@ inline std::vector<std::byte> put_together_with_index(FileParts parts) {
     if (chunk.is(container::ChunkKind::group)) {
       entry = groups.at(0);
       groups.erase(groups.begin());
-      const auto group = take_group_apart(chunk.payload);
+      const auto group = take_group_apart(chunk);
       ByteWriter header;
       container::put(header, group->header);
       entry.header_bytes = header.bytes.size();
@@ -114,7 +114,7 @@ inline std::vector<std::byte> asking_columns(std::uint32_t side, Location locati
   parts.chunks[0].payload = std::move(payload.bytes);
   for (Chunk& chunk : parts.chunks) {
     if (!chunk.is(container::ChunkKind::group)) continue;
-    auto group = take_group_apart(chunk.payload);
+    auto group = take_group_apart(chunk);
     group->header.decoded_bytes +=
         components * (location == Location::point ? group->header.vertices : group->header.cells);
     chunk.payload = put_group_together(*group);

@@ -47,8 +47,7 @@ std::size_t bytes_of_all(const std::vector<Bytes>& streams) {
 /// chunk. Only groups and step values have such data.
 std::size_t coded_bytes(const Chunk& chunk) {
   constexpr std::size_t kChecksum = 4;
-  if (chunk.is(ChunkKind::group))
-    return kChecksum + bytes_of_all(take_group_apart(chunk.payload, chunk.header.version)->streams);
+  if (chunk.is(ChunkKind::group)) return kChecksum + bytes_of_all(take_group_apart(chunk)->streams);
   if (chunk.is(ChunkKind::step_values)) return bytes_of_all(take_steps_apart(chunk)->values);
   return 0;
 }

@@ -74,7 +74,7 @@ inline Bytes shifts_with(const std::function<void(GroupParts&)>& change,
                          const char* name = "shifts") {
   FileParts parts = take_apart(file(name));
   Chunk* chunk = parts.find(ChunkKind::group, second_segment(parts));
-  auto group = take_group_apart(chunk->payload);
+  auto group = take_group_apart(*chunk);
   EXPECT_TRUE(group);
   if (!group) return {};
   change(*group);

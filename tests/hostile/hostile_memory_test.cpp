@@ -64,7 +64,7 @@ TEST(Hostile, StatedSizesAllocateNothing) {
 
   // The group header declares 2^20 cells and one gigabyte of decoded data.
   parts = take_apart(file("keep"));
-  auto group = take_group_apart(parts.chunks[1].payload);
+  auto group = take_group_apart(parts.chunks[1]);
   ASSERT_TRUE(group);
   group->header.cells = container::kMaxGroupCells;
   group->header.vertices = std::uint64_t{1} << 60;
@@ -127,8 +127,8 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
       EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), most);
 
       FileParts parts = take_apart(sink.bytes);
-      Bytes& payload = parts.find(ChunkKind::group)->payload;
-      const auto group = take_group_apart(payload);
+      Chunk& chunk = *parts.find(ChunkKind::group);
+      const auto group = take_group_apart(chunk);
       ASSERT_TRUE(group);
       // A missing stream is read as zeros, so the file needs only a few bytes per array.
       auto empty = *group;
@@ -140,13 +140,13 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
       empty.header.streams.erase(empty.header.streams.begin() + first_array,
                                  empty.header.streams.end());
       empty.streams.erase(empty.streams.begin() + first_array, empty.streams.end());
-      payload = put_group_together(empty);
+      chunk.payload = put_group_together(empty);
       EXPECT_LE(memory_of([&] { (void)decode_in_pieces(put_together(parts)); }), most);
 
       // The group states the codec mixed_columns for an array that this codec does not support.
       auto mixed = *group;
       mixed.header.streams.back().codec = container::Codec::mixed_columns;
-      payload = put_group_together(mixed);
+      chunk.payload = put_group_together(mixed);
       EXPECT_LE(memory_of([&] { EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported); }),
                 most + kTables);
     }
@@ -173,12 +173,12 @@ TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
 
     // The group states the codec `differences` for an array that this codec does not support.
     FileParts parts = take_apart(sink.bytes);
-    Bytes& payload = parts.find(ChunkKind::group)->payload;
-    auto group = take_group_apart(payload);
+    Chunk& chunk = *parts.find(ChunkKind::group);
+    auto group = take_group_apart(chunk);
     ASSERT_TRUE(group);
     EXPECT_EQ(group->header.streams.back().codec, container::Codec::shuffled_zstd);
     group->header.streams.back().codec = container::Codec::differences;
-    payload = put_group_together(*group);
+    chunk.payload = put_group_together(*group);
     EXPECT_LE(memory_of([&] { EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported); }),
               most);
   }

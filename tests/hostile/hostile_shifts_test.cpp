@@ -117,7 +117,7 @@ TEST(Hostile, ShiftsThatLeaveNumbersOut) {
   const auto with_numbers = [&](const std::vector<std::uint64_t>& numbers, std::uint64_t imports) {
     FileParts parts = take_apart(valid);
     Chunk* chunk = parts.find(ChunkKind::group, 0);
-    auto group = take_group_apart(chunk->payload);
+    auto group = take_group_apart(*chunk);
     ByteWriter words;
     words.put_varint(0);
     for (const std::uint64_t number : numbers) words.put_signed(static_cast<std::int64_t>(number));
@@ -175,7 +175,7 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
       if (nth == 2 && std::string(name) == "shifts_stream") continue;
       FileParts changed = parts;
       Chunk* chunk = changed.find(ChunkKind::group, nth);
-      auto group = take_group_apart(chunk->payload);
+      auto group = take_group_apart(*chunk);
       ASSERT_TRUE(group);
       container::StreamEntry entry;
       entry.kind = container::StreamKind::vertex_numbers;
@@ -193,7 +193,7 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
 Bytes with_ring(std::size_t nth, int ring_bits) {
   FileParts parts = take_apart(file("shifts_columns"));
   Chunk* chunk = parts.find(ChunkKind::group, nth);
-  auto group = take_group_apart(chunk->payload);
+  auto group = take_group_apart(*chunk);
   EXPECT_TRUE(group);
   if (!group) return {};
   group->streams[0][0] = static_cast<std::byte>(ring_bits);
@@ -203,8 +203,7 @@ Bytes with_ring(std::size_t nth, int ring_bits) {
 
 TEST(Hostile, RingsOfShiftsAreNoLargerThanTheirGroups) {
   const int ring = std::to_integer<int>(
-      take_group_apart(take_apart(file("shifts_columns")).find(ChunkKind::group)->payload)
-          ->streams[0][0]);
+      take_group_apart(*take_apart(file("shifts_columns")).find(ChunkKind::group))->streams[0][0]);
   ASSERT_EQ(ring, 5);  // for twelve cells: at most 48 positions
   EXPECT_EQ(text_of(decode_in_pieces(with_ring(0, ring))),
             text_of(decode_in_pieces(file("shifts_columns"))));
@@ -258,7 +257,7 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
     for (const std::size_t nth : {0u, 1u}) {
       FileParts changed = parts;
       Chunk* chunk = changed.find(ChunkKind::group, nth);
-      auto group = take_group_apart(chunk->payload);
+      auto group = take_group_apart(*chunk);
       ASSERT_TRUE(group);
       group->header.streams[0].codec = codec;
       chunk->payload = put_group_together(*group);

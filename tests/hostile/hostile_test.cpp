@@ -333,7 +333,7 @@ TEST(Hostile, LyingGroupHeader) {
                            ErrorCode code = ErrorCode::corrupt) {
     FileParts parts = take_apart(file(name));
     Chunk* chunk = parts.find(ChunkKind::group, nth);
-    auto group = take_group_apart(chunk->payload);
+    auto group = take_group_apart(*chunk);
     ASSERT_TRUE(group);
     lie(group->header);
     ByteWriter out;
@@ -426,7 +426,7 @@ TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
     const auto replayed = [&](const std::function<void(container::GroupHeader&)>& lie) {
       StepTopology replay(decoded->schema, std::uint64_t{1} << 30, wants);
       FileParts parts = take_apart(file(name));
-      auto group = take_group_apart(parts.find(ChunkKind::group)->payload);
+      auto group = take_group_apart(*parts.find(ChunkKind::group));
       EXPECT_TRUE(group);
       lie(group->header);
       replay.add_group(
@@ -452,7 +452,7 @@ TEST(Hostile, ImportsOfVerticesThatAreNotThere) {
       // repeatedly.
       FileParts parts = take_apart(file(name));
       Chunk* chunk = parts.find(ChunkKind::group, 2);
-      auto group = take_group_apart(chunk->payload);
+      auto group = take_group_apart(*chunk);
       ASSERT_TRUE(group);
       auto& entries = group->header.streams;
       const auto at = std::find_if(entries.begin(), entries.end(),
@@ -612,7 +612,7 @@ TEST(Hostile, DamagedBitstreams) {
       FileParts parts = whole;
       for (Chunk& chunk : parts.chunks) {
         if (!chunk.is(ChunkKind::group) && !chunk.is(ChunkKind::step_values)) continue;
-        auto group = chunk.is(ChunkKind::group) ? take_group_apart(chunk.payload) : std::nullopt;
+        auto group = chunk.is(ChunkKind::group) ? take_group_apart(chunk) : std::nullopt;
         if (group && !group->streams.empty()) {
           auto& stream = group->streams[random.below(group->streams.size())];
           for (std::uint64_t flips = random.below(4) + 1; flips > 0 && !stream.empty(); --flips)

@@ -179,7 +179,7 @@ Bytes with_other_box(std::span<const std::byte> bytes, std::size_t group,
                      const std::function<void(std::array<double, 6>&)>& change) {
   FileParts parts = take_apart(bytes);
   Chunk& chunk = *parts.find(ChunkKind::group, group);
-  auto apart = take_group_apart(chunk.payload, chunk.header.version);
+  auto apart = take_group_apart(chunk);
   const std::size_t before = chunk.bytes();
   change(apart->header.box);
   const auto box = apart->header.box;

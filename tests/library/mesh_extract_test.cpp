@@ -788,8 +788,7 @@ TEST(MeshExtract, LiesOfAllKindsEndSomehow) {
       if (chunk.payload.empty()) continue;
       chunk.payload[random() % chunk.payload.size()] ^= std::byte{1} << random() % 8;
       if (chunk.is(ChunkKind::group))
-        if (auto group = take_group_apart(chunk.payload))
-          chunk.payload = put_group_together(*group);
+        if (auto group = take_group_apart(chunk)) chunk.payload = put_group_together(*group);
       MemoryRandomSource source(put_together(parts));
       complaint(put_together(parts), whole);
     }

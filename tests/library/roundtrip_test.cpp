@@ -423,7 +423,7 @@ TEST(RoundTrip, PatternsThatReachFarBack) {
   std::vector<int> bits;
   for (const Chunk& chunk : parts.chunks)
     if (chunk.is(container::ChunkKind::group))
-      bits.push_back(std::to_integer<int>(take_group_apart(chunk.payload)->streams[0][0]));
+      bits.push_back(std::to_integer<int>(take_group_apart(chunk)->streams[0][0]));
   EXPECT_EQ(bits, (std::vector<int>{16, 16, 17}));
 }
 

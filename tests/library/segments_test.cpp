@@ -242,7 +242,7 @@ TEST(Segments, DamageIsToldAlikeWithThreads) {
     for (std::size_t nth = 0; nth < 5; ++nth) {
       FileParts parts = take_apart(bytes);
       Chunk* chunk = parts.find(container::ChunkKind::group, nth);
-      auto group = take_group_apart(chunk->payload);
+      auto group = take_group_apart(*chunk);
       ASSERT_TRUE(group);
       for (auto& stream : group->streams)
         if (!stream.empty()) stream[stream.size() / 2] ^= std::byte{0x55};
@@ -253,7 +253,7 @@ TEST(Segments, DamageIsToldAlikeWithThreads) {
       expect_same_with_threads(put_together(parts));
       parts = take_apart(bytes);
       chunk = parts.find(container::ChunkKind::group, nth);
-      group = take_group_apart(chunk->payload);
+      group = take_group_apart(*chunk);
       ++group->header.first_vertex;
       chunk->payload = put_group_together(*group);
       expect_same_with_threads(put_together(parts));

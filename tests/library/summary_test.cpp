@@ -303,7 +303,7 @@ TEST(Summary, HeadersThatLieAreFound) {
   const auto code_with = [&](const std::function<void(GroupHeader&)>& lie) {
     FileParts parts = take_apart(bytes);
     Chunk* chunk = parts.find(ChunkKind::group, 1);
-    auto group = take_group_apart(chunk->payload);
+    auto group = take_group_apart(*chunk);
     lie(group->header);
     ByteWriter out;
     container::put(out, group->header);
@@ -471,7 +471,7 @@ TEST(Summary, LiesOfAllKindsEndSomehow) {
     if (chunk.payload.empty()) continue;
     chunk.payload[random() % chunk.payload.size()] ^= std::byte{1} << random() % 8;
     if (chunk.is(ChunkKind::group))
-      if (auto group = take_group_apart(chunk.payload)) chunk.payload = put_group_together(*group);
+      if (auto group = take_group_apart(chunk)) chunk.payload = put_group_together(*group);
     const Bytes inconsistent = put_together(std::move(parts));
     const auto summary = summary_of(inconsistent);
     if (!summary) continue;

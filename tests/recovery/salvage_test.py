@@ -97,9 +97,11 @@ class Chunk:
         mark, what, self.sequence, self.segment = struct.unpack_from("<4sIIH", data, at)
         assert mark == b"SHMc"
         self.kind, version, payload = what & 15, what >> 4 & 7, what >> 8
-        assert version == (0 if self.kind == SCHEMA else 1)
+        has_digest = self.kind in (GROUP, VALUES, TIMES, INDEX)
+        assert version == (0 if self.kind == SCHEMA else 5 if has_digest else 1)
         self.place = at + 22
         self.end = self.place + payload
+        self.place += 8 if has_digest else 0
         if self.kind == GROUP:
             self.first_cell, _, self.cells = (self.varint(data) for _ in range(3))
             for _ in range(5):

@@ -45,7 +45,8 @@ Stepped many_arrays(std::uint32_t arrays, TestMesh mesh = grid(2, 2, 1, ScalarTy
 std::size_t bundles_in(std::span<const std::byte> bytes) {
   std::size_t count = 0;
   for (const Chunk& chunk : take_apart(bytes).chunks)
-    count += chunk.is(ChunkKind::step_values) && chunk.header.version == container::kBundleVersion;
+    count += chunk.is(ChunkKind::step_values) &&
+             container::without_digest(chunk.header.version) == container::kBundleVersion;
   return count;
 }
 
@@ -268,7 +269,8 @@ Bytes with_bundle(std::span<const std::byte> bytes,
                   const std::function<void(std::vector<StepPart>&, Bytes&)>& change) {
   FileParts parts = take_apart(bytes);
   for (Chunk& chunk : parts.chunks) {
-    if (!chunk.is(ChunkKind::step_values) || chunk.header.version != container::kBundleVersion)
+    if (!chunk.is(ChunkKind::step_values) ||
+        container::without_digest(chunk.header.version) != container::kBundleVersion)
       continue;
     auto steps = take_steps_apart(chunk);
     EXPECT_TRUE(steps);
@@ -325,7 +327,9 @@ TEST(BundleSteps, LyingHeadersAreRefused) {
 }
 
 TEST(BundleSteps, DamagedBundlesAreRefusedOrReturnOtherValues) {
-  const Bytes bytes = written(many_arrays(12));
+  Stepped stepped = many_arrays(12);
+  stepped.options.digest = false;
+  const Bytes bytes = written(stepped);
   PlainRandom random(5);
   for (int i = 0; i < 300; ++i) {
     const Bytes changed = with_bundle(bytes, [&](auto&, Bytes& bundle) {

@@ -51,7 +51,7 @@ Stepped with_arrays_on_few(TestMesh mesh, Order order) {
 void add_groups(std::span<const std::byte> bytes, StepTopology& replay) {
   for (const Chunk& chunk : take_apart(bytes).chunks) {
     if (!chunk.is(ChunkKind::group)) continue;
-    const auto group = take_group_apart(chunk.payload);
+    const auto group = take_group_apart(chunk);
     ASSERT_TRUE(group);
     replay.add_group(
         chunk.header.segment, group->header,

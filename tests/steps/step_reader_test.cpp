@@ -270,7 +270,7 @@ struct Places {
     owners.push_back(name);
   }
   void mark_group(const Chunk& chunk, std::size_t at, std::size_t end) {
-    const auto group = take_group_apart(chunk.payload);
+    const auto group = take_group_apart(chunk);
     ASSERT_TRUE(group);
     segments.push_back(chunk.header.segment);
     const std::string segment = std::to_string(chunk.header.segment) + " ";
@@ -601,7 +601,7 @@ TEST(StepReader, LiesOfAllKindsEndSomehow) {
     if (chunk.payload.empty()) continue;
     chunk.payload[random() % chunk.payload.size()] ^= std::byte{1} << random() % 8;
     if (chunk.is(ChunkKind::group))
-      if (auto group = take_group_apart(chunk.payload)) chunk.payload = put_group_together(*group);
+      if (auto group = take_group_apart(chunk)) chunk.payload = put_group_together(*group);
     complaint(put_together(parts));
   }
 }
@@ -611,7 +611,7 @@ TEST(StepReader, ConnectivityThatLiesIsRefused) {
   const auto with_group = [&](const std::function<void(GroupParts&)>& change) {
     FileParts parts = take_apart(bytes);
     Chunk* chunk = parts.find(ChunkKind::group, 1);
-    auto group = *take_group_apart(chunk->payload);
+    auto group = *take_group_apart(*chunk);
     change(group);
     chunk->payload = put_group_together(group);
     return put_together(parts);

@@ -54,7 +54,7 @@ inline void add_uses(std::span<const std::byte> file, CodecUses& uses) {
   };
   for (const Chunk& chunk : take_apart(file).chunks) {
     if (chunk.is(container::ChunkKind::group))
-      if (const auto group = take_group_apart(chunk.payload, chunk.header.version))
+      if (const auto group = take_group_apart(chunk))
         for (const container::StreamEntry& stream : group->header.streams)
           add(stream.codec, std::to_string(static_cast<int>(stream.kind)));
     if (chunk.is(container::ChunkKind::step_values))

@@ -43,6 +43,7 @@ inline std::string word_of(ErrorCode code) {
 class FaultyFiles {
  public:
   FaultyFiles() : files_(feature_files()) {
+    writer_digests = false;
     starts();
     chunks();
     schemas();
@@ -78,6 +79,8 @@ class FaultyFiles {
     broken_bitstreams({"copied_vertices"});
     broken_bitstreams({"grid_nodes", "patterns_grid_nodes"});
     node_schemes();
+    digests();
+    writer_digests = true;
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
 
@@ -339,7 +342,7 @@ class FaultyFiles {
                         const std::function<void(Header&)>& lie, ErrorCode code = kCorrupt) {
       add(code, "Group header: " + sentence, with(name, [&](FileParts& parts) {
             Chunk* chunk = parts.find(ChunkKind::group, nth);
-            auto group = take_group_apart(chunk->payload);
+            auto group = take_group_apart(*chunk);
             lie(group->header);
             ByteWriter out;
             container::put(out, group->header);
@@ -407,7 +410,7 @@ class FaultyFiles {
               " is left out, so that all of its numbers are 0.",
           with("segments", [&](FileParts& parts) {
             Chunk* chunk = parts.find(ChunkKind::group, 2);
-            auto group = take_group_apart(chunk->payload);
+            auto group = take_group_apart(*chunk);
             auto& entries = group->header.streams;
             const auto at = std::find_if(entries.begin(), entries.end(),
                                          [&](const auto& entry) { return entry.kind == kind; });
@@ -460,7 +463,7 @@ class FaultyFiles {
       std::size_t groups = 0;
       for (const Chunk& chunk : whole.chunks) groups += chunk.is(ChunkKind::group);
       const std::size_t nth = groups - 1;
-      const auto first = take_group_apart(whole.find(ChunkKind::group, nth)->payload);
+      const auto first = take_group_apart(*whole.find(ChunkKind::group, nth));
       for (std::size_t s = 0; s < first->streams.size(); ++s) {
         PlainRandom random(s + 1);
         for (int tries = 0; tries < 300; ++tries) {
@@ -764,7 +767,7 @@ class FaultyFiles {
            [](IndexEntry& it) { ++it.parts[0].first; });
     Bytes bytes = with("keep", [](FileParts& parts) {
       Chunk& chunk = *parts.find(ChunkKind::group);
-      auto apart = take_group_apart(chunk.payload, chunk.header.version);
+      auto apart = take_group_apart(chunk);
       std::swap(apart->header.box[0], apart->header.box[3]);
       chunk.payload = put_group_together(std::move(*apart));
     });
@@ -1059,7 +1062,7 @@ class FaultyFiles {
     return with(name, [&](FileParts& parts) {
       for (Chunk& chunk : parts.chunks) {
         if (!chunk.is(ChunkKind::group)) continue;
-        auto group = take_group_apart(chunk.payload, chunk.header.version);
+        auto group = take_group_apart(chunk);
         for (std::size_t s = 0; s < group->streams.size(); ++s) {
           const container::StreamEntry& entry = group->header.streams[s];
           if (entry.kind != kind || entry.codec != container::Codec::terms) continue;
@@ -1220,7 +1223,7 @@ class FaultyFiles {
                      std::optional<std::size_t> stream = std::nullopt) const {
     return with(name, [&](FileParts& parts) {
       Chunk& chunk = *parts.find(ChunkKind::group);
-      auto group = take_group_apart(chunk.payload);
+      auto group = take_group_apart(chunk);
       const std::size_t s = stream.value_or(group->streams.size() - 1);
       Bytes bytes = special.packed();
       bytes.insert(bytes.end(), group->streams[s].begin(), group->streams[s].end());
@@ -1276,7 +1279,7 @@ class FaultyFiles {
   /// Returns the position of the stream of the first static array in the first group of the file.
   std::size_t stream_of_integers(const std::string& name) const {
     FileParts parts = take_apart(file(name));
-    const auto group = take_group_apart(parts.find(ChunkKind::group)->payload);
+    const auto group = take_group_apart(*parts.find(ChunkKind::group));
     const auto& streams = group->header.streams;
     const auto is_array = [](const auto& entry) {
       return entry.kind == container::StreamKind::array;
@@ -1411,6 +1414,37 @@ class FaultyFiles {
       it.coordinate_quantization = Quantization::relative(.001, ScalarType::float32);
     });
     of("quantization of 66 bits.", [](Schema& it) { it.arrays[0].quantization.bits = 66; });
+  }
+
+  void digests() {
+    // Changes the first chunk of a kind that has, or has not, a bundle.
+    const auto of = [&](ErrorCode code, const std::string& sentence, ChunkKind kind, bool is_bundle,
+                        const std::function<void(Chunk&)>& change) {
+      add(code, "Digest: " + sentence, with("digests", [&](FileParts& parts) {
+            for (Chunk& chunk : parts.chunks)
+              if (chunk.is(kind) && is_bundle == (container::without_digest(chunk.header.version) ==
+                                                  container::kBundleVersion))
+                return change(chunk);
+          }));
+    };
+    const auto flip = [](Chunk& chunk) { chunk.payload[3] ^= std::byte{1}; };
+    const auto flip_of_group = [](Chunk& chunk) {
+      auto group = take_group_apart(chunk);
+      group->header.digest ^= 1;
+      chunk.payload = put_group_together(std::move(*group));
+    };
+    of(kCorrupt, "not that of the content of a group.", ChunkKind::group, false, flip_of_group);
+    of(kCorrupt, "not that of step values.", ChunkKind::step_values, false, flip);
+    of(kCorrupt, "not that of the step values of a bundle.", ChunkKind::step_values, true, flip);
+    of(kCorrupt, "not that of step times.", ChunkKind::step_times, false, flip);
+    of(kCorrupt, "not the sum of those of all chunks.", ChunkKind::index, false, flip);
+    of(kCorrupt, "longer than the payload.", ChunkKind::step_times, false,
+       [](Chunk& chunk) { chunk.payload.resize(7); });
+    of(kUnsupported, "of a group of version 0.", ChunkKind::group, false,
+       [](Chunk& chunk) { chunk.header.version = container::kWithDigest; });
+    add(kUnsupported, "Digest: of an extra.", with("steps_and_extras", [](FileParts& parts) {
+          parts.find(ChunkKind::extra)->header.version += container::kWithDigest;
+        }));
   }
 
   void references_to_bases() {

@@ -435,7 +435,7 @@ inline std::vector<std::byte> bounded_file() {
   }
   mesh.step_times = {0, 1};
   MemorySink sink;
-  EXPECT_TRUE(write_mesh(sink, mesh));
+  EXPECT_TRUE(write_mesh(sink, mesh, with_writer_digests()));
   return std::move(sink.bytes);
 }
 
@@ -503,7 +503,7 @@ inline std::vector<std::byte> mirrored_file(Level level) {
 inline std::vector<std::byte> large_extras_file() {
   TestMesh mesh = bent_grid(2, 2, 2);
   MemorySink sink;
-  auto writer = Writer::create(sink, mesh.schema);
+  auto writer = Writer::create(sink, mesh.schema, with_writer_digests());
   EXPECT_TRUE(writer);
   Extra faces{"test/faces", ScalarType::int64, Reference::vertex, {2100, 4}, {}};
   for (std::int64_t i = 0; i < 8400; ++i) append(faces.data, i / 4 * 7 % 27 - i % 4 / 3);
@@ -530,7 +530,7 @@ inline std::vector<std::byte> steps_and_extras_file(Order order, std::uint32_t k
   WriteOptions options;
   options.key_steps = key_steps;
   options.waiting_bytes = 0;  // no bundles
-  auto writer = Writer::create(sink, mesh.schema, options);
+  auto writer = Writer::create(sink, mesh.schema, with_writer_digests(options));
   EXPECT_TRUE(writer);
   const auto text = std::as_bytes(std::span("a name", 6));
   EXPECT_TRUE(writer->add_extra(
@@ -569,7 +569,7 @@ inline std::vector<std::byte> steps_and_extras_file(Order order, std::uint32_t k
 inline std::vector<std::byte> unmarked_file() {
   const TestMesh mesh = grid(2, 2, 1, ScalarType::float64, bent);
   MemorySink sink;
-  auto writer = Writer::create(sink, mesh.schema);
+  auto writer = Writer::create(sink, mesh.schema, with_writer_digests());
   EXPECT_TRUE(writer);
   for (std::uint64_t v = 0; v < mesh.vertices; ++v)
     EXPECT_TRUE(writer->add_vertex(v * 1000, std::span(mesh.xyz).subspan(v * 24, 24)));
@@ -642,6 +642,89 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
     return {};
   };
   EXPECT_TRUE(write_mesh(mesh, sink, options, steps));
+  return std::move(sink.bytes);
+}
+
+/// Returns a file with digests: several segments and groups, static and stepped arrays at vertices
+/// and cells, a bundle, bounded arrays, and step times.
+inline std::vector<std::byte> digests_file(Order order, Level level) {
+  TestMesh mesh = with_order(shuffled(grid(3, 4, 3, ScalarType::float32, bent, porous)), order,
+                             true, order == Order::free ? 0 : 3);
+  add_array(mesh, array_of("u", Location::point, ScalarType::int16, 2), mesh.vertices);
+  add_array(mesh, array_of("p", Location::cell, ScalarType::float32), mesh.cells.size());
+  mesh.schema.arrays[1].quantization = Quantization::absolute(.01, 1);
+  const auto add_stepped = [&](ArrayInfo info) {
+    info.per_step = true;
+    mesh.schema.arrays.push_back(std::move(info));
+    mesh.arrays.emplace_back();
+  };
+  add_stepped(array_of("v", Location::point, ScalarType::float64, 2));
+  add_stepped(array_of("w", Location::cell, ScalarType::float32));
+  mesh.schema.arrays.back().quantization = Quantization::relative(.001, ScalarType::float32);
+  add_stepped(array_of("energy", Location::global, ScalarType::float64));
+  mesh.schema.arrays.back().elements = 1;
+  const auto value = [](std::uint64_t array, std::uint64_t i, std::uint64_t step) {
+    if (i % 11 == 3) return -0.0;
+    if (i % 11 == 7) return std::bit_cast<double>(0x7ff8000000000000u + i + step);
+    return 1.5 * static_cast<double>(i % 17) + .25 * static_cast<double>(step * step + array);
+  };
+  WriteOptions options;
+  options.level = level;
+  options.group_cells = 5;
+  options.segment_cells = 13;
+  MemorySink sink;
+  const bool digests = std::exchange(writer_digests, true);
+  EXPECT_TRUE(write_mesh(mesh, sink, options, [&](Writer& writer) -> Result<void> {
+    const std::uint64_t elements[] = {mesh.vertices, mesh.cells.size(), 1};
+    for (std::uint64_t step = 0; step < 5; ++step)
+      for (std::uint32_t array = 2; array < 5; ++array) {
+        const ArrayInfo& info = mesh.schema.arrays[array];
+        std::vector<std::byte> values;
+        for (std::uint64_t i = 0; i < elements[array - 2] * info.components; ++i)
+          if (info.type == ScalarType::float64)
+            append(values, value(array, i, step));
+          else
+            append(values, static_cast<float>(value(array, i, step)));
+        if (auto status = writer.add_step_values(array, step, values); !status) return status;
+      }
+    const std::array<double, 5> times{0, .25, .5, 1, 4};
+    return writer.set_step_times(times);
+  }));
+  writer_digests = digests;
+  return std::move(sink.bytes);
+}
+
+/// Returns a file whose values change if a decoder rounds predictions in another way: doubles with
+/// all their digits, in a mesh with enough cells for fitted weights.
+inline std::vector<std::byte> rounding_file(Level level) {
+  TestMesh mesh =
+      level == Level::fast ? second_order_cells() : bent_grid(11, 9, 8, ScalarType::float64);
+  const auto wave = [](std::uint64_t i, std::uint64_t step) {
+    const double x = static_cast<double>(i % 12) / 7, y = static_cast<double>(i / 12 % 10) / 9;
+    const double z = static_cast<double>(i / 120) / 11, t = static_cast<double>(step) / 13;
+    return ((x - t) * (y + 1.1) - z * z) / (1.3 + x * y + z * t) + .01 * t;
+  };
+  ArrayInfo info = array_of("v", Location::point, ScalarType::float64);
+  mesh.schema.arrays.push_back(info);
+  std::vector<std::byte>& values = mesh.arrays.emplace_back();
+  for (std::uint64_t i = 0; i < mesh.vertices; ++i) append(values, wave(i, 3));
+  info.name = "w";
+  info.per_step = true;
+  mesh.schema.arrays.push_back(info);
+  mesh.arrays.emplace_back();
+  WriteOptions options;
+  options.level = level;
+  options.waiting_bytes = 0;
+  options.slow_step_values = level == Level::best ? options.slow_step_values : 0;
+  MemorySink sink;
+  EXPECT_TRUE(write_mesh(mesh, sink, options, [&](Writer& writer) -> Result<void> {
+    for (std::uint64_t step = 0; step < 4; ++step) {
+      std::vector<std::byte> of_step;
+      for (std::uint64_t i = 0; i < mesh.vertices; ++i) append(of_step, wave(i, step));
+      if (auto status = writer.add_step_values(1, step, of_step); !status) return status;
+    }
+    return {};
+  }));
   return std::move(sink.bytes);
 }
 
@@ -1210,7 +1293,10 @@ inline TestMesh with_few_nodes(TestMesh mesh) {
   return mesh;
 }
 
-inline std::vector<FeatureFile> feature_files() {
+/// Returns one file per feature of the format. Tests change their coded contents, so by default
+/// they have no digests, except those named "digests...".
+inline std::vector<FeatureFile> feature_files(bool digests = false) {
+  writer_digests = digests;
   using enum Order;
   std::vector<FeatureFile> files;
   const auto add = [&](const char* name, std::vector<std::byte> bytes) {
@@ -1357,6 +1443,12 @@ inline std::vector<FeatureFile> feature_files() {
   add("patterns_steps", steps_over(patterns, Level::fast));
   add("patterns_steps_that_rise", steps_that_rise());
   add("copied_vertices", written(copied_vertices(), 40, patterns, Level::fast));
+  add("rounding_best", rounding_file(Level::best));
+  add("rounding_fast", rounding_file(Level::fast));
+  add("digests", digests_file(keep, Level::standard));
+  add("digests_fast", digests_file(keep, Level::fast));
+  add("digests_stream", digests_file(stream, Level::standard));
+  writer_digests = true;
   return files;
 }
 

@@ -147,9 +147,8 @@ struct GroupParts {
   std::vector<std::vector<std::byte>> streams;
 };
 
-inline std::optional<GroupParts> take_group_apart(
-    std::span<const std::byte> payload,
-    std::uint8_t version = container::version_of_chunk(container::ChunkKind::group, {})) {
+inline std::optional<GroupParts> take_group_apart(std::span<const std::byte> payload,
+                                                  std::uint8_t version) {
   GroupParts parts;
   ByteReader in(payload);
   if (!container::get(in, parts.header, version)) return std::nullopt;
@@ -158,6 +157,10 @@ inline std::optional<GroupParts> take_group_apart(
     parts.streams.emplace_back(bytes.begin(), bytes.end());
   }
   return parts;
+}
+
+inline std::optional<GroupParts> take_group_apart(const Chunk& chunk) {
+  return take_group_apart(chunk.payload, chunk.header.version);
 }
 
 /// Builds the payload of a group. Recomputes the lengths and checksums of the bitstreams in the
@@ -270,9 +273,8 @@ inline void list_anew(FileParts& parts) {
     entry.offset = offset;
     entry.bytes = chunk.bytes();
     offset += entry.bytes;
-    const auto group = chunk.is(container::ChunkKind::group)
-                           ? take_group_apart(chunk.payload, chunk.header.version)
-                           : std::nullopt;
+    const auto group =
+        chunk.is(container::ChunkKind::group) ? take_group_apart(chunk) : std::nullopt;
     if (group) {
       entry.segment = chunk.header.segment;
       entry.first_cell = std::exchange(cells, cells + group->header.cells);
@@ -305,10 +307,13 @@ inline std::vector<std::byte> with_parts_apart(std::span<const std::byte> bytes)
   FileParts parts = take_apart(bytes);
   std::vector<Chunk> chunks;
   for (Chunk& chunk : parts.chunks) {
-    const auto steps = chunk.is(container::ChunkKind::step_values) &&
-                               chunk.header.version != container::kBundleVersion
-                           ? take_steps_apart(chunk)
-                           : std::nullopt;
+    const auto steps =
+        chunk.is(container::ChunkKind::step_values) &&
+                container::without_digest(chunk.header.version) != container::kBundleVersion
+            ? take_steps_apart(chunk)
+            : std::nullopt;
+    // A digest covers all parts of a chunk, so parts in chunks of their own have none.
+    if (steps) chunk.header.version = container::without_digest(chunk.header.version);
     for (std::size_t p = 0; steps && p < steps->heads.size(); ++p) {
       chunk.payload =
           put_steps_together({{steps->heads[p]}, {steps->values[p]}}, chunk.header.version);

@@ -133,7 +133,7 @@ TEST(DecimalSpace, IndicesComeBackInOrder) {
 
 TEST(RankSpace, FindsTheNearest) {
   const std::vector<std::int64_t> table = {std::numeric_limits<std::int64_t>::min(), -5, 0, 10, 13};
-  const RankSpace<LinearSpace> space{{}, table};
+  const RankSpace space{{}, table};
   for (std::int64_t i = 1; i < 5; ++i) EXPECT_EQ(space.index(space.state(i)), i);
   EXPECT_EQ(space.index(4.0), 2);
   EXPECT_EQ(space.index(5.0), 2);  // halfway: the lower index

@@ -297,12 +297,15 @@ typedef struct shmf_info {
   /* Order of vertices and cells, a SHMF_ORDER_... value. SHMF_ORDER_KEEP: vertices and cells have
      the same numbers as in the source. */
   int32_t order;
-  int32_t reserved;
+  int32_t has_digest; /* 1 if the file has digests, otherwise 0. */
   /* Format from which the mesh was converted, e.g. "exodus", "vtk" or "gmsh"; "" if unknown. */
   const char* source_format;
   /* Error bound: largest possible difference between a coordinate and the original coordinate; 0:
      lossless. */
   double coordinate_error;
+  /* Digest of the mesh, its values and step times. Files of a mesh with the same numbers, values
+     and times have the same digest, however they are coded. 0 unless has_digest is set. */
+  uint64_t digest;
 } shmf_info;
 SHMF_API shmf_status shmf_get_info(const shmf_file* file, shmf_info* info, shmf_error* error);
 

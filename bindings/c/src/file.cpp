@@ -266,6 +266,8 @@ shmf_status shmf_get_info(const shmf_file* file, shmf_info* info, shmf_error* er
     own.cells = file->mesh->cells();
     own.hexahedra = file->mesh->hexahedra();
     own.steps = file->mesh->step_count();
+    own.has_digest = file->mesh->digest().has_value() ? 1 : 0;
+    own.digest = file->mesh->digest().value_or(0);
     own.segments = static_cast<std::uint32_t>(file->mesh->segments().size());
     own.file_bytes = file->section ? file->section->size() : file->source->size();
     return give(info, own, "info");

@@ -449,6 +449,13 @@ class Mesh:
         return int(self._info.steps)
 
     @property
+    def digest(self) -> str | None:
+        """Digest of the mesh in the file, its values and step times: 16 hexadecimal digits. All files of a mesh with
+        the same numbers, values and times have the same digest, however they are coded. None if the file has no
+        digests."""
+        return f"{self._info.digest:016x}" if self._info.has_digest else None
+
+    @property
     def step_times(self) -> np.ndarray:
         """The time of each step; empty if the file has no times."""
         times, count = ffi.new("double**"), ffi.new("uint64_t*")

@@ -403,6 +403,7 @@ const CALLS = {
       cellCount: toNumber(info.cells),
       hexahedronCount: toNumber(info.hexahedra),
       stepCount: toNumber(info.steps),
+      digest: info.has_digest ? info.digest.toString(16).padStart(16, "0") : null,
       fileBytes: toNumber(info.file_bytes),
       segmentCount: info.segments,
       coordinateType: TYPE_NAMES[info.coordinate_type],

@@ -283,6 +283,9 @@ export interface Mesh {
   readonly cellCount: number;
   readonly hexahedronCount: number;
   readonly stepCount: number;
+  /** Digest of the mesh, its values and step times: 16 hexadecimal digits, the same for all files of
+   *  a mesh with the same numbers. `null` if the file has no digests. */
+  readonly digest: string | null;
   readonly segmentCount: number;
   readonly fileBytes: number;
   readonly coordinateType: "float32" | "float64";

@@ -34,7 +34,7 @@ export const LAYOUTS = {
     "pointer close", "pointer prefetch"),
   shmf_info: layout("u32 struct_size", "u64 vertices", "u64 cells", "u64 hexahedra", "u64 steps",
     "u64 file_bytes", "u32 blocks", "u32 arrays", "u32 segments", "i32 coordinate_type",
-    "i32 order", "i32 reserved", "pointer source_format", "f64 coordinate_error"),
+    "i32 order", "i32 has_digest", "pointer source_format", "f64 coordinate_error", "u64 digest"),
   shmf_block: layout("u32 struct_size", "i64 id", "pointer name", "i32 shape",
     "u32 nodes_per_cell", "u64 cells", "i32 node_scheme", "i32 reserved"),
   shmf_array: layout("u32 struct_size", "pointer name", "pointer role", "i32 location",

@@ -186,6 +186,9 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
           "step if shm append will add more steps")
       ->check(whole_number(1, ~std::uint32_t{0}))
       ->type_name("N");
+  command->add_flag("--no-digest", no_digest,
+                    "Leave out the digests, by which readers find errors of their decoder that\n"
+                    "checksums cannot show");
   command->add_flag("--json", json, "Print the sizes as JSON");
   return command;
 }
@@ -223,6 +226,7 @@ CompressOptions CompressCommand::how() const {
   wanted.restart_budget = restart_budget / 100;
   wanted.key_steps = key_steps;
   wanted.threads = threads;
+  wanted.digest = !no_digest;
   return wanted;
 }
 

@@ -27,6 +27,7 @@ struct CompressCommand final : FileCommand {
   // Maximum percentage of vertices that are stored twice because two segments use them.
   double restart_budget = .2;
   std::optional<std::uint32_t> key_steps;
+  bool no_digest = false;
 
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -124,6 +125,10 @@ struct Totals {
   std::map<std::string, std::uint64_t> streams;
   std::uint64_t steps = 0;
   std::vector<std::uint64_t> block_cells;
+  /// Digest of the mesh with its values and step times: the same for all files with the same
+  /// vertices, cells, numbers, values and times, however they are coded (spec "Digest"). Empty if
+  /// the file has no digests.
+  std::optional<std::uint64_t> digest;
   /// Number of bytes after the end record. An interrupted append leaves such bytes; readers ignore
   /// them.
   std::uint64_t trailing_bytes = 0;

@@ -66,6 +66,9 @@ struct ReadOptions {
   /// the caller, together. The group that each thread is decoding does not count. Without threads
   /// this limit has no effect.
   std::uint64_t max_ahead_bytes = std::uint64_t{256} << 20;
+  /// True if a Reader fails when decoded vertices, cells or values do not match the digests in the
+  /// file.
+  bool check_digests = true;
   /// Memory limit in bytes for neighbourhoods of the mesh, which are used to predict step values.
   /// See WriteOptions::kept_topology_bytes.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;

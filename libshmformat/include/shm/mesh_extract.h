@@ -68,6 +68,8 @@ class SHM_API MeshExtractor {
   std::uint64_t hexahedra() const;
   /// Returns the number of time steps; each stepped array has values at some of the steps.
   std::uint64_t step_count() const;
+  /// Returns the digest of the mesh, if the file has digests: see Totals::digest.
+  std::optional<std::uint64_t> digest() const;
   const std::vector<std::uint64_t>& block_cells() const;
 
   /// Reads all extras of the file. Vertex and cell numbers in these extras refer to the whole mesh,

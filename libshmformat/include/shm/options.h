@@ -26,6 +26,10 @@ struct WriteOptions {
   std::uint32_t group_cells = 65536;    ///< number of cells in one chunk group, 1..2^20
   CodingOrder* coding_order = nullptr;  ///< receiver of the coding order; borrowed, may be null
   Level level = Level::standard;
+  /// True if the file contains digests of the vertices, cells and values to which it decodes. They
+  /// show errors of a decoder, which checksums cannot show. They need 8 bytes per chunk and some
+  /// percent of the time for writing and reading.
+  bool digest = true;
   /// Codec of the cells. If it is `automatic`, the level chooses, by trying codecs on the first
   /// cells of each segment.
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;

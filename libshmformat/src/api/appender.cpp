@@ -9,6 +9,7 @@
 
 #include "api/file_writer.h"
 #include "api/kept_steps.h"
+#include "base/binary.h"
 #include "base/errors.h"
 #include "format/chunk_copy.h"
 #include "random/indexed_file.h"
@@ -65,8 +66,15 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   };
 
   void look_at_steps();
-  Result<ChunkCopy> copy_of(bool with_steps, bool with_times, bool with_extras,
-                            const IndexEntry* without = nullptr);
+  /// Chunks to copy, and the sum of their digests.
+  struct Copied {
+    ChunkCopy chunks;
+    std::uint64_t digest = 0;
+  };
+  Result<Copied> copy_of(bool with_steps, bool with_times, bool with_extras,
+                         const IndexEntry* without = nullptr);
+  Result<std::uint64_t> digest_of(const IndexEntry& entry);
+  bool has_digests() const { return container::has_digest(file_.index().version); }
   Result<Streams> streams(const ChunkCopy& copy, bool with_steps) const;
   const IndexEntry* unfinished_parts() const;
   container::Index totals() const;
@@ -131,17 +139,39 @@ void Appender::Impl::look_at_steps() {
 
 /// Selects the chunks to copy. The second copy of the schema is never copied; finish() writes a new
 /// second copy if necessary.
-Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras,
-                                          const IndexEntry* without) {
-  return ChunkCopy::of(*source_, file_.index().entries, file_.index_offset(),
-                       [&](const IndexEntry& entry) {
-                         if (&entry == without) return false;
-                         if (entry.is(ChunkKind::schema))
-                           return entry.offset == container::kFileStartBytes;
-                         if (entry.is(ChunkKind::step_values)) return with_steps;
-                         if (entry.is(ChunkKind::step_times)) return with_times;
-                         return with_extras || !entry.is(ChunkKind::extra);
-                       });
+auto Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras,
+                             const IndexEntry* without) -> Result<Copied> {
+  const auto is_copied = [&](const IndexEntry& entry) {
+    if (&entry == without) return false;
+    if (entry.is(ChunkKind::schema)) return entry.offset == container::kFileStartBytes;
+    if (entry.is(ChunkKind::step_values)) return with_steps;
+    if (entry.is(ChunkKind::step_times)) return with_times;
+    return with_extras || !entry.is(ChunkKind::extra);
+  };
+  std::uint64_t digest = file_.index().digest;
+  for (const IndexEntry& entry : file_.index().entries) {
+    if (!has_digests() || is_copied(entry)) continue;
+    const auto left_out = digest_of(entry);
+    if (!left_out) return left_out.error();
+    digest -= *left_out;
+  }
+  auto copy = ChunkCopy::of(*source_, file_.index().entries, file_.index_offset(), is_copied);
+  if (!copy) return copy.error();
+  return Copied{std::move(*copy), digest};
+}
+
+/// Returns the digest that a chunk states, or 0 if chunks of its kind have none.
+Result<std::uint64_t> Appender::Impl::digest_of(const IndexEntry& entry) {
+  if (!entry.is(ChunkKind::step_values) && !entry.is(ChunkKind::step_times))
+    return std::uint64_t{0};
+  std::vector<std::byte> bytes(static_cast<std::size_t>(
+      std::min<std::uint64_t>(entry.bytes, container::kLongHeaderBytes + sizeof(std::uint64_t))));
+  if (auto status = source_->read_at(entry.offset, bytes); !status) return status.error();
+  ByteReader in(bytes);
+  container::ChunkHeader header;
+  if (container::get(in, header) != container::HeaderState::good)
+    return corrupt("the header of a chunk is damaged", "step values", entry.offset);
+  return container::has_digest(header.version) ? in.get_u64() : 0;
 }
 
 /// Returns the file's final chunk of step values, or null if no further parts may be added to it.
@@ -186,14 +216,14 @@ Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
   if (!copy) return copy.error();
   auto schema_chunk = file_.read_chunk(file_.index().entries[0]);
   if (!schema_chunk) return schema_chunk.error();
-  auto copied = streams(*copy, false);
+  auto copied = streams(copy->chunks, false);
   if (!copied) return copied.error();
   MemorySink tail;
-  FileWriter writer(tail, schema());
-  writer.go_on(*std::move(schema_chunk), copy->state(), *std::move(copied),
-               reader_->step_times().size());
+  FileWriter writer(tail, schema(), has_digests());
+  writer.go_on(*std::move(schema_chunk), copy->chunks.state(), *std::move(copied),
+               reader_->step_times().size(), copy->digest);
   if (auto finished = writer.finish(totals()); !finished) return finished.error();
-  return copy->read(*source_, std::move(tail.bytes));
+  return copy->chunks.read(*source_, std::move(tail.bytes));
 }
 
 // --- appending
@@ -214,25 +244,28 @@ Result<void> Appender::Impl::begin() {
     auto payload = file_.read_chunk(*last, &version);
     if (!payload) return payload.error();
     parts = std::move(*payload);
-    if (version != container::version_of_chunk(ChunkKind::step_values, {})) last = nullptr;
+    if (version != container::version_of_chunk(ChunkKind::step_values, {}, has_digests()))
+      last = nullptr;
   }
   const auto copy = copy_of(true, false, with_extras_, last);
   if (!copy) return copy.error();
   auto schema_chunk = file_.read_chunk(file_.index().entries[0]);
   if (!schema_chunk) return schema_chunk.error();
-  auto copied = streams(*copy, true);
+  auto copied = streams(copy->chunks, true);
   if (!copied) return copied.error();
-  if (auto status = copy->write(*source_, *sink_); !status) return status;
+  if (auto status = copy->chunks.write(*source_, *sink_); !status) return status;
   std::uint64_t steps = 0;
   for (const Array& array : arrays_)
     if (array.last_step) steps = std::max(steps, *array.last_step + 1);
-  writer_.emplace(*sink_, schema());
-  writer_->go_on(*std::move(schema_chunk), copy->state(), *std::move(copied), steps);
+  writer_.emplace(*sink_, schema(), has_digests());
+  writer_->go_on(*std::move(schema_chunk), copy->chunks.state(), *std::move(copied), steps,
+                 copy->digest);
   return last == nullptr ? Result<void>() : writer_->go_on_with_parts(parts);
 }
 
 Result<void> Appender::Impl::begin_steps() {
-  topology_.emplace(schema(), file_.limits().max_group_bytes, needs_of_steps(schema()));
+  topology_.emplace(schema(), file_.limits().max_group_bytes,
+                    needs_of_steps(schema(), has_digests()));
   for (std::size_t g = 0; g < file_.groups().size(); ++g)
     if (auto status = add_group(file_, g, *topology_); !status) return status;
   std::vector<std::uint64_t> elements(arrays_.size());

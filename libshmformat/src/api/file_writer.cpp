@@ -7,6 +7,7 @@
 #include "base/binary.h"
 #include "base/errors.h"
 #include "base/packing.h"
+#include "codecs/shared/digest.h"
 #include "format/schema.h"
 #include "steps/bundle_chunk.h"
 
@@ -30,19 +31,20 @@ Result<void> FileWriter::start() {
 }
 
 void FileWriter::go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
-                       std::map<std::string, std::uint64_t> streams, std::uint64_t steps) {
+                       std::map<std::string, std::uint64_t> streams, std::uint64_t steps,
+                       std::uint64_t digest) {
   schema_payload_ = std::move(schema);
   ByteReader version(schema_payload_);
   container::get_version(version, start_);
   chunks_.go_on(std::move(state), start_);
   stream_bytes_ = std::move(streams);
   steps_ = steps;
+  digest_ = digest;
 }
 
 Result<void> FileWriter::go_on_with_parts(std::span<const std::byte> payload) {
   ByteReader in(payload);
-  const std::uint8_t version = container::version_of_chunk(ChunkKind::step_values, start_);
-  if (!container::get(in, parts_, version, payload.size()))
+  if (!container::get(in, parts_, version_of(ChunkKind::step_values), payload.size()))
     return corrupt("its header is invalid", "step values");
   const auto bytes = in.get_bytes(in.left());
   part_bytes_.assign(bytes.begin(), bytes.end());
@@ -53,6 +55,7 @@ Result<void> FileWriter::adopt(const container::Index& part, std::uint64_t bytes
   if (auto status = chunks_.adopt(part.entries, bytes); !status) return status;
   for (const auto& [name, size] : part.streams) stream_bytes_[name] += size;
   steps_ = std::max(steps_, part.steps);
+  digest_ += part.digest;
   return {};
 }
 
@@ -61,6 +64,8 @@ container::Index FileWriter::take_part(container::Index totals) {
   for (const auto& [name, bytes] : std::exchange(stream_bytes_, {}))
     totals.streams.push_back({name, bytes});
   totals.steps = step_values_ ? step_values_->steps() : 0;
+  totals.version = version_of(ChunkKind::index);
+  totals.digest = std::exchange(digest_, 0);
   return totals;
 }
 
@@ -87,8 +92,9 @@ Result<void> FileWriter::write(ChunkKind kind, std::span<const std::byte> payloa
   return chunks_.write(kind, payload, entry, version);
 }
 
-Result<void> FileWriter::write_group(std::uint32_t segment, const container::GroupHeader& header,
-                                     const std::vector<std::vector<std::byte>>& streams) {
+Result<void> FileWriter::write_group(const EncodedGroup& group) {
+  const container::GroupHeader& header = group.header;
+  const auto& streams = group.streams;
   ByteWriter payload;
   container::put(payload, header);
   container::IndexEntry entry;
@@ -100,21 +106,24 @@ Result<void> FileWriter::write_group(std::uint32_t segment, const container::Gro
     stream_bytes_[array ? array_key(stream.array) : container::stream_name(stream.kind)] +=
         streams[s].size();
   }
-  entry.segment = segment;
+  entry.segment = group.segment;
   entry.first_cell = header.first_cell;
   entry.cells = header.cells;
   entry.first_vertex = header.first_vertex;
   entry.vertices = header.vertices;
   entry.box = header.box;
-  return write(ChunkKind::group, payload.bytes, entry);
+  digest_ += header.digest;
+  return write(ChunkKind::group, payload.bytes, entry, header.version);
 }
 
 StepEncoder& FileWriter::begin_steps(StepTopology& topology, std::vector<std::uint64_t> elements,
                                      std::uint32_t key_steps, KeptSteps kept, Level level) {
-  return step_values_.emplace(*schema_, topology, std::move(elements), key_steps, std::move(kept),
-                              level, [this](const auto& header, auto first, auto bytes) {
-                                return add_part(header, first, bytes);
-                              });
+  step_values_.emplace(*schema_, topology, std::move(elements), key_steps, std::move(kept), level,
+                       [this](const auto& header, auto first, auto bytes, auto digest) {
+                         return add_part(header, first, bytes, digest);
+                       });
+  if (has_digests_) step_values_->use_digests();
+  return *step_values_;
 }
 void FileWriter::use_bundles(std::uint64_t waiting_bytes, std::uint64_t pairs,
                              std::uint64_t bytes) {
@@ -128,15 +137,19 @@ Result<void> FileWriter::write_bundle(std::span<const container::StepPart> parts
                                       std::span<const std::byte> bytes) {
   if (auto status = write_parts(); !status) return status;
   ByteWriter payload;
-  container::put(payload, parts, container::kBundleVersion);
+  const std::uint8_t version =
+      container::kBundleVersion + (has_digests_ ? container::kWithDigest : 0);
+  container::put(payload, parts, version);
   payload.put_bytes(bytes);
   container::IndexEntry entry;
-  for (const container::StepPart& part : parts)
+  for (const container::StepPart& part : parts) {
     entry.parts.push_back(container::entry_of(part.header));
+    digest_ += part.digest;
+  }
   for_each_share(parts, [&](std::uint32_t array, std::uint64_t share) {
     stream_bytes_[array_key(array)] += share;
   });
-  return write(ChunkKind::step_values, payload.bytes, entry, container::kBundleVersion);
+  return write(ChunkKind::step_values, payload.bytes, entry, version);
 }
 
 Result<void> FileWriter::check_step_values(std::uint32_t array,
@@ -160,9 +173,9 @@ bool FileWriter::may_share_chunk(const container::StepPart& part) const {
 }
 
 Result<void> FileWriter::add_part(const container::StepHeader& header, std::uint64_t first,
-                                  std::span<const std::byte> bytes) {
+                                  std::span<const std::byte> bytes, std::uint64_t digest) {
   if (auto status = write_extras(); !status) return status;
-  const container::StepPart part{header, bytes.size()};
+  const container::StepPart part{header, bytes.size(), digest};
   const bool with_others = may_share_chunk(part);
   if (!with_others || parts_.size() == container::kMostStepParts ||
       part_bytes_.size() + bytes.size() > container::kPartBytesTogether)
@@ -178,16 +191,18 @@ Result<void> FileWriter::add_part(const container::StepHeader& header, std::uint
 Result<void> FileWriter::write_parts(std::uint64_t first) {
   if (parts_.empty()) return {};
   ByteWriter payload;
-  container::put(payload, parts_, container::version_of_chunk(ChunkKind::step_values, start_));
+  const std::uint8_t version = version_of(ChunkKind::step_values);
+  container::put(payload, parts_, version);
   payload.put_bytes(part_bytes_);
   container::IndexEntry entry;
   for (const container::StepPart& part : parts_) {
     entry.parts.push_back(container::entry_of(part.header));
     entry.parts.back().first = first;
+    digest_ += part.digest;
   }
   parts_.clear();
   part_bytes_.clear();
-  return write(ChunkKind::step_values, payload.bytes, entry);
+  return write(ChunkKind::step_values, payload.bytes, entry, version);
 }
 
 Result<void> FileWriter::set_step_times(std::span<const double> times) {
@@ -195,11 +210,17 @@ Result<void> FileWriter::set_step_times(std::span<const double> times) {
   if (auto status = end_step_array(); !status) return status;
   if (times.empty() && container::version_of_chunk(ChunkKind::index, start_) > 0) return {};
   ByteWriter blob, payload;
-  container::put_times(blob, times, container::version_of_chunk(ChunkKind::step_times, start_));
+  const std::uint8_t version = version_of(ChunkKind::step_times);
+  if (has_digests_) {
+    const std::uint64_t digest = digest_of_step_times(times);
+    payload.put_u64(digest);
+    digest_ += digest;
+  }
+  container::put_times(blob, times, version);
   put_packed(payload, blob.bytes);
   steps_ = std::max<std::uint64_t>(steps_, times.size());
   stream_bytes_["extras"] += payload.bytes.size();
-  return write(ChunkKind::step_times, payload.bytes);
+  return write(ChunkKind::step_times, payload.bytes, {}, version);
 }
 
 Result<void> FileWriter::check(const Extra& extra) {
@@ -265,7 +286,8 @@ Result<SizeReport> FileWriter::finish(container::Index totals) {
   report.segments = totals.segments;
   report.imported_vertices = totals.imported_vertices;
   totals.steps = std::max(steps_, step_values_ ? step_values_->steps() : 0);
-  totals.version = container::version_of_chunk(ChunkKind::index, start_);
+  totals.version = version_of(ChunkKind::index);
+  totals.digest = digest_;
   totals.streams.clear();
   for (const auto& [name, bytes] : stream_bytes_) totals.streams.push_back({name, bytes});
   if (auto status = chunks_.finish(std::move(totals)); !status) return status.error();

@@ -47,9 +47,12 @@ class Calls {
 class FileWriter {
  public:
   /// Creates a writer. `sink` and `schema` are borrowed. Precondition: `schema` has passed
-  /// check_schema().
-  FileWriter(ByteSink& sink, const Schema& schema)
-      : schema_(&schema), chunks_(sink), array_keys_(array_stream_names(schema)) {}
+  /// check_schema(). `digests`: true if the file has digests.
+  FileWriter(ByteSink& sink, const Schema& schema, bool digests)
+      : schema_(&schema),
+        chunks_(sink),
+        array_keys_(array_stream_names(schema)),
+        has_digests_(digests) {}
   FileWriter(const FileWriter&) = delete;
   FileWriter& operator=(const FileWriter&) = delete;
 
@@ -57,9 +60,12 @@ class FileWriter {
   Result<void> start();
   /// Continues a file whose first chunks are already in the sink. `schema` is the payload of the
   /// schema chunk of this file; further chunks are written in the version that it states. `streams`
-  /// lists the coded size in bytes of the existing chunks by stream name, as in the index.
+  /// lists the coded size in bytes of the existing chunks by stream name, as in the index. `digest`
+  /// is the sum of the digests of the existing chunks.
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
-             std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
+             std::map<std::string, std::uint64_t> streams, std::uint64_t steps,
+             std::uint64_t digest);
+  bool has_digests() const { return has_digests_; }
 
   /// Continues the final chunk of step values of the existing file. Call this function after
   /// go_on(), and only if that chunk has not been copied. It writes the parts of that chunk again,
@@ -79,8 +85,7 @@ class FileWriter {
   std::uint64_t offset() const { return chunks_.offset(); }
   std::uint32_t chunks() const { return chunks_.count(); }
 
-  Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
-                           const std::vector<std::vector<std::byte>>& streams);
+  Result<void> write_group(const EncodedGroup& group);
 
   bool has_step_encoder() const { return step_values_.has_value(); }
   /// Begins the step values. Must be called before the first step values. `topology` is borrowed.
@@ -118,6 +123,9 @@ class FileWriter {
   Result<SizeReport> finish(container::Index totals);
 
  private:
+  std::uint8_t version_of(container::ChunkKind kind) const {
+    return container::version_of_chunk(kind, start_, has_digests_);
+  }
   Result<void> write_schema();
   Result<void> write(container::ChunkKind kind, std::span<const std::byte> payload,
                      const container::IndexEntry& entry = {});
@@ -127,7 +135,7 @@ class FileWriter {
                             std::span<const std::byte> bytes);
   Result<void> write_extras();
   Result<void> add_part(const container::StepHeader& header, std::uint64_t first,
-                        std::span<const std::byte> bytes);
+                        std::span<const std::byte> bytes, std::uint64_t digest);
   bool may_share_chunk(const container::StepPart& part) const;
   Result<void> write_parts(std::uint64_t first);
   const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
@@ -137,6 +145,8 @@ class FileWriter {
   std::vector<std::string> array_keys_;
   std::map<std::string, std::uint64_t> stream_bytes_;
   container::FileStart start_;
+  bool has_digests_;
+  std::uint64_t digest_ = 0;  // sum of the digests of all chunks so far
   // Memory budget that a reader with default limits has for unpacked data.
   UnpackBudget budget_{ReadLimits().max_unpacked_bytes};
   std::vector<Extra> extras_;  // extras that have not been written yet

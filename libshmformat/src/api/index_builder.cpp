@@ -51,7 +51,8 @@ Result<container::Index> IndexBuilder::make() {
   }
   auto made = decoder_.held();
   if (!made) return made.error();
-  made->version = index_.version;
+  made->version = container::has_digest(made->version) ? index_.version + container::kWithDigest
+                                                       : index_.version;
   made->ranges = std::move(index_.ranges);
   made->entries = std::move(index_.entries);
   return made;

@@ -556,6 +556,10 @@ bool MeshExtractor::had_values(std::uint32_t array, std::uint64_t step) const {
 }
 std::uint64_t MeshExtractor::vertices() const { return impl_->file().index().vertices; }
 std::uint64_t MeshExtractor::cells() const { return impl_->file().index().cells; }
+std::optional<std::uint64_t> MeshExtractor::digest() const {
+  const container::Index& index = impl_->file().index();
+  return container::has_digest(index.version) ? std::optional(index.digest) : std::nullopt;
+}
 std::uint64_t MeshExtractor::hexahedra() const { return impl_->file().index().hexahedra; }
 std::uint64_t MeshExtractor::step_count() const { return impl_->file().index().steps; }
 const std::vector<std::uint64_t>& MeshExtractor::block_cells() const {

@@ -20,8 +20,10 @@ Error of_another_schema() { return corrupt("belongs to another schema", "part");
 
 class __attribute__((visibility("hidden"))) PartJoiner::Impl {
  public:
-  Impl(ByteSink& sink, Schema schema)
-      : schema_(std::move(schema)), file_(sink, schema_), totals_(totals_of_nothing(schema_)) {}
+  Impl(ByteSink& sink, Schema schema, bool digests)
+      : schema_(std::move(schema)),
+        file_(sink, schema_, digests),
+        totals_(totals_of_nothing(schema_)) {}
   Result<void> start() { return file_.start(); }
   const FileWriter& file() const { return file_; }
 
@@ -33,10 +35,12 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
     container::Index part;
     std::vector<container::NamedBytes> streams;
     const std::uint32_t schema = in.get_u32();
+    const std::uint8_t version = in.get_u8();
     if (!container::get(in, streams) ||
-        !container::get(in, part, container::version_of_chunk(container::ChunkKind::index, {}),
-                        bytes / container::kShortHeaderBytes))
+        !container::get(in, part, version, bytes / container::kShortHeaderBytes))
       return corrupt("is not the index of a part", "part");
+    if (container::has_digest(version) != file_.has_digests())
+      return misuse("all parts of a file must have digests, or none", "part");
     if (schema != checksum_of(schema_)) return of_another_schema();
     part.streams = std::move(streams);
     if (auto status = add_totals(part); !status) return status;
@@ -78,7 +82,7 @@ PartJoiner::~PartJoiner() = default;
 Result<PartJoiner> PartJoiner::create(ByteSink& sink, Schema schema, const WriteOptions& options) {
   auto checked = schema_of_file(std::move(schema), options);
   if (!checked) return checked.error();
-  auto impl = std::make_unique<Impl>(sink, std::move(*checked));
+  auto impl = std::make_unique<Impl>(sink, std::move(*checked), options.digest);
   if (auto status = impl->start(); !status) return status.error();
   return PartJoiner(std::move(impl));
 }

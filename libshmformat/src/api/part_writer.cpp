@@ -67,11 +67,8 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
  public:
   Impl(Schema schema, const WriteOptions& options, const PartStart& start)
       : schema_(std::move(schema)),
-        file_(sink_, schema_),
-        mesh_(schema_, options,
-              [this](auto segment, const auto& header, const auto& streams) {
-                return write_group(segment, header, streams);
-              }),
+        file_(sink_, schema_, options.digest),
+        mesh_(schema_, options, [this](const EncodedGroup& group) { return write_group(group); }),
         start_(start),
         key_steps_(options.key_steps),
         level_(options.level),
@@ -172,15 +169,13 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
 
  private:
   void make_topology() {
-    topology_.emplace(schema_, ~std::uint64_t{0}, needs_of_steps(schema_), kept_topology_bytes_);
+    topology_.emplace(schema_, ~std::uint64_t{0}, needs_of_steps(schema_, file_.has_digests()),
+                      kept_topology_bytes_);
   }
   bool keeps() const { return schema_.order == Order::keep; }
-  Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
-                           const std::vector<std::vector<std::byte>>& streams) {
-    if (topology_)
-      topology_->add_group(segment, header,
-                           std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
-    return file_.write_group(segment, header, streams);
+  Result<void> write_group(const EncodedGroup& group) {
+    if (topology_) add_group(group, *topology_);
+    return file_.write_group(group);
   }
   PartChunks take(container::Index totals) {
     PartChunks out;
@@ -188,6 +183,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     const container::Index part = file_.take_part(std::move(totals));
     ByteWriter index;
     index.put_u32(checksum_of(schema_));
+    index.put_u8(part.version);
     container::put(index, part.streams);
     container::put(index, part);
     out.index = std::move(index.bytes);

@@ -11,6 +11,7 @@
 #include "base/binary.h"
 #include "base/errors.h"
 #include "base/packing.h"
+#include "codecs/shared/digest.h"
 #include "format/chunk_reader.h"
 #include "format/format.h"
 #include "format/schema.h"
@@ -81,13 +82,13 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   Result<void> read_schema(std::span<const std::byte> payload);
   void look_at_group(std::span<const std::byte> payload);
   Result<void> read_step_values(std::span<const std::byte> payload);
-  Result<void> read_part(const container::StepHeader& header, std::span<const std::byte> bytes);
   Result<void> take_piece(Result<StepPiece> piece);
   Result<void> read_next_of_bundle();
   Result<void> read_next_part();
   Result<void> read_step_times(std::span<const std::byte> payload);
   Result<void> read_extra(std::span<const std::byte> payload);
   Result<void> read_index(std::span<const std::byte> payload);
+  std::string contents_of_chunk() const;
   std::uint64_t elements_of(std::uint32_t array) const;
   std::map<std::string, std::uint64_t> streams() const;
   Error wrong(std::string detail, ErrorCode code = ErrorCode::corrupt) const {
@@ -117,6 +118,11 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   std::uint64_t bundle_pairs_ = 0;  // number of pairs in all bundles so far
   std::uint64_t step_bytes_ = 0;    // total size of all chunks of step values so far
   std::vector<std::byte> part_bytes_;
+  std::uint64_t digest_ = 0;  // sum of the digests of all chunks so far, except groups
+  bool has_digests_ = false;  // true if any chunk so far has a digest
+  // Digest of the current chunk of step values, if it is checked.
+  std::optional<std::uint64_t> step_digest_;
+  std::vector<container::StepPart> checked_parts_;  // parts of that chunk
   // Error that occurred while reading ahead. advance() reports it after all earlier blocks have
   // been taken.
   std::optional<Error> error_ahead_;
@@ -137,6 +143,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   std::vector<std::string> array_names_;
   bool totals_taken_ = false;
   std::uint64_t trailing_bytes_ = 0;
+  std::optional<std::uint64_t> stated_digest_;  // digest of the mesh, if the index has one
 };
 
 Result<Decoder::Progress> Decoder::Impl::work() {
@@ -176,6 +183,7 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       totals.segment_connectivity = mesh_->segment_connectivity();
       totals.imported_vertices = mesh_->imported_vertices();
       totals.steps = steps_;
+      totals.digest = stated_digest_;
       totals.total_bytes = file_.offset();
       totals.trailing_bytes = trailing_bytes_ + ahead().size();
       totals.streams = streams();
@@ -216,6 +224,7 @@ Result<void> Decoder::Impl::count_block(const MeshBlock& block) {
   };
   if (mesh_->vertices() > limits_.max_vertices) return over(limits_.max_vertices, "vertices");
   if (mesh_->cells() > limits_.max_cells) return over(limits_.max_cells, "cells");
+  if (topology_) topology_->add_vertex_numbers(block.vertex_numbers);
   std::uint64_t bytes = block.xyz.size() + 8 * std::uint64_t{block.corners.size()};
   for (const auto& values : block.arrays) bytes += values.size();
   return count_bytes(bytes);
@@ -247,6 +256,7 @@ Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
     chunks_.add(header);
     return {};
   }
+  has_digests_ = has_digests_ || container::has_digest(header.version);
   switch (static_cast<ChunkKind>(header.kind)) {
     case ChunkKind::schema: chunks_.add(header); return read_schema(payload);
     case ChunkKind::group:
@@ -278,7 +288,8 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   schema_bytes_.assign(payload.begin(), payload.end());
   mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_, options_);
   if (has_steps(*schema_))
-    topology_.emplace(*schema_, limits_.max_group_bytes, needs_of_steps(*schema_),
+    topology_.emplace(*schema_, limits_.max_group_bytes,
+                      needs_of_steps(*schema_, options_.check_digests),
                       to_size(options_.kept_topology_bytes));
   return {};
 }
@@ -309,12 +320,20 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
     for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
     step_values_.emplace(*schema_, limits_, *topology_, std::move(elements),
                          kept_steps(limits_.max_kept_steps_bytes, limits_.temporary_folder));
+    if (options_.check_digests) step_values_->use_digests();
   }
   ByteReader in(payload);
   std::vector<container::StepPart> parts;
   if (!container::get(in, parts, file_.header().version, payload.size()))
     return wrong("its header is invalid");
   chunks_.add_step_values(file_.header(), parts);
+  digest_ += parts[0].digest;
+  step_digest_.reset();
+  step_values_->take_digest();
+  if (options_.check_digests && container::has_digest(file_.header().version)) {
+    step_digest_ = parts[0].digest;
+    checked_parts_ = parts;
+  }
   if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
   step_bytes_ += file_.header().chunk_bytes();
   if (parts[0].header.codec == Codec::bundle) {
@@ -339,12 +358,10 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
       return wrong("does not belong to a stepped array");
     stream_bytes_[array_names_[part.header.array]] += part.bytes;
   }
-  if (auto status = read_part(parts[0].header, in.get_bytes(parts[0].bytes)); !status)
-    return status;
-  parts_.assign(parts.begin() + 1, parts.end());
+  parts_.assign(parts.begin(), parts.end());
   const auto left = in.get_bytes(in.left());
   part_bytes_.assign(left.begin(), left.end());
-  return {};
+  return read_next_part();
 }
 
 Result<void> Decoder::Impl::read_next_part() {
@@ -352,9 +369,11 @@ Result<void> Decoder::Impl::read_next_part() {
   parts_.pop_front();
   std::uint64_t bytes_left = part.bytes;
   for (const container::StepPart& later : parts_) bytes_left += later.bytes;
-  return read_part(part.header, std::span(part_bytes_)
-                                    .last(static_cast<std::size_t>(bytes_left))
-                                    .first(static_cast<std::size_t>(part.bytes)));
+  return take_piece(step_values_->read(part.header,
+                                       std::span(part_bytes_)
+                                           .last(static_cast<std::size_t>(bytes_left))
+                                           .first(static_cast<std::size_t>(part.bytes)),
+                                       file_.offset()));
 }
 
 Result<void> Decoder::Impl::read_next_of_bundle() {
@@ -363,27 +382,43 @@ Result<void> Decoder::Impl::read_next_of_bundle() {
   return take_piece(std::move(piece));
 }
 
-Result<void> Decoder::Impl::read_part(const container::StepHeader& header,
-                                      std::span<const std::byte> bytes) {
-  return take_piece(step_values_->read(header, bytes, file_.offset()));
-}
-
 Result<void> Decoder::Impl::take_piece(Result<StepPiece> piece) {
   if (!piece) return wrong(piece.error().detail, piece.error().code);
   if (auto status = count_bytes(piece->values.size()); !status) return status;
+  if (step_digest_ && parts_.empty() && !bundle_ && *step_digest_ != step_values_->take_digest())
+    return wrong("the decoded values do not match their digest: " + contents_of_chunk());
   steps_ = std::max(steps_, piece->step + 1);
   item_ = std::move(*piece);
   return {};
 }
 
+/// Describes the chunk of step values whose digest is checked: its arrays, steps and segment.
+std::string Decoder::Impl::contents_of_chunk() const {
+  const container::StepHeader& first = checked_parts_[0].header;
+  const container::StepHeader& last = checked_parts_.back().header;
+  const std::uint32_t last_array = last.array + last.arrays - 1;
+  const std::uint64_t last_step = last.step + last.steps - 1;
+  std::string text = "array '" + schema_->arrays[first.array].name + "'";
+  if (checked_parts_.size() > 1 || last_array != first.array)
+    text += " to array '" + schema_->arrays[last_array].name + "'";
+  text += ", step " + std::to_string(first.step);
+  if (last_step != first.step) text += " to " + std::to_string(last_step);
+  return text + ", segment " + std::to_string(topology_->segment_of(first.group));
+}
+
 Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) {
   if (std::exchange(step_times_read_, true)) return wrong("the file has step times twice");
   ByteReader in(payload);
+  const bool has_digest = container::has_digest(file_.header().version);
+  const std::uint64_t digest = has_digest ? in.get_u64() : 0;
   const auto blob = file_.unpack(in, most_bytes_of_times(limits_));
   if (!blob) return blob.error();
   StepTimes times;
   if (!container::get_times(*blob, times.times, file_.header().version))
     return wrong("ends within a number");
+  if (has_digest && options_.check_digests && digest_of_step_times(times.times) != digest)
+    return wrong("the decoded times do not match their digest");
+  digest_ += digest;
   file_.take_from_budget(blob->size());
   steps_ = std::max<std::uint64_t>(steps_, times.times.size());
   stream_bytes_["extras"] += payload.size();
@@ -413,9 +448,11 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
       index.max_active_vertices == held->max_active_vertices && index.steps == held->steps &&
       index.segments == held->segments && index.imported_vertices == held->imported_vertices &&
       index.block_cells == held->block_cells &&
+      (!container::has_digest(index.version) || index.digest == held->digest) &&
       (index.version > 0 || index.streams == held->streams);
   if (!same) return wrong("does not match the contents of the file");
   if (const auto difference = chunks_.difference(index.entries)) return wrong(*difference);
+  if (container::has_digest(index.version)) stated_digest_ = index.digest;
   file_.expect_trailer();
   return {};
 }
@@ -438,6 +475,8 @@ Result<container::Index> Decoder::Impl::held() const {
   held.segments = mesh_->segment_starts().size();
   held.imported_vertices = mesh_->imported_vertices();
   held.block_cells = mesh_->block_cells();
+  held.digest = mesh_->digest() + digest_;
+  held.version = container::version_of_chunk(ChunkKind::index, {}, has_digests_);
   for (const auto& [name, bytes] : streams()) held.streams.push_back({name, bytes});
   return held;
 }

@@ -191,6 +191,7 @@ Result<void> Summarizer::finish() {
   totals_.vertices = index.vertices;
   totals_.cells = index.cells;
   totals_.block_cells = index.block_cells;
+  if (container::has_digest(index.version)) totals_.digest = index.digest;
   for (std::size_t b = 0; b < schema().blocks.size(); ++b)
     if (is_hexahedral(schema().blocks[b])) totals_.hexahedra += index.block_cells[b];
   totals_.steps = std::max<std::uint64_t>(totals_.steps, summary_.step_times.size());

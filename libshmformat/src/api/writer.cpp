@@ -22,18 +22,15 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
  public:
   Impl(ByteSink& sink, Schema schema, const WriteOptions& options)
       : schema_(std::move(schema)),
-        file_(sink, schema_),
-        mesh_(schema_, options,
-              [this](auto segment, const auto& header, const auto& streams) {
-                return write_group(segment, header, streams);
-              }),
+        file_(sink, schema_, options.digest),
+        mesh_(schema_, options, [this](const EncodedGroup& group) { return write_group(group); }),
         key_steps_(options.key_steps),
         level_(options.level),
         waiting_bytes_(options.waiting_bytes),
         slow_step_values_(options.slow_step_values),
         kept_steps_(kept_steps(options.kept_steps_bytes, options.temporary_folder)) {
     if (has_steps(schema_))
-      topology_.emplace(schema_, ~std::uint64_t{0}, needs_of_steps(schema_),
+      topology_.emplace(schema_, ~std::uint64_t{0}, needs_of_steps(schema_, options.digest),
                         to_size(options.kept_topology_bytes));
   }
 
@@ -134,12 +131,9 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   }
 
  private:
-  Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
-                           const std::vector<std::vector<std::byte>>& streams) {
-    if (topology_)
-      topology_->add_group(segment, header,
-                           std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
-    return file_.write_group(segment, header, streams);
+  Result<void> write_group(const EncodedGroup& group) {
+    if (topology_) add_group(group, *topology_);
+    return file_.write_group(group);
   }
 
   Schema schema_;

@@ -120,13 +120,19 @@ HeaderState get(ByteReader& in, ChunkHeader& header) {
   return head.ok() && stated == checksum(bytes.first(bytes.size() - 4)) ? HeaderState::good
                                                                         : HeaderState::bad_checksum;
 }
-std::uint8_t highest_version(ChunkKind kind) {
-  return kind == ChunkKind::step_values ? kBundleVersion : version_of_chunk(kind, {});
+bool is_known_version(ChunkKind kind, std::uint8_t version) {
+  if (has_digest(version)) {
+    const bool may_have_digest = kind == ChunkKind::group || kind == ChunkKind::step_values ||
+                                 kind == ChunkKind::step_times || kind == ChunkKind::index;
+    if (!may_have_digest || version == kWithDigest) return false;
+    version = without_digest(version);
+  }
+  return version <= (kind == ChunkKind::step_values ? kBundleVersion : version_of_chunk(kind, {}));
 }
 bool is_known(const ChunkHeader& header) {
   return header.kind >= static_cast<std::uint8_t>(ChunkKind::schema) &&
          header.kind <= static_cast<std::uint8_t>(ChunkKind::index) &&
-         header.version <= highest_version(static_cast<ChunkKind>(header.kind)) &&
+         is_known_version(static_cast<ChunkKind>(header.kind), header.version) &&
          (header.segment == 0 || header.kind == static_cast<std::uint8_t>(ChunkKind::group));
 }
 
@@ -168,6 +174,7 @@ void get_difference(ByteReader& in, std::uint32_t before, std::uint32_t& number)
 
 void put(ByteWriter& payload, const GroupHeader& header) {
   ByteWriter out;
+  if (has_digest(header.version)) out.put_u64(header.digest);
   out.put_varint(header.first_cell);
   out.put_varint(header.first_vertex);
   out.put_varint(header.cells);
@@ -192,6 +199,7 @@ void put(ByteWriter& payload, const GroupHeader& header) {
 bool get(ByteReader& in, GroupHeader& header, std::uint8_t version) {
   const std::size_t begin = in.position();
   header.version = version;
+  header.digest = has_digest(version) ? in.get_u64() : 0;
   header.first_cell = in.get_varint();
   header.first_vertex = in.get_varint();
   const std::uint64_t cells = in.get_varint();
@@ -333,6 +341,12 @@ bool get_bundle(ByteReader& in, std::vector<StepPart>& parts, std::uint64_t payl
 }  // namespace
 
 void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version) {
+  if (has_digest(version)) {
+    std::uint64_t digest = 0;
+    for (const StepPart& part : parts) digest += part.digest;
+    out.put_u64(digest);
+    version = without_digest(version);
+  }
   if (version == 0) return put_only(out, parts[0].header);
   if (version == kBundleVersion) return put_bundle(out, parts);
   out.put_varint(parts.size());
@@ -344,7 +358,13 @@ void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version)
 }
 bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
          std::uint64_t payload_bytes) {
-  if (version == kBundleVersion) return get_bundle(in, parts, payload_bytes);
+  const std::uint64_t digest = has_digest(version) ? in.get_u64() : 0;
+  version = without_digest(version);
+  if (version == kBundleVersion) {
+    if (!get_bundle(in, parts, payload_bytes)) return false;
+    parts[0].digest = digest;
+    return true;
+  }
   const std::uint64_t count = version == 0 ? 1 : in.get_varint();
   if (count == 0 || count > kMostStepParts) return false;
   parts.assign(static_cast<std::size_t>(count), {});
@@ -358,6 +378,7 @@ bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
     sum += part.bytes;
   }
   const std::uint64_t left = payload_bytes - std::min<std::uint64_t>(in.position(), payload_bytes);
+  parts[0].digest = digest;
   if (version == 0) parts[0].bytes = sum = left;
   return in.ok() && sum == left;
 }
@@ -687,6 +708,7 @@ void put(ByteWriter& out, const Index& index) {
     return;
   }
   ByteWriter blob;
+  if (has_digest(index.version)) out.put_u64(index.digest);
   put_totals(blob, index);
   put_columns(blob, index.entries);
   const bool packs = blob.bytes.size() <= most_packed_bytes(index.entries.size());
@@ -697,6 +719,7 @@ bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_e
   index = {};
   index.version = version;
   if (version == 0) return get_lines(in, index, max_entries);
+  if (has_digest(version)) index.digest = in.get_u64();
   const std::uint64_t most = std::max<std::uint64_t>(in.left(), most_packed_bytes(max_entries));
   const auto blob = get_packed(in, most);
   if (!blob) return false;

@@ -115,8 +115,18 @@ inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
                              kind == ChunkKind::index;
   return start.minor >= 10 && has_version_1 ? 1 : 0;
 }
-/// Returns the highest chunk version of this kind that this reader can decode.
-std::uint8_t highest_version(ChunkKind kind);
+/// Added to the version of a chunk whose payload begins with a digest (codecs/shared/digest.h).
+/// Only groups, step values, step times and the index have one. spec: "Digest"
+inline constexpr std::uint8_t kWithDigest = 4;
+constexpr bool has_digest(std::uint8_t version) { return version >= kWithDigest; }
+constexpr std::uint8_t without_digest(std::uint8_t version) { return version % kWithDigest; }
+/// Returns the version of a chunk like version_of_chunk(), with a digest if `digest` is set.
+inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start, bool digest) {
+  const std::uint8_t version = version_of_chunk(kind, start);
+  return digest ? version + kWithDigest : version;
+}
+/// Returns true if this reader can decode chunks of this kind and version.
+bool is_known_version(ChunkKind kind, std::uint8_t version);
 /// Returns true if this reader can decode a chunk with this header in a file that contains a mesh.
 bool is_known(const ChunkHeader& header);
 
@@ -149,6 +159,7 @@ struct StreamEntry {
 /// header has a separate checksum, so that a reader can read a single stream.
 struct GroupHeader {
   std::uint8_t version = version_of_chunk(ChunkKind::group, {});
+  std::uint64_t digest = 0;  ///< of the contents of the group; 0 unless has_digest(version)
   std::uint64_t first_cell = 0, first_vertex = 0;
   std::uint32_t cells = 0;  ///< number of cells, 0..2^20
   /// Number of vertices introduced in this group and owned by its segment.
@@ -203,17 +214,19 @@ struct StepHeader {
 constexpr bool is_key(StepReference reference) {
   return reference == StepReference::nothing || reference == StepReference::base;
 }
-/// One part of a step_values payload: the header of the part, and the size in bytes of its coded
-/// values.
+/// One part of a step_values payload: the header of the part, the size in bytes of its coded
+/// values, and the digest of the values. In the parts that get() returns, the first one has the
+/// digest of all parts.
 struct StepPart {
   StepHeader header;
   std::uint64_t bytes = 0;
+  std::uint64_t digest = 0;
 };
 /// Limits for step_values chunks. A chunk has at most kMostStepParts parts. A Writer stores several
 /// parts in one chunk only if their coded values have at most kPartBytesTogether bytes in total.
 inline constexpr std::size_t kMostStepParts = 64, kPartBytesTogether = 4096;
-/// Version of step_values chunks that contain a bundle. The headers of all its parts have the same
-/// group, step and number of steps. The first part has all bytes.
+/// Version of step_values chunks that contain a bundle, without a digest. The headers of all its
+/// parts have the same group, step and number of steps. The first part has all bytes.
 inline constexpr std::uint8_t kBundleVersion = 2;
 /// Codec::bundle, whose definition is in a higher module.
 inline constexpr Codec kBundleCodec{15};
@@ -236,7 +249,7 @@ void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version)
 bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
          std::uint64_t payload_bytes);
 /// Returns an upper bound on the total size in bytes of the headers of `parts` parts.
-constexpr std::uint64_t most_step_head_bytes(std::uint64_t parts) { return 16 + 64 * parts; }
+constexpr std::uint64_t most_step_head_bytes(std::uint64_t parts) { return 24 + 64 * parts; }
 inline constexpr std::uint64_t kMostStepHeadBytes = most_step_head_bytes(kMostStepParts);
 
 /// Entry of the index for one part of a step_values chunk.
@@ -288,6 +301,7 @@ struct ArrayRange {
 };
 struct Index {
   std::uint8_t version = version_of_chunk(ChunkKind::index, {});
+  std::uint64_t digest = 0;          ///< of the mesh; 0 unless has_digest(version)
   std::uint64_t previous_index = 0;  ///< offset of the previous index chunk, or 0 if none exists
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
   std::uint64_t segments = 0, imported_vertices = 0;

@@ -65,7 +65,7 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
   ByteReader in(chunk);
   ChunkHeader header;
   if (get(in, header) != HeaderState::good || header.kind != entry.kind ||
-      header.version > highest_version(static_cast<ChunkKind>(header.kind)) ||
+      !is_known_version(static_cast<ChunkKind>(header.kind), header.version) ||
       header.segment != entry.segment || header.payload_bytes > entry.bytes ||
       header.chunk_bytes() != entry.bytes)
     return corrupt("the chunk at this position differs from its entry in the index",

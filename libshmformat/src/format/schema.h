@@ -123,11 +123,15 @@ struct DecodedParts {
   /// of cells). The decoder then determines these neighbourhoods, and includes more distant
   /// neighbours than the static values of the group need.
   bool vertex_neighbourhoods = false, cell_neighbourhoods = false;
+  /// True if the decoded contents of each group are compared with its digest. Needs all values and
+  /// the vertex numbers.
+  bool digest = true;
 
   static DecodedParts without_values() {
     return {.geometry = false, .arrays = std::vector<bool>()};
   }
   bool has_all_values() const { return geometry && !arrays; }
+  bool checks_digest() const { return digest && vertex_numbers && has_all_values(); }
   bool includes_array(std::uint32_t array) const {
     return !arrays || (array < arrays->size() && (*arrays)[array]);
   }

@@ -89,7 +89,8 @@ std::unique_ptr<SegmentEncoder> ChoosingEncoder::encoder_with(ConnectivityCodec 
                               {.group_cells = group_cells_,
                                .codec = codec,
                                .level = trial_.level,
-                               .with_order = trial_.with_order},
+                               .with_order = trial_.with_order,
+                               .with_digest = trial_.with_digest},
                               start_);
 }
 

@@ -29,6 +29,7 @@ namespace shm {
 struct CodecTrial {
   Level level = Level::standard;  ///< level of the value coders
   bool with_order = true;         ///< true if groups also store the coding order of their elements
+  bool with_digest = false;       ///< true if groups have digests
   std::vector<ConnectivityCodec> codecs;  ///< codecs to try, from the fastest to the slowest; not
                                           ///< empty
 

@@ -17,7 +17,7 @@ constexpr std::size_t kAloneBytes = std::size_t{4} << 10;
 
 SegmentDecoder::SegmentDecoder(const Schema& schema, const ReadLimits& limits,
                                std::uint32_t segment, DecodedParts parts)
-    : schema_(&schema), limits_(limits), parts_(std::move(parts)) {
+    : schema_(&schema), limits_(limits), parts_(std::move(parts)), digests_(schema) {
   start_.segment = segment;
 }
 
@@ -52,6 +52,7 @@ Result<void> SegmentDecoder::begin_group(container::GroupChunk chunk) {
   if (auto status = begin_streams(); !status) return status;
   next_cell_ += group_.cells;
   next_vertex_ += group_.vertices;
+  digest_ = 0;
   in_group_ = true;
   return {};
 }
@@ -110,9 +111,14 @@ Result<DecodedBlock> SegmentDecoder::next_block(MeshBlock&& room) {
   clear(decoded.mesh);
   decoded.offset = group_offset_;
   if (auto status = decoder_->next_block(decoded); !status) return placed(status.error());
+  const bool checks = container::has_digest(group_.version) && parts_.checks_digest();
+  if (checks) digest_ += digests_.of(decoded.mesh);
   if (!decoder_->is_complete()) return decoded;
   auto end = decoder_->end_group();
   if (!end) return placed(end.error());
+  if (checks && digest_ != group_.digest)
+    return damaged("the decoded vertices, cells and values do not match their digest");
+  end->digest = group_.digest;
   end->stream_bytes = std::move(stream_bytes_);
   decoded.group_end = std::move(*end);
   in_group_ = false;
@@ -239,6 +245,7 @@ Result<std::optional<DecodingQueue::Output>> DecodingQueue::next(Wait wait) {
 MeshDecoder::MeshDecoder(const Schema& schema, const ReadLimits& limits, const ReadOptions& options)
     : schema_(&schema),
       limits_(limits),
+      checks_digests_(options.check_digests),
       queue_(schema, limits, options),
       block_cells_(schema.blocks.size()) {}
 
@@ -264,7 +271,9 @@ Result<void> MeshDecoder::begin_segment(std::uint32_t segment, std::uint64_t off
                        " segments, which is the limit",
                    groups_begun_, offset, ErrorCode::over_limit);
   ++segments_begun_;
-  queue_.begin_segment(segment, segment);
+  DecodedParts parts;
+  parts.digest = checks_digests_;
+  queue_.begin_segment(segment, segment, std::move(parts));
   return {};
 }
 
@@ -342,6 +351,7 @@ void MeshDecoder::count(const DecodedBlock& block) {
   ++groups_;
   imported_vertices_ += block.group_end->imported_vertices;
   max_active_vertices_ = std::max(max_active_vertices_, block.group_end->max_active_vertices);
+  digest_ += block.group_end->digest;
   for (const auto& [name, bytes] : block.group_end->stream_bytes) stream_bytes_[name] += bytes;
 }
 

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "base/ordered_tasks.h"
+#include "codecs/shared/digest.h"
 #include "codecs/shared/group_decoder.h"
 #include "shm/blocks.h"
 #include "shm/limits.h"
@@ -68,6 +69,8 @@ class SegmentDecoder {
   std::size_t header_bytes_ = 0;
   // Total payload size in bytes of the segment's groups so far.
   std::uint64_t segment_bytes_ = 0;
+  BlockDigests digests_;
+  std::uint64_t digest_ = 0;  // of the group's blocks so far
   bool in_group_ = false;
   std::uint64_t group_offset_ = 0, group_number_ = 0;
   std::map<std::string, std::uint64_t> stream_bytes_;
@@ -186,6 +189,8 @@ class MeshDecoder {
     return segment_connectivity_;
   }
   const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
+  /// Returns the sum of the digests of all groups.
+  std::uint64_t digest() const { return digest_; }
   /// Returns the coded size in bytes of each kind of stream. The keys are the names used by
   /// SizeReport.
   const std::map<std::string, std::uint64_t>& stream_bytes() const { return stream_bytes_; }
@@ -203,6 +208,7 @@ class MeshDecoder {
   ReadLimits limits_;
   std::uint64_t groups_begun_ = 0;
   std::uint32_t segments_begun_ = 0;
+  bool checks_digests_;
   DecodingQueue queue_;
 
   /// Maps each vertex that a later segment may import to the number of the most recent segment that
@@ -214,6 +220,7 @@ class MeshDecoder {
   std::vector<std::uint64_t> segment_starts_;
   std::vector<ConnectivityCodec> segment_connectivity_;
   std::vector<std::uint64_t> block_cells_;
+  std::uint64_t digest_ = 0;
   std::map<std::string, std::uint64_t> stream_bytes_;
 };
 

@@ -291,7 +291,7 @@ Result<void> MeshEncoder::finish_group(EncodedGroup& group) {
   totals_.imported_vertices += header.imported_vertices;
   totals_.hexahedra += group.hexahedra;
   totals_.max_active_vertices = std::max(totals_.max_active_vertices, header.max_active_vertices);
-  return sink_(group.segment, header, group.streams);
+  return sink_(group);
 }
 
 /// Reports each vertex and each cell of the group to the caller, in coding order.

@@ -34,10 +34,8 @@ struct FedVertex {
 
 class MeshEncoder {
  public:
-  /// Receives a finished group: its segment, its header, and its bitstreams in the order of the
-  /// header.
-  using GroupSink = std::function<Result<void>(std::uint32_t, const container::GroupHeader&,
-                                               const std::vector<std::vector<std::byte>>&)>;
+  /// Receives a finished group.
+  using GroupSink = std::function<Result<void>(const EncodedGroup&)>;
 
   /// `schema` must have passed check_schema() and must outlive the encoder.
   MeshEncoder(const Schema& schema, const WriteOptions& options, GroupSink sink);

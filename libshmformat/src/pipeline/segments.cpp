@@ -97,7 +97,9 @@ CodecTrial SegmentQueue::trial() const {
                      : codecs[std::min<std::size_t>(start_.segment, codecs.size() - 1)];
   CodecTrial trial = trial_for(*schema_, codec, options_->level);
   trial.threads = thread_count(options_->threads);
-  trial.with_order = schema_->order != Order::keep || options_->coding_order != nullptr;
+  trial.with_order = schema_->order != Order::keep || options_->coding_order != nullptr ||
+                     (options_->digest && has_steps(*schema_));
+  trial.with_digest = options_->digest;
   return trial;
 }
 

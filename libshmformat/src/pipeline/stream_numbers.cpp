@@ -2,6 +2,7 @@
 
 #include "base/binary.h"
 #include "codecs/shared/codec_id.h"
+#include "codecs/shared/digest.h"
 
 namespace shm {
 
@@ -21,6 +22,8 @@ void StreamNumbers::set_imported(std::span<const std::uint64_t> numbers) {
 
 void StreamNumbers::complete(EncodedGroup& group) {
   store_own(group);
+  for (const EncodedGroup::LateNode& node : group.late_nodes)
+    group.header.digest += digest_of_word(node.key, numbers_[node.ticket]);
   const std::vector<std::byte> bytes = code_imports(group);
   if (bytes.empty()) return;
   container::GroupHeader& header = group.header;

@@ -8,6 +8,7 @@
 #include "base/binary.h"
 #include "base/errors.h"
 #include "base/packing.h"
+#include "codecs/shared/digest.h"
 #include "format/chunk_reader.h"
 #include "format/random_chunks.h"
 #include "format/schema.h"
@@ -93,12 +94,15 @@ auto IndexedFile::read_chunk_of_parts(const IndexEntry& entry) -> Result<Payload
   return Payload{kept_, kept_version_};
 }
 
-/// Reads and unpacks the blob of step times. `version`: receives the version of the chunk.
+/// Reads and unpacks the blob of step times. `version` and `digest` receive the version of the
+/// chunk and the digest that it states.
 Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry,
-                                                        std::uint8_t& version) {
+                                                        std::uint8_t& version,
+                                                        std::uint64_t& digest) {
   const auto payload = read_chunk(entry, &version);
   if (!payload) return payload.error();
   ByteReader in(*payload);
+  if (container::has_digest(version)) digest = in.get_u64();
   const std::string section = container::chunk_name(entry.kind);
   const std::uint64_t size = stated_packed_size(in);
   if (has_bounded_blobs() && size > most_unpacked(in.left()))
@@ -143,10 +147,14 @@ Result<std::vector<double>> IndexedFile::read_step_times() {
     if (entry.kind != static_cast<std::uint8_t>(ChunkKind::step_times)) continue;
     if (std::exchange(found, true)) return wrong_index("has step times twice");
     std::uint8_t version = 0;
-    const auto blob = read_packed(entry, version);
+    std::uint64_t digest = 0;
+    const auto blob = read_packed(entry, version, digest);
     if (!blob) return blob.error();
+    const std::string section = container::chunk_name(entry.kind);
     if (!container::get_times(*blob, times, version))
-      return corrupt("cannot be unpacked", container::chunk_name(entry.kind), entry.offset);
+      return corrupt("cannot be unpacked", section, entry.offset);
+    if (container::has_digest(version) && digest_of_step_times(times) != digest)
+      return corrupt("the decoded times do not match their digest", section, entry.offset);
   }
   return times;
 }

@@ -136,7 +136,7 @@ class IndexedFile {
   Result<void> list_groups();
   void add_to_segment(const container::IndexEntry& entry);
   Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry,
-                                             std::uint8_t& version);
+                                             std::uint8_t& version, std::uint64_t& digest);
   /// Returns the memory budget for unpacked blobs that remains after the schema has been unpacked.
   /// Each call returns the full remaining budget, so that reading the same parts a second time does
   /// not fail.

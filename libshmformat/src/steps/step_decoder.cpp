@@ -58,6 +58,12 @@ Result<StepPiece> StepDecoder::end_part(const container::StepHeader& header,
                                         std::vector<std::byte> values) {
   Last& last = last_[header.array];
   StepPiece piece{header.array, header.step, last.first, std::move(values)};
+  if (has_digests_) {
+    const auto digest =
+        mesh_.digest(header.array, header.step, header.group, last.first, piece.values);
+    if (!digest) return digest.error();
+    digest_ += *digest;
+  }
   if (auto status = last.values.take(last.first * (piece.values.size() / header.count),
                                      piece.values, header.reference == StepReference::nothing);
       !status)

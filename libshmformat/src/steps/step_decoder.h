@@ -27,6 +27,12 @@ class StepDecoder {
   StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
               std::vector<std::uint64_t> elements, KeptSteps kept);
 
+  /// Adds up the digests of all parts from now on. Precondition: the topology has the numbers that
+  /// digests need.
+  void use_digests() { has_digests_ = true; }
+  /// Returns the sum of the digests of the parts since the previous call.
+  std::uint64_t take_digest() { return std::exchange(digest_, 0); }
+
   /// Decodes the values of a part. `file` is the size in bytes of the file up to the end of the
   /// part. Errors contain no offset.
   Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes,
@@ -71,6 +77,9 @@ class StepDecoder {
   // State of the current step and its array.
   std::uint32_t array_ = kNone;
   std::optional<StepParts> parts_;
+
+  bool has_digests_ = false;
+  std::uint64_t digest_ = 0;
 };
 
 }  // namespace shm

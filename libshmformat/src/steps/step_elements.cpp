@@ -1,10 +1,13 @@
 #include "steps/step_elements.h"
 
 #include <algorithm>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
+#include "base/errors.h"
 #include "base/lists.h"
+#include "codecs/shared/digest.h"
 
 namespace shm {
 namespace {
@@ -136,6 +139,40 @@ ColumnElements StepElements::dense(std::uint32_t array, const GroupElements& all
   for (std::size_t c = 0; c < all.cell_numbers.size(); ++c)
     if (covers(all.cells.blocks[c])) numbers_.push_back(all.cell_numbers[c]);
   return {&all.cells, all.slots, 0, numbers_};
+}
+
+/// Returns the numbers by which digests identify the elements of an array in a group: those of the
+/// vertices or cells. Elements on no vertex and no cell are numbered from 0.
+Result<std::span<const std::uint64_t>> StepElements::numbers(std::uint32_t array, std::size_t group,
+                                                             std::uint64_t first,
+                                                             std::size_t count) {
+  const ArrayInfo& info = schema_->arrays[array];
+  const bool keeps = schema_->order == Order::keep;
+  if (info.location == Location::point && keeps) return topology_->vertex_numbers(group);
+  if (info.location == Location::cell && ((keeps && schema_->delay > 0) || !info.blocks.empty())) {
+    const auto all = elements(array, group);
+    if (!all) return all.error();
+    return all->numbers;
+  }
+  const container::GroupHeader& header = topology_->header_of(group);
+  if (info.location == Location::point) first = header.first_vertex;
+  if (info.location == Location::cell) first = header.first_cell;
+  numbers_.resize(count);
+  std::iota(numbers_.begin(), numbers_.end(), first);
+  return std::span<const std::uint64_t>(numbers_);
+}
+
+Result<std::uint64_t> StepElements::digest(std::uint32_t array, std::uint64_t step,
+                                           std::size_t group, std::uint64_t first,
+                                           std::span<const std::byte> values) {
+  const ArrayInfo& info = schema_->arrays[array];
+  const std::size_t stride = scalar_bytes(info.type) * info.components;
+  const auto of = numbers(array, group, first, values.size() / stride);
+  if (!of) return of.error();
+  if (of->size() != values.size() / stride)
+    return corrupt("the number of values differs from the number of elements", "step values");
+  return digest_of_values(DigestKeys::of_array(array, step), *of, values.data(), stride, info.type,
+                          info.components);
 }
 
 /// Reads all groups once, and builds the cover `wanted` and some covers that will probably be

@@ -64,6 +64,11 @@ class StepElements {
   /// result is valid until the next call. Reading groups in order is fastest.
   Result<ColumnElements> elements(std::uint32_t array, std::size_t group);
 
+  /// Returns the digest of the values of an array at one step in a group. `first`: index of the
+  /// first element among those of the array in the whole mesh. `values`: as a reader restores them.
+  /// Precondition: the topology has the numbers that digests need, see needs_of_steps().
+  Result<std::uint64_t> digest(std::uint32_t array, std::uint64_t step, std::size_t group,
+                               std::uint64_t first, std::span<const std::byte> values);
   std::uint32_t segment_of(std::size_t group) const { return topology_->segment_of(group); }
   /// Returns true if the elements of the array in this group have neighbourhoods.
   bool has_neighbourhoods(std::uint32_t array, std::size_t group) const {
@@ -102,6 +107,8 @@ class StepElements {
   Result<void> add_group(std::size_t group, std::span<Making> all);
   static void make_dense(Cover& cover);
   ColumnElements dense(std::uint32_t array, const GroupElements& all);
+  Result<std::span<const std::uint64_t>> numbers(std::uint32_t array, std::size_t group,
+                                                 std::uint64_t first, std::size_t count);
 
   const Schema* schema_;
   StepTopology* topology_;

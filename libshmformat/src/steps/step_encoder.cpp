@@ -233,7 +233,9 @@ Result<void> StepEncoder::end_group() {
     header.reference_step = previous_step_;
   if (part_) header.group += part_->first_group;
   const std::uint64_t first = first_ + (part_ ? part_->first[*array_] : 0);
-  if (auto status = sink_(header, first, coded->bytes); !status) return status;
+  auto digest = digest_of(*array_, step_, group_, first, pending_);
+  if (!digest) return digest.error();
+  if (auto status = sink_(header, first, coded->bytes, *digest); !status) return status;
   if (auto status =
           remember(*array_, first_ * stride(), pending_, *reference_ == StepReference::nothing);
       !status)
@@ -265,15 +267,21 @@ bool StepEncoder::is_rounded(std::uint32_t array) const {
 std::vector<std::byte> StepEncoder::rounded(std::uint32_t array,
                                             std::span<const std::byte> values) const {
   const ArrayInfo& info = schema_->arrays[array];
-  const std::size_t width = scalar_bytes(info.type), stride = width * info.components;
-  std::vector<std::byte> restored(values.size());
-  std::vector<std::uint64_t> words(values.size() / stride);
-  for (std::size_t c = 0; c < info.components; ++c) {
-    load(values.data() + c * width, stride, width, words);
-    round_quantized(info, c, words);
-    save(words, restored.data() + c * width, stride, width);
+  const std::size_t bytes = scalar_bytes(info.type) * info.components;
+  return restored_values(info, values.data(), bytes, values.size() / bytes);
+}
+
+/// Returns the digest of the values of an array at one step in a group. `first`: index of the first
+/// element among those of the array in the whole mesh.
+Result<std::uint64_t> StepEncoder::digest_of(std::uint32_t array, std::uint64_t step,
+                                             std::size_t group, std::uint64_t first,
+                                             std::span<const std::byte> values) {
+  if (!has_digests_) return std::uint64_t{0};
+  if (is_rounded(array)) {
+    const std::vector<std::byte> restored = rounded(array, values);
+    return mesh_.digest(array, step, group, first, restored);
   }
-  return restored;
+  return mesh_.digest(array, step, group, first, values);
 }
 
 /// Encodes the pending values of the current group.
@@ -612,9 +620,11 @@ class StepEncoder::Bundles {
     to.pairs += steps_;
     if (continues) {
       ++to.parts.back().header.arrays;
+      to.parts.back().digest += it.digest;
       return true;
     }
-    container::StepHeader& header = to.parts.emplace_back().header;
+    to.parts.emplace_back().digest = it.digest;
+    container::StepHeader& header = to.parts.back().header;
     header.array = it.array;
     header.step = header.reference_step = first_;
     header.steps = steps_;
@@ -673,6 +683,11 @@ Result<void> StepEncoder::encode_set(std::uint64_t first, std::uint64_t steps,
       const auto group = group_of(it.array);
       if (!group) return group.error();
       it.group = *group;
+      for (const Waiting* of_step : it.steps) {
+        const auto digest = digest_of(it.array, of_step->step, it.group, 0, of_step->values);
+        if (!digest) return digest.error();
+        it.digest += *digest;
+      }
       it.columns = planner.plan(schema_->arrays[it.array], it.values);
       for (const auto& column : it.columns) it.bundled += column->bytes;
       it.is_bundled = all.add(it);
@@ -742,7 +757,8 @@ Result<void> StepEncoder::encode_set(std::uint64_t first, std::uint64_t steps,
   });
   for (const EncodedPart& part : parts) {
     written_ += part.bytes.size();
-    if (auto status = sink_(part.header, part.first, part.bytes); !status) return status;
+    if (auto status = sink_(part.header, part.first, part.bytes, part.digest); !status)
+      return status;
   }
   return {};
 }
@@ -770,8 +786,8 @@ Result<void> StepEncoder::encode_parts(WaitingArray& array) {
     Sink before;
     ~Redirected() { sink = std::move(before); }
   } redirected{sink_, sink_};
-  sink_ = [&](const auto& header, auto first, auto bytes) {
-    array.parts.push_back({header, first, {bytes.begin(), bytes.end()}});
+  sink_ = [&](const auto& header, auto first, auto bytes, auto digest) {
+    array.parts.push_back({header, first, {bytes.begin(), bytes.end()}, digest});
     return Result<void>();
   };
   Result<void> status;

@@ -45,10 +45,10 @@ class StepWeightedEncoder : public StepColumn<WeightedEncoder> {
 
 class StepEncoder {
  public:
-  /// Function that receives a part: its header, the index of its first element in the array, and
-  /// its coded values.
+  /// Function that receives a part: its header, the index of its first element in the array, its
+  /// coded values, and the digest of its values.
   using Sink = std::function<Result<void>(const container::StepHeader&, std::uint64_t,
-                                          std::span<const std::byte>)>;
+                                          std::span<const std::byte>, std::uint64_t)>;
 
   /// Function that receives a bundle: the headers of its parts, and its bytes.
   using BundleSink =
@@ -76,6 +76,9 @@ class StepEncoder {
   /// Sets the number of values after which the codec `columns` is not tried any more, except at
   /// level best. See WriteOptions::slow_step_values.
   void use_slow_codec(std::uint64_t values) { most_slow_values_ = values; }
+
+  /// Computes the digests of all parts.
+  void use_digests() { has_digests_ = true; }
 
   /// Continues an array whose steps up to `last_step` are already in the file. `run` is the number
   /// of steps from the most recent key step to `last_step`, both included. `base` is the number of
@@ -169,6 +172,7 @@ class StepEncoder {
     container::StepHeader header;
     std::uint64_t first = 0;
     std::vector<std::byte> bytes;
+    std::uint64_t digest = 0;
   };
   /// The steps of an array that waits, and how they may be coded.
   struct WaitingArray {
@@ -176,6 +180,7 @@ class StepEncoder {
     std::vector<const Waiting*> steps;
     ValuesOfSteps values;
     std::uint32_t group = 0;
+    std::uint64_t digest = 0;  ///< of the values of all these steps
     PlannedColumns columns;
     bool is_bundled = false;         ///< true if a bundle can contain the array
     std::size_t bundled = 0;         ///< approximate number of bytes in a bundle
@@ -201,6 +206,8 @@ class StepEncoder {
                         std::span<const std::byte> values, bool is_base);
   bool is_rounded(std::uint32_t array) const;
   std::vector<std::byte> rounded(std::uint32_t array, std::span<const std::byte> values) const;
+  Result<std::uint64_t> digest_of(std::uint32_t array, std::uint64_t step, std::size_t group,
+                                  std::uint64_t first, std::span<const std::byte> values);
   Result<EncodedColumn> encode();
   Result<EncodedColumn> encode_plain();
   Result<EncodedColumn> choose_codec(const ColumnElements& elements);
@@ -263,6 +270,7 @@ class StepEncoder {
   std::vector<Waiting> waiting_;
   std::uint64_t waiting_bytes_ = 0, most_waiting_bytes_ = 0;
   bool waits_ = false;  // true if the current step will wait
+  bool has_digests_ = false;
   std::uint64_t bundle_pairs_ = 0, written_ = 0;
   std::uint64_t most_slow_values_ = WriteOptions().slow_step_values;
   std::uint64_t slow_values_ = 0;  // number of values that the codec `columns` was tried for

@@ -10,12 +10,39 @@
 
 namespace shm {
 
-ElementNeeds needs_of_steps(const Schema& schema) {
+ElementNeeds needs_of_steps(const Schema& schema, bool digests) {
   ElementNeeds needs;
-  for (const ArrayInfo& info : schema.arrays)
-    if (info.per_step && is_on_mesh(info.location))
-      (info.location == Location::point ? needs.vertices : needs.cells) = true;
+  for (const ArrayInfo& info : schema.arrays) {
+    if (!info.per_step || !is_on_mesh(info.location)) continue;
+    const bool of_points = info.location == Location::point;
+    (of_points ? needs.vertices : needs.cells) = true;
+    if (!digests) continue;
+    const bool keeps = schema.order == Order::keep;
+    if (of_points)
+      needs.vertex_numbers = needs.vertex_numbers || keeps;
+    else
+      needs.cell_numbers =
+          needs.cell_numbers || (keeps && schema.delay > 0) || !info.blocks.empty();
+  }
   return needs;
+}
+
+void PackedNumbers::add(std::span<const std::uint64_t> numbers) {
+  for (const std::uint64_t number : numbers) {
+    bytes_.put_signed(static_cast<std::int64_t>(number - next_));
+    next_ = number + 1;
+  }
+  count_ += numbers.size();
+}
+
+void PackedNumbers::get(std::vector<std::uint64_t>& numbers) const {
+  numbers.resize(count_);
+  ByteReader in(bytes_.bytes);
+  std::uint64_t next = 0;
+  for (std::uint64_t& number : numbers) {
+    number = next + static_cast<std::uint64_t>(in.get_signed());
+    next = number + 1;
+  }
 }
 
 StepTopology::StepTopology(const Schema& schema, std::uint64_t most_bytes,
@@ -29,8 +56,8 @@ StepTopology::StepTopology(const Schema& schema, std::uint64_t most_bytes,
                       : std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(schema))) {
 }
 
-bool StepTopology::uses(const container::GroupHeader& header,
-                        const container::StreamEntry& stream) const {
+bool StepTopology::uses(const container::GroupHeader& header, const container::StreamEntry& stream,
+                        bool vertex_numbers) const {
   using container::StreamKind;
   const bool keep = schema_->order == Order::keep;
   const container::StreamEntry* const first = header.streams.data();
@@ -43,7 +70,7 @@ bool StepTopology::uses(const container::GroupHeader& header,
       // The stream of vertex numbers is needed if the hexahedra of the segment are coded by vertex
       // numbers. The header of a group without cells does not show how hexahedra are coded, so the
       // stream is needed in that case, too.
-      return keep && (needs_.vertex_numbers || header.cells == 0 ||
+      return keep && (vertex_numbers || header.cells == 0 ||
                       (first->kind == StreamKind::connectivity &&
                        first->codec == container::Codec::replay));
     default: return false;
@@ -67,6 +94,48 @@ void StepTopology::add_group(std::uint32_t segment, const container::GroupHeader
   }
   group.header.streams.shrink_to_fit();
   group.streams.shrink_to_fit();
+}
+
+void StepTopology::add_vertex_numbers(std::span<const std::uint64_t> numbers) {
+  while (keeps_numbers_ && needs_.vertex_numbers && !numbers.empty() &&
+         next_numbered_ < groups_.size()) {
+    Group& group = groups_[next_numbered_];
+    const auto left =
+        static_cast<std::size_t>(group.header.vertices) - group.vertex_numbers.count();
+    if (left == 0) {
+      ++next_numbered_;
+      continue;
+    }
+    const auto some = numbers.first(std::min(left, numbers.size()));
+    number_bytes_ -= group.vertex_numbers.bytes();
+    group.vertex_numbers.add(some);
+    number_bytes_ += group.vertex_numbers.bytes();
+    numbers = numbers.subspan(some.size());
+    keeps_numbers_ = number_bytes_ <= most_kept_;
+  }
+  if (keeps_numbers_ || number_bytes_ == 0) return;
+  for (Group& group : groups_) group.vertex_numbers = {};
+  number_bytes_ = 0;
+}
+
+Result<std::span<const std::uint64_t>> StepTopology::vertex_numbers(std::size_t group) {
+  if (has_added_numbers()) {
+    groups_[group].vertex_numbers.get(numbers_);
+    return std::span<const std::uint64_t>(numbers_);
+  }
+  const auto all = elements(group);
+  if (!all) return all.error();
+  return std::span<const std::uint64_t>((*all)->vertex_numbers);
+}
+
+void add_group(const EncodedGroup& group, StepTopology& topology) {
+  topology.add_group(
+      group.segment, group.header,
+      std::vector<std::span<const std::byte>>(group.streams.begin(), group.streams.end()));
+  std::vector<std::uint64_t> numbers;
+  if (topology.needs().vertex_numbers)
+    for (const EncodedGroup::Vertex& vertex : group.own) numbers.push_back(vertex.number);
+  topology.add_vertex_numbers(numbers);
 }
 
 bool StepTopology::has_neighbourhoods(std::size_t group) const {
@@ -124,7 +193,7 @@ Result<void> StepTopology::decode(const Group& group) {
     DecodedParts parts = DecodedParts::without_values();
     // If the order is not Order::keep, the segment's own vertices are numbered by their positions.
     // Callers do not need the numbers of imported vertices.
-    parts.vertex_numbers = needs_.vertex_numbers && schema_->order == Order::keep;
+    parts.vertex_numbers = decodes_numbers() && schema_->order == Order::keep;
     parts.imported_vertices = true;
     parts.vertex_neighbourhoods = needs_.vertices;
     parts.cell_neighbourhoods = needs_.cells;
@@ -139,7 +208,8 @@ Result<void> StepTopology::decode(const Group& group) {
   auto streams = std::span<const std::byte>(group.streams);
   for (const container::StreamEntry& entry : group.header.streams) {
     const auto bytes = streams.first(static_cast<std::size_t>(entry.bytes));
-    if (auto status = decoder_->begin_stream(entry, bytes); !status) return status;
+    if (uses(group.header, entry, decodes_numbers()))
+      if (auto status = decoder_->begin_stream(entry, bytes); !status) return status;
     streams = streams.subspan(bytes.size());
   }
   if (auto status = decoder_->end_streams(); !status) return status;
@@ -173,7 +243,7 @@ void StepTopology::add(const MeshBlock& block) {
   if (needs_.cells) append(elements_.cells.items, items.cells);
   if (needs_.cells || needs_.cell_numbers) append(elements_.cells.blocks, block.cell_blocks);
   if (needs_.cell_numbers) append(elements_.cell_numbers, block.cell_numbers);
-  if (!needs_.vertex_numbers) return;
+  if (!decodes_numbers()) return;
   expect_more(elements_.vertex_numbers, block.vertex_count());
   for (std::size_t v = 0; v < block.vertex_count(); ++v)
     if (block.imported[v] == 0) elements_.vertex_numbers.push_back(block.vertex_numbers[v]);

@@ -13,6 +13,8 @@
 #include <span>
 #include <vector>
 
+#include "base/binary.h"
+#include "codecs/shared/group_data.h"
 #include "codecs/shared/group_decoder.h"
 #include "codecs/surface/values/column_coder.h"
 #include "format/format.h"
@@ -60,8 +62,24 @@ struct ElementNeeds {
            vertex_numbers >= other.vertex_numbers && cell_numbers >= other.cell_numbers;
   }
 };
-/// Returns which data about elements is needed to code the stepped arrays of the schema.
-ElementNeeds needs_of_steps(const Schema& schema);
+/// Returns which data about elements is needed to code the stepped arrays of the schema. `digests`:
+/// true if the digests of the values are needed.
+ElementNeeds needs_of_steps(const Schema& schema, bool digests);
+
+/// Vertex numbers of a group, in few bytes: most numbers follow the previous number.
+class PackedNumbers {
+ public:
+  void add(std::span<const std::uint64_t> numbers);
+  /// Replaces the contents of `numbers` by all numbers.
+  void get(std::vector<std::uint64_t>& numbers) const;
+  std::size_t bytes() const { return bytes_.bytes.size(); }
+  std::size_t count() const { return count_; }
+
+ private:
+  ByteWriter bytes_;
+  std::size_t count_ = 0;
+  std::uint64_t next_ = 0;
+};
 
 class StepTopology {
  public:
@@ -77,11 +95,22 @@ class StepTopology {
                std::size_t most_kept = kMostKept, CellBytes cell_bytes = nullptr);
 
   /// Returns true if this stream of a group with this header is needed.
-  bool uses(const container::GroupHeader& header, const container::StreamEntry& stream) const;
+  bool uses(const container::GroupHeader& header, const container::StreamEntry& stream) const {
+    return uses(header, stream, needs_.vertex_numbers);
+  }
   /// Adds the next group. `streams` contains the bytes of the streams that the header lists, in
   /// order. Streams that are not needed are ignored and may be empty.
   void add_group(std::uint32_t segment, const container::GroupHeader& header,
                  std::span<const std::span<const std::byte>> streams);
+  /// Adds vertex numbers of the groups, in the order of the vertices, for vertex_numbers(). If they
+  /// are added, they need not be decoded again. Call it before any function that decodes.
+  void add_vertex_numbers(std::span<const std::uint64_t> numbers);
+  /// Returns the numbers of the vertices of a group that are not imported. The result is valid
+  /// until the next call of this function or of elements(). Precondition: the needs include them.
+  Result<std::span<const std::uint64_t>> vertex_numbers(std::size_t group);
+  /// Returns the header of a group. It lists only some streams.
+  const container::GroupHeader& header_of(std::size_t group) const { return groups_[group].header; }
+
   std::size_t groups() const { return groups_.size(); }
   std::uint32_t segment_of(std::size_t group) const { return groups_[group].segment; }
   /// Returns true if the elements of the group have neighbourhoods. They have none if the cells are
@@ -114,11 +143,16 @@ class StepTopology {
     std::uint32_t segment = 0;
     container::GroupHeader header;  // header of the group; lists only the streams that are needed
     std::vector<std::byte> streams;
+    PackedNumbers vertex_numbers;  // those that add_vertex_numbers() has added
     bool counted = false;
     // Number of cells of each block; empty until the cells have been counted.
     std::map<std::uint32_t, std::uint32_t> block_cells;
   };
 
+  bool uses(const container::GroupHeader& header, const container::StreamEntry& stream,
+            bool vertex_numbers) const;
+  bool has_added_numbers() const { return number_bytes_ > 0; }
+  bool decodes_numbers() const { return needs_.vertex_numbers && !has_added_numbers(); }
   Result<void> decode_next();
   Result<void> decode(const Group& group);
   void add(const MeshBlock& block);
@@ -131,6 +165,10 @@ class StepTopology {
   std::size_t most_kept_;
   CellBytes cell_bytes_;
   std::vector<Group> groups_;
+  // The group whose vertex numbers add_vertex_numbers() adds next, and the memory of those added.
+  std::size_t next_numbered_ = 0, number_bytes_ = 0;
+  bool keeps_numbers_ = true;  // false if the added numbers need more memory than the limit
+  std::vector<std::uint64_t> numbers_;
   std::uint64_t cells_in_all_ = 0, vertices_in_all_ = 0, most_active_ = 0;
   // Decoder of the segment of group next_ - 1, positioned after that group.
   std::unique_ptr<GroupDecoder> decoder_;
@@ -142,5 +180,8 @@ class StepTopology {
   std::vector<GroupElements> kept_;
   std::size_t kept_bytes_ = 0;
 };
+
+/// Adds a group that has just been encoded, with its vertex numbers.
+void add_group(const EncodedGroup& group, StepTopology& topology);
 
 }  // namespace shm

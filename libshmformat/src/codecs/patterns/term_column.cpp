@@ -573,9 +573,7 @@ auto TermColumn::encode(const Elements& elements, const std::byte* values, std::
   }
   // Also try shuffled_zstd: the integers may be material numbers or similar ids, which repeat often
   // but are hard to predict.
-  std::vector<std::byte> packed(elements.count * element_bytes());
-  for (std::size_t e = 0; e < elements.count; ++e)
-    std::memcpy(packed.data() + e * element_bytes(), values + e * stride, element_bytes());
+  const std::vector<std::byte> packed = restored_values(*info_, values, stride, elements.count);
   Encoded shuffled{Codec::shuffled_zstd,
                    pack_shuffled(shm::shuffled(packed, width_), kShuffledZstdLevel)};
   if (may_have_terms_ && terms.bytes.size() <= shuffled.bytes.size()) return terms;

@@ -186,7 +186,7 @@ Result<DecodedBlock::GroupEnd> GroupDecoder::end_group() const {
   const auto has_end = [](const auto& special) { return special.second.at_end(); };
   if (!is_used_up() || !std::all_of(special_.begin(), special_.end(), has_end))
     return corrupt("its streams contain data after the end of the group");
-  return DecodedBlock::GroupEnd{done_.imported, done_.active, has_its_box(), {}};
+  return DecodedBlock::GroupEnd{done_.imported, done_.active, has_its_box(), {}, 0};
 }
 
 void GroupDecoder::widen_box(std::span<const std::byte> xyz) {

@@ -44,6 +44,7 @@ struct DecodedBlock {
     bool has_its_box = true;
     /// Sizes of the streams in bytes. The keys are the stream names in SizeReport
     std::map<std::string, std::uint64_t> stream_bytes;
+    std::uint64_t digest = 0;  ///< digest of the group that its header states
   };
   std::optional<GroupEnd> group_end;
 };

@@ -8,51 +8,11 @@
 #include "base/errors.h"
 #include "base/lists.h"
 #include "codecs/shared/codec_id.h"
+#include "codecs/shared/group_digest.h"
 #include "codecs/shared/special_values.h"
 #include "format/schema.h"
 
 namespace shm {
-
-// --- values
-
-GroupValues::GroupValues(const Schema& schema)
-    : schema_(&schema), cell_bytes_(cell_data_bytes(schema)) {
-  vertex_bytes_ = 3 * scalar_bytes(schema.coordinate_type);
-  columns_.push_back({0, false, vertex_bytes_, 0});
-  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
-    const ArrayInfo& info = schema.arrays[a];
-    if (info.per_step) continue;
-    const bool of_cells = info.location == Location::cell;
-    const std::size_t bytes = scalar_bytes(info.type) * info.components;
-    columns_.push_back({a, of_cells, bytes, vertex_bytes_});
-    if (!of_cells) vertex_bytes_ += bytes;
-  }
-}
-
-void GroupValues::add_cell(std::uint32_t block, const std::byte* values) {
-  for (Column& column : columns_) {
-    if (!column.of_cells || !schema_->array_covers(column.array, block)) continue;
-    column.cells.append(values, column.bytes);
-    values += column.bytes;
-  }
-}
-
-std::array<double, 6> GroupValues::box() const {
-  std::array<double, 6> box{};
-  const auto ranges = box_of(schema_->coordinate_type, vertices_.data(), count(0), vertex_bytes_);
-  for (std::size_t c = 0; c < 3; ++c) {
-    box[c] = ranges[c].minimum;
-    box[3 + c] = ranges[c].maximum;
-  }
-  return box;
-}
-
-void GroupValues::clear() {
-  vertices_.clear();
-  for (Column& column : columns_) column.cells.clear();
-}
-
-// --- groups
 
 void SegmentSize::add(container::StreamKind kind, std::uint64_t bytes) {
   using container::StreamKind;
@@ -78,8 +38,11 @@ SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& optio
     std::uint64_t& most = info.location == Location::point ? vertex_step_bytes_ : cell_step_bytes_;
     most = std::max<std::uint64_t>(most, scalar_bytes(info.type) * info.components);
   }
+  if (options.with_digest && options.values) digest_ = std::make_unique<GroupDigest>(schema);
   begin_group();
 }
+
+SegmentEncoder::~SegmentEncoder() = default;
 
 Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
   Place place;
@@ -96,6 +59,9 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
                       "mesh");
       if (options_.values) values_.add_cell(cell.block, piece.cell_data.data() + place.data);
       if (options_.with_order) group_.cell_numbers.push_back(cell.number);
+      if (digest_)
+        digest_->add_cell(cell, piece.nodes_of(cell, place.node), next_cell_ + group_.header.cells,
+                          group_.late_nodes);
       place.data += values_.cell_bytes(cell.block);
       group_.header.decoded_bytes += values_.cell_bytes(cell.block) + 8 * cell.nodes;
       ++group_.header.cells;
@@ -114,6 +80,7 @@ void SegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index) {
   if (options_.values)
     values_.add_vertex(piece.vertex_values.data() + index * values_.vertex_bytes());
   container::GroupHeader& group = group_.header;
+  if (digest_) digest_->add_vertex(vertex, next_vertex_ + group.vertices);
   group.decoded_bytes += values_.vertex_bytes();
   if (vertex.imported) {
     ++group.imported_vertices;
@@ -178,6 +145,10 @@ void SegmentEncoder::end_group(std::vector<EncodedGroup>& done) {
   for (const container::StreamEntry& entry : group_.header.streams)
     finished_.add(entry.kind, entry.bytes);
   group_.header.box = values_.box();
+  if (digest_) {
+    group_.header.version += container::kWithDigest;
+    group_.header.digest = digest_->finish(values_);
+  }
   values_.clear();
   tile_ends_ = {};
   next_cell_ += group_.header.cells;

@@ -386,6 +386,24 @@ void round_quantized(const ArrayInfo& info, std::size_t component, std::span<std
     if (const auto index = translator.index(word)) word = translator.bits(*index);
 }
 
+std::vector<std::byte> restored_values(const ArrayInfo& info, const std::byte* values,
+                                       std::size_t stride, std::size_t count) {
+  const std::size_t width = scalar_bytes(info.type), packed = width * info.components;
+  std::vector<std::byte> restored(count * packed);
+  for (std::size_t i = 0; i < count; ++i)
+    std::memcpy(restored.data() + i * packed, values + i * stride, packed);
+  if (!info.quantization.lossy()) return restored;
+  std::vector<std::uint64_t> words(count);
+  for (std::size_t c = 0; c < info.components; ++c) {
+    for (std::size_t i = 0; i < count; ++i)
+      words[i] = load_scalar(restored.data() + i * packed + c * width, width);
+    round_quantized(info, c, words);
+    for (std::size_t i = 0; i < count; ++i)
+      store_scalar(restored.data() + i * packed + c * width, words[i], width);
+  }
+  return restored;
+}
+
 bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits) {
   ValueDomain now = domain;

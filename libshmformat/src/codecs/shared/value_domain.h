@@ -25,6 +25,7 @@
 #include <optional>
 #include <span>
 #include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "shm/schema.h"
@@ -188,14 +189,14 @@ struct DecimalSpace {
 };
 
 /// Space in which an index is the rank of a value in a sorted table. Precondition: `table` is in
-/// ascending order and not empty.
-template <class Base>
+/// ascending order and not empty. `base` is the space of the entries.
 struct RankSpace {
-  Base base;
+  std::variant<LinearSpace, DecimalSpace, FloatSpace<float>, FloatSpace<double>> base;
   std::span<const std::int64_t> table;
 
   std::int64_t index(double prediction) const {
-    const std::int64_t wanted = base.index(prediction);
+    const std::int64_t wanted =
+        std::visit([&](const auto& space) { return space.index(prediction); }, base);
     const auto next = std::lower_bound(table.begin(), table.end(), wanted);
     if (next == table.begin()) return 0;
     auto rank = next - table.begin();
@@ -204,7 +205,9 @@ struct RankSpace {
   }
   double state(std::int64_t index) const {
     const auto last = static_cast<std::int64_t>(table.size()) - 1;
-    return base.state(table[static_cast<std::size_t>(std::clamp<std::int64_t>(index, 0, last))]);
+    const std::int64_t entry =
+        table[static_cast<std::size_t>(std::clamp<std::int64_t>(index, 0, last))];
+    return std::visit([&](const auto& space) { return space.state(entry); }, base);
   }
   std::int32_t scale(double) const { return 0; }
 
@@ -292,6 +295,10 @@ class ValueTranslator {
 /// values of a component of a quantized array. Values that cannot be quantized and fill values are
 /// stored exactly.
 void round_quantized(const ArrayInfo& info, std::size_t component, std::span<std::uint64_t> words);
+/// Returns the values that a reader restores, packed: rounded if the array is quantized. `values`:
+/// `count` elements, the beginnings of which are `stride` bytes apart.
+std::vector<std::byte> restored_values(const ArrayInfo& info, const std::byte* values,
+                                       std::size_t stride, std::size_t count);
 
 /// Returns the bits of the scalar at an address. `width`: size of the scalar in bytes.
 inline std::uint64_t load_scalar(const std::byte* at, std::size_t width) {
@@ -341,7 +348,7 @@ auto with_space(const ArrayInfo& info, const ValueDomain& domain,
                 std::span<const std::int64_t> table, Visit&& visit) {
   const auto ranked = [&](const auto& base) {
     if (table.empty()) return visit(base);
-    return visit(RankSpace<std::remove_cvref_t<decltype(base)>>{base, table});
+    return visit(RankSpace{base, table});
   };
   switch (domain.kind) {
     case DomainKind::floats:

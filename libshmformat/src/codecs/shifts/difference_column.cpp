@@ -204,10 +204,7 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
   }
   // Also try shuffled_zstd: the integers may be material numbers or similar ids, which repeat often
   // but are hard to predict.
-  std::vector<std::byte> packed(numbers.size() * components_.size() * width_);
-  const std::size_t bytes = components_.size() * width_;
-  for (std::size_t e = 0; e < numbers.size(); ++e)
-    std::memcpy(packed.data() + e * bytes, values + e * stride, bytes);
+  const std::vector<std::byte> packed = restored_values(*info_, values, stride, numbers.size());
   Encoded shuffled{Codec::shuffled_zstd,
                    pack_shuffled(shm::shuffled(packed, width_), kPlaneZstdLevel)};
   if (may_differ_ && differences.bytes.size() <= shuffled.bytes.size()) return differences;

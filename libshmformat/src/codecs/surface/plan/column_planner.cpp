@@ -231,11 +231,11 @@ auto ColumnPlanner::bits_of(const std::byte* values, std::size_t stride, std::si
   return bits;
 }
 
-/// Returns the values as shuffled_zstd stores them. Values of quantized stepped arrays are rounded,
-/// because later steps refer to rounded values; `rounded` then receives them.
+/// Returns the values as shuffled_zstd stores them. Values of quantized arrays are rounded, so that
+/// all codecs restore the same values; `rounded` then receives them.
 auto ColumnPlanner::stored_bits(const Bits& bits, Bits& rounded) const -> const Bits& {
   const ArrayInfo& info = column_.info();
-  if (!info.per_step || !info.quantization.lossy()) return bits;
+  if (!info.quantization.lossy()) return bits;
   if (!rounded.empty()) return rounded;
   rounded = bits;
   for (std::size_t c = 0; c < bits.size(); ++c) round_quantized(info, c, rounded[c]);

@@ -100,9 +100,35 @@ void for_each_picked(const InputsOfElements& all, std::span<const std::uint32_t>
   }
 }
 
-/// Fits weights for the fitted mode.
+/// The space of the indices of a component, without its type: the search for modes, which is long
+/// code, is then compiled once and not for each space.
+class IndexSpace {
+ public:
+  virtual ~IndexSpace() = default;
+  virtual double state(std::int64_t index) const = 0;
+  /// Computes the cost of each residual, that of an index minus the index that a prediction stands
+  /// for.
+  virtual void cost(std::span<const double> predictions, std::span<const std::int64_t> indices,
+                    std::span<std::uint16_t> costs) const = 0;
+};
 template <class Space>
-Weights fit_members(const Space& space, const InputsOfElements& all,
+class IndexSpaceOf final : public IndexSpace {
+ public:
+  explicit IndexSpaceOf(const Space& space) : space_(&space) {}
+  double state(std::int64_t index) const override { return space_->state(index); }
+  void cost(std::span<const double> predictions, std::span<const std::int64_t> indices,
+            std::span<std::uint16_t> costs) const override {
+    for (std::size_t i = 0; i < predictions.size(); ++i)
+      costs[i] =
+          static_cast<std::uint16_t>(cost_of(minus(indices[i], space_->index(predictions[i]))));
+  }
+
+ private:
+  const Space* space_;
+};
+
+/// Fits weights for the fitted mode.
+Weights fit_members(const IndexSpace& space, const InputsOfElements& all,
                     std::span<const std::uint32_t> members, std::uint32_t input) {
   std::vector<FitSample> samples;
   for_each_picked(all, members, std::min(members.size(), kFitAt), input,
@@ -116,10 +142,9 @@ Weights fit_members(const Space& space, const InputsOfElements& all,
 
 /// Fits weights to families of classes. If a new class is too small for its own weights, it uses
 /// the weights of its family. The classes that use these weights share the cost of coding them.
-template <class Space>
 class FamilyFits {
  public:
-  FamilyFits(const Space& space, const InputsOfElements& all,
+  FamilyFits(const IndexSpace& space, const InputsOfElements& all,
              std::span<const std::uint16_t> families, const Members& classes,
              std::span<const ClassModes> modes)
       : space_(&space),
@@ -158,7 +183,7 @@ class FamilyFits {
     return size < kFewestToFit && start.weights == Weights{};
   }
 
-  const Space* space_;
+  const IndexSpace* space_;
   const InputsOfElements* all_;
   std::span<const std::uint16_t> families_;  // family of each class
   std::size_t count_;
@@ -173,13 +198,12 @@ class FamilyFits {
 /// Searches for the best prediction modes of one class, either with the states as input or with the
 /// differences from the reference values. First tries all modes on a few elements. Then tries the
 /// most promising modes on more elements, as a first mode and as a second mode.
-template <class Space>
 class Search {
  public:
   /// `members`: the elements of the class; not empty. `start`: the current modes of the class.
-  Search(const Space& space, const InputsOfElements& all, std::span<const std::uint32_t> members,
-         std::uint32_t of_class, const ClassModes& start, std::uint32_t input, bool matches,
-         FamilyFits<Space>& families)
+  Search(const IndexSpace& space, const InputsOfElements& all,
+         std::span<const std::uint32_t> members, std::uint32_t of_class, const ClassModes& start,
+         std::uint32_t input, bool matches, FamilyFits& families)
       : space_(&space),
         all_(&all),
         members_(members),
@@ -255,16 +279,23 @@ class Search {
   /// computed before.
   void look_on(std::uint32_t mode) {
     Looks& looks = looks_[mode];
-    for (; looks.count < looked_; ++looks.count) {
-      const Pick& pick = picks_[looks.count];
+    if (looks.count >= looked_) return;
+    std::array<double, kLookAt> predictions;
+    std::array<std::int64_t, kLookAt> indices;
+    for (std::size_t i = looks.count; i < looked_; ++i) {
+      const Pick& pick = picks_[i];
       const bool can = mode != kPartnerMode || pick.element->has_partner;
-      const double prediction = Predictor(pick.element->known, pick.at, pick.lattice)
-                                    .predict(can ? mode : kLattice, chosen_.weights) +
-                                pick.added;
-      const std::uint32_t cost = cost_of(minus(*pick.element->index, space_->index(prediction)));
-      looks.missed[looks.count] = static_cast<std::uint16_t>(cost);
-      looks.sum += cost;
+      predictions[i] = Predictor(pick.element->known, pick.at, pick.lattice)
+                           .predict(can ? mode : kLattice, chosen_.weights) +
+                       pick.added;
+      indices[i] = *pick.element->index;
     }
+    const std::size_t count = looked_ - looks.count;
+    const auto costs = std::span(looks.missed).subspan(looks.count, count);
+    space_->cost(std::span(predictions).subspan(looks.count, count),
+                 std::span(indices).subspan(looks.count, count), costs);
+    for (const std::uint16_t cost : costs) looks.sum += cost;
+    looks.count = looked_;
   }
   /// Returns the estimated cost in bits of coding the class in this mode. The cost of coding the
   /// mode itself is not included.
@@ -383,13 +414,13 @@ class Search {
     std::array<std::uint16_t, kLookAt> missed;  // entries before `count` are valid
   };
 
-  const Space* space_;
+  const IndexSpace* space_;
   const InputsOfElements* all_;
   std::span<const std::uint32_t> members_;
   std::uint32_t of_class_;
   const ClassModes* start_;
   bool matches_;
-  FamilyFits<Space>* families_;
+  FamilyFits* families_;
   std::array<Pick, kLookAt> picks_;
   std::size_t picked_ = 0, looked_ = 0;
   ClassModes chosen_;
@@ -398,12 +429,8 @@ class Search {
   std::array<Looks, kModes> looks_;    // residuals of each mode
 };
 
-}  // namespace
-
-template <class Space>
-void choose_modes(const Space& space, const InputsOfElements& elements,
-                  std::span<const std::uint16_t> families, bool matches,
-                  std::vector<ClassModes>& modes) {
+void choose(const IndexSpace& space, const InputsOfElements& elements,
+            std::span<const std::uint16_t> families, bool matches, std::vector<ClassModes>& modes) {
   const Members members(elements, modes.size(),
                         [](const ElementInputs& element) { return element.of_class; });
   FamilyFits fits(space, elements, families, members, modes);
@@ -421,6 +448,15 @@ void choose_modes(const Space& space, const InputsOfElements& elements,
   }
 }
 
+}  // namespace
+
+template <class Space>
+void choose_modes(const Space& space, const InputsOfElements& elements,
+                  std::span<const std::uint16_t> families, bool matches,
+                  std::vector<ClassModes>& modes) {
+  choose(IndexSpaceOf<Space>(space), elements, families, matches, modes);
+}
+
 #define SHM_CHOOSE_MODES(Space)                                     \
   template void choose_modes(const Space&, const InputsOfElements&, \
                              std::span<const std::uint16_t>, bool, std::vector<ClassModes>&)
@@ -428,10 +464,7 @@ SHM_CHOOSE_MODES(LinearSpace);
 SHM_CHOOSE_MODES(DecimalSpace);
 SHM_CHOOSE_MODES(FloatSpace<float>);
 SHM_CHOOSE_MODES(FloatSpace<double>);
-SHM_CHOOSE_MODES(RankSpace<LinearSpace>);
-SHM_CHOOSE_MODES(RankSpace<DecimalSpace>);
-SHM_CHOOSE_MODES(RankSpace<FloatSpace<float>>);
-SHM_CHOOSE_MODES(RankSpace<FloatSpace<double>>);
+SHM_CHOOSE_MODES(RankSpace);
 #undef SHM_CHOOSE_MODES
 
 // --- when modes are chosen

@@ -104,6 +104,20 @@ bool ComponentCoder<Coder>::code_tile(Coder& coder, const ColumnTile& tile,
 // --- one component: values
 
 template <class Coder>
+double ComponentCoder<Coder>::StateAt::operator()(std::uint32_t feature) const {
+  return coder->has_inputs() ? coder->inputs(element->i).state[feature]
+                             : coder->state_.feature(*element, feature);
+}
+
+template <class Coder>
+double ComponentCoder<Coder>::DifferenceAt::operator()(std::uint32_t feature) const {
+  const TileElement& element = *at.element;
+  if (at.coder->has_inputs()) return at.coder->plan_.inputs->differences[element.i][feature];
+  if (feature == kFPartner) return element.partner.state - element.partner.then;
+  return at(feature) - at.coder->state_.reference_feature(element.item, feature, reference);
+}
+
+template <class Coder>
 template <class Space>
 bool ComponentCoder<Coder>::code_values(Coder& coder, const Space& space, const ColumnTile& tile,
                                         std::span<std::uint64_t> bits) {
@@ -117,8 +131,7 @@ bool ComponentCoder<Coder>::code_values(Coder& coder, const Space& space, const 
         bits[i] = back <= i ? bits[i - back] : tile.history[tile.history.size() - (back - i)];
       state_.keep_copied(element);
       if (has_inputs()) continue;
-      const auto feature = [&](std::uint32_t f) { return state_.feature(element, f); };
-      const double lattice = Predictor(item.traits(counts), feature).lattice();
+      const double lattice = Predictor(item.traits(counts), StateAt{this, &element}).lattice();
       state_.keep(element, state_of_copy(space, state_, bits[i], lattice), lattice);
       continue;
     }
@@ -130,14 +143,8 @@ bool ComponentCoder<Coder>::code_values(Coder& coder, const Space& space, const 
       else
         state_.find_partner(element, tile.reference[i]);
     }
-    const auto at = [&](std::uint32_t feature) {
-      return has_inputs() ? inputs(i).state[feature] : state_.feature(element, feature);
-    };
-    const auto difference_at = [&](std::uint32_t feature) {
-      if (has_inputs()) return plan_.inputs->differences[i][feature];
-      if (feature == kFPartner) return element.partner.state - element.partner.then;
-      return at(feature) - state_.reference_feature(item, feature, reference);
-    };
+    const StateAt at{this, &element};
+    const DifferenceAt difference_at{at, reference};
     const ClassModes& of_class =
         models_.modes(coder, element.of_class(), state_.has_reference(), plan_.modes);
     ClassModes without_partner;

@@ -213,6 +213,20 @@ class ComponentCoder {
     bool second = false;
   };
 
+  /// Function objects that return the state of a feature of an element, and the difference from the
+  /// state of the same feature in the reference values. They do not depend on the space of the
+  /// component, so predictions are compiled once for all spaces.
+  struct StateAt {
+    ComponentCoder* coder;
+    const TileElement* element;
+    double operator()(std::uint32_t feature) const;
+  };
+  struct DifferenceAt {
+    StateAt at;
+    double reference;
+    double operator()(std::uint32_t feature) const;
+  };
+
   template <class Space>
   bool code_values(Coder& coder, const Space& space, const ColumnTile& tile,
                    std::span<std::uint64_t> bits);
