@@ -444,6 +444,12 @@ class Writing(FolderTest):
             self.assertEqual({s: mesh.cell_data["p"][s].tolist() for s in mesh.cell_data["p"]},
                              {s: v.tolist() for s, v in steps.items()})
             self.assertEqual(mesh.source_format, "demo")
+            self.assertRegex(mesh.digest, "^[0-9a-f]{16}$")
+            again = io.BytesIO()
+            shmformat.write(again, mesh.points, mesh.cells.connectivity.reshape(-1, 8),
+                            point_data={name: mesh.point_data[name] for name in ("v", "t")},
+                            cell_data={"p": dict(mesh.cell_data["p"])}, step_times=[0, 1, 2], level="fast")
+            self.assertEqual(shmformat.open(again).digest, mesh.digest)  # although order and level differ
             back = mesh.sets
             self.assertEqual([(s.kind, s.id, s.name) for s in back], [(s.kind, s.id, s.name) for s in sets])
             self.assertEqual(back[1].sides.tolist(), [5, 6])

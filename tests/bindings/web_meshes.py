@@ -106,7 +106,7 @@ class Native:
         self.arrays = []
         put("mesh", info.vertices, info.cells, info.hexahedra, info.steps, info.file_bytes, info.segments,
             TYPES[info.coordinate_type], ("keep", "stream", "free")[info.order], name_of(info.source_format),
-            doubles(info.coordinate_error))
+            doubles(info.coordinate_error), f"{info.digest:016x}" if info.has_digest else "null")
         for i in range(info.blocks):
             block = self.told("block", lib.shmf_get_block, i)
             put("block", block.id, SHAPES[block.shape], block.nodes_per_cell, block.cells, name_of(block.name))

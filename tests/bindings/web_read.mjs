@@ -50,7 +50,7 @@ async function attempt(what, call, put) {
 function describe(mesh) {
   lines.push(["mesh", [mesh.vertexCount, mesh.cellCount, mesh.hexahedronCount, mesh.stepCount,
     mesh.fileBytes, mesh.segmentCount, mesh.coordinateType, mesh.order, mesh.sourceFormat,
-    doubles(mesh.coordinateError)].join(" ")]);
+    doubles(mesh.coordinateError), String(mesh.digest)].join(" ")]);
   for (const { id, name, shape, nodesPerCell, cells } of mesh.blocks) {
     lines.push(["block", `${id} ${shape} ${nodesPerCell} ${cells} ${name}`]);
   }

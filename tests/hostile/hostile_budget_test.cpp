@@ -130,7 +130,7 @@ TEST(Budget, HasRoomForWhatAWriterWrites) {
   extra.shape = {kValues};
   for (std::uint64_t i = 0; i < kValues; ++i) append(extra.data, i);
   MemorySink sink;
-  WriteOptions options;
+  WriteOptions options = without_digests();
   ASSERT_TRUE(write_mesh(grid(2, 2, 2), sink, options, [&](Writer& writer) -> Result<void> {
     for (std::uint64_t i = 0; i < kExtras; ++i)
       if (auto status = writer.add_extra(extra); !status) return status;

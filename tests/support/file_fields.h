@@ -143,7 +143,11 @@ class FieldWalk {
     });
   }
 
+  void digest(std::uint8_t version) {
+    if (container::has_digest(version)) get("digest", FieldType::u64);
+  }
   void group(std::uint8_t version) {
+    digest(version);
     for (const char* name : {"first cell", "first vertex", "cells", "vertices", "imported vertices",
                              "unused vertices", "max active vertices", "decoded bytes"})
       get(name, FieldType::varint);
@@ -160,6 +164,8 @@ class FieldWalk {
   static constexpr std::string_view kStreamBytes = "stream bytes", kStreamChecksum = "stream sum";
 
   void steps(std::uint8_t version) {
+    digest(version);
+    version = container::without_digest(version);
     const auto part = [&] {
       get("array", FieldType::varint);
       get("step", FieldType::varint);
@@ -496,17 +502,19 @@ void add_plain(std::vector<Section>& to, const FileParts& parts, std::size_t c, 
 
 /// Adds two sections for the packed blob in chunk `c`: one with the fields before the packed bytes,
 /// and one with the fields in the unpacked bytes. If `has_version` is true, a version number
-/// precedes the blob.
+/// precedes the blob. If the chunk has a digest, it precedes the blob.
 template <class Walk>
 void add_packed(std::vector<Section>& to, const FileParts& parts, std::size_t c, Walk&& walk,
                 bool has_version = false) {
+  const std::uint8_t version_of_chunk = parts.chunks[c].header.version;
   add_plain(to, parts, c, [&](FieldWalk& fields) {
     if (has_version) fields.version();
+    fields.digest(version_of_chunk);
     fields.packing();
   });
   constexpr std::uint64_t kMost = 1 << 20;
   ByteReader in(parts.chunks[c].payload);
-  const auto head = in.get_bytes(has_version ? 8 : 0);
+  const auto head = in.get_bytes(has_version || container::has_digest(version_of_chunk) ? 8 : 0);
   const auto blob = get_packed(in, kMost);
   if (!blob) return;
   add(to, *blob, walk,

@@ -363,7 +363,7 @@ class PreviewTest(FolderTest):
                             "|The sequence of the second chunk|Last group of .*: stream array"
                             "|Extras: a blob|Step times: of 2.24 |Old index: another first element of step values"
                             "|Group and index: a box|Bundle: |Columns of a bundle: |Scaled copy: |Special values"
-                            "|Weighted values: |Step values of sets: |Base: |Values by terms: .* in a column of cells"
+                            "|Weighted values: |Step values of sets: |Base: |Digest: |Values by terms: .* in a column of cells"
                             '|Last group of "grid_nodes": stream geometry')  # only the box of the group differs
         lines = [line.split(" ", 2) for line in (GOLDEN / "faulty" / "list.txt").read_text().splitlines()]
         self.assertGreater(len(lines), 150)
