@@ -320,7 +320,6 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
     for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
     step_values_.emplace(*schema_, limits_, *topology_, std::move(elements),
                          kept_steps(limits_.max_kept_steps_bytes, limits_.temporary_folder));
-    if (options_.check_digests) step_values_->use_digests();
   }
   ByteReader in(payload);
   std::vector<container::StepPart> parts;
@@ -330,7 +329,9 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   digest_ += parts[0].digest;
   step_digest_.reset();
   step_values_->take_digest();
-  if (options_.check_digests && container::has_digest(file_.header().version)) {
+  const bool checks = options_.check_digests && container::has_digest(file_.header().version);
+  step_values_->use_digests(checks);
+  if (checks) {
     step_digest_ = parts[0].digest;
     checked_parts_ = parts;
   }

@@ -27,9 +27,9 @@ class StepDecoder {
   StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
               std::vector<std::uint64_t> elements, KeptSteps kept);
 
-  /// Adds up the digests of all parts from now on. Precondition: the topology has the numbers that
-  /// digests need.
-  void use_digests() { has_digests_ = true; }
+  /// States whether the digests of all parts from now on are added up. Precondition: the topology
+  /// has the numbers that digests need, or `has_digests` is false.
+  void use_digests(bool has_digests) { has_digests_ = has_digests; }
   /// Returns the sum of the digests of the parts since the previous call.
   std::uint64_t take_digest() { return std::exchange(digest_, 0); }
 
