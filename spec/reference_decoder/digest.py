@@ -1,5 +1,7 @@
 """Section 50: digests."""
 
+from functools import cache
+
 from .basics import HEXAHEDRON, MASK64, ShmError
 from .schema import CELL, POINT
 
@@ -13,8 +15,13 @@ def mix(key, word):
     return x ^ x >> 32
 
 
+@cache
+def seed(topic, step):
+    return mix(mix(0, topic), step)
+
+
 def first_key(topic, step, number):
-    return mix(mix(0, topic), step) + (number << 20) * NEXT
+    return seed(topic, step) + (number << 20) * NEXT
 
 
 def of_words(topic, step, number, words):

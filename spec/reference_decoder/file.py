@@ -36,7 +36,7 @@ class Chunk:
     digest: int = None
 
     def cursor(self, section):
-        """A cursor behind the digest."""
+        """A cursor after the digest."""
         cursor = Cursor(self.payload, self.base(), section)
         if self.digest is not None:
             cursor.take(8)

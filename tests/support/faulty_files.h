@@ -1445,6 +1445,10 @@ class FaultyFiles {
     add(kUnsupported, "Digest: of an extra.", with("steps_and_extras", [](FileParts& parts) {
           parts.find(ChunkKind::extra)->header.version += container::kWithDigest;
         }));
+    of(kUnsupported, "of a group of version 9.", ChunkKind::group, false, [](Chunk& chunk) {
+      chunk.header.version += container::kWithDigest;
+      chunk.header.is_long = true;
+    });
   }
 
   void references_to_bases() {

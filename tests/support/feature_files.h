@@ -698,10 +698,10 @@ inline std::vector<std::byte> digests_file(Order order, Level level) {
 /// all their digits, in a mesh with enough cells for fitted weights.
 inline std::vector<std::byte> rounding_file(Level level) {
   TestMesh mesh =
-      level == Level::fast ? second_order_cells() : bent_grid(11, 9, 8, ScalarType::float64);
+      level == Level::fast ? second_order_cells() : bent_grid(8, 6, 5, ScalarType::float64);
   const auto wave = [](std::uint64_t i, std::uint64_t step) {
-    const double x = static_cast<double>(i % 12) / 7, y = static_cast<double>(i / 12 % 10) / 9;
-    const double z = static_cast<double>(i / 120) / 11, t = static_cast<double>(step) / 13;
+    const double x = static_cast<double>(i % 9) / 7, y = static_cast<double>(i / 9 % 7) / 9;
+    const double z = static_cast<double>(i / 63) / 11, t = static_cast<double>(step) / 13;
     return ((x - t) * (y + 1.1) - z * z) / (1.3 + x * y + z * t) + .01 * t;
   };
   ArrayInfo info = array_of("v", Location::point, ScalarType::float64);

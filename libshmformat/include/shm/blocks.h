@@ -126,7 +126,7 @@ struct Totals {
   std::uint64_t steps = 0;
   std::vector<std::uint64_t> block_cells;
   /// Digest of the mesh with its values and step times: the same for all files with the same
-  /// vertices, cells, numbers, values and times, however they are coded (spec "Digest"). Empty if
+  /// vertices, cells, numbers, values and times, however they are coded (spec "Digests"). Empty if
   /// the file has no digests.
   std::optional<std::uint64_t> digest;
   /// Number of bytes after the end record. An interrupted append leaves such bytes; readers ignore

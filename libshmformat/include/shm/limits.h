@@ -66,8 +66,9 @@ struct ReadOptions {
   /// the caller, together. The group that each thread is decoding does not count. Without threads
   /// this limit has no effect.
   std::uint64_t max_ahead_bytes = std::uint64_t{256} << 20;
-  /// True if a Reader fails when decoded vertices, cells or values do not match the digests in the
-  /// file.
+  /// True if reading fails when decoded vertices, cells, values or step times do not match the
+  /// digests in the file. Functions that decode only some arrays, or only one step, compare
+  /// nothing.
   bool check_digests = true;
   /// Memory limit in bytes for neighbourhoods of the mesh, which are used to predict step values.
   /// See WriteOptions::kept_topology_bytes.

@@ -26,9 +26,9 @@ struct WriteOptions {
   std::uint32_t group_cells = 65536;    ///< number of cells in one chunk group, 1..2^20
   CodingOrder* coding_order = nullptr;  ///< receiver of the coding order; borrowed, may be null
   Level level = Level::standard;
-  /// True if the file contains digests of the vertices, cells and values to which it decodes. They
-  /// show errors of a decoder, which checksums cannot show. They need 8 bytes per chunk and some
-  /// percent of the time for writing and reading.
+  /// True if the file contains digests of the vertices, cells, values and step times to which it
+  /// decodes. They show errors of a decoder, which checksums cannot show. They need 8 bytes per
+  /// chunk, and up to a tenth of the time for writing and reading at level fast (decision 0109).
   bool digest = true;
   /// Codec of the cells. If it is `automatic`, the level chooses, by trying codecs on the first
   /// cells of each segment.
@@ -45,9 +45,10 @@ struct WriteOptions {
   std::string temporary_folder;
   /// Memory limit in bytes for neighbourhoods of the mesh, which are used to predict step values.
   /// If the neighbourhoods of all cells and vertices need more memory, they are derived again for
-  /// each array and step, which takes longer. If an array covers only a few elements, the
-  /// neighbourhoods of these elements are also kept in memory. A second limit of the same size (at
-  /// least 1 MiB) applies to them. The file does not depend on this limit.
+  /// each array and step, which takes longer. The same applies to the vertex numbers that the
+  /// digests of step values need, with a second limit of the same size. If an array covers only a
+  /// few elements, the neighbourhoods of these elements are also kept in memory. A second limit of
+  /// the same size (at least 1 MiB) applies to them. The file does not depend on this limit.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
   /// Memory limit in bytes for steps of small arrays (at most 64 KiB per step) that wait until
   /// several steps can be coded together, which takes far fewer bytes. Each step of an array counts

@@ -1,10 +1,10 @@
 // Writer: receives a mesh vertex by vertex and cell by cell, and writes a .shm file to a sink. The
 // memory needed depends on the sizes of the active surface, the delay buffer and one chunk group,
 // not on the size of the mesh. If the mesh has stepped arrays, the Writer also keeps in memory the
-// compressed connectivity, up to 64 MiB of neighbourhoods, and up to three steps of all stepped
-// arrays. Steps beyond 128 MiB are in a temporary file (WriteOptions::kept_steps_bytes).
-// spec: "Group"
-// The vertex and cell events are those of streaming meshes (Isenburg & Lindstrom 2005).
+// compressed connectivity, up to 64 MiB of neighbourhoods, with Order::keep up to 64 MiB of packed
+// vertex numbers for the digests, and up to three steps of all stepped arrays. Steps beyond 128 MiB
+// are in a temporary file (WriteOptions::kept_steps_bytes). spec: "Group" The vertex and cell
+// events are those of streaming meshes (Isenburg & Lindstrom 2005).
 #pragma once
 
 #include <cstdint>

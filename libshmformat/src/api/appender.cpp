@@ -12,6 +12,7 @@
 #include "base/binary.h"
 #include "base/errors.h"
 #include "format/chunk_copy.h"
+#include "format/random_chunks.h"
 #include "random/indexed_file.h"
 #include "random/indexed_topology.h"
 #include "shm/step_reader.h"
@@ -164,14 +165,14 @@ auto Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras,
 Result<std::uint64_t> Appender::Impl::digest_of(const IndexEntry& entry) {
   if (!entry.is(ChunkKind::step_values) && !entry.is(ChunkKind::step_times))
     return std::uint64_t{0};
-  std::vector<std::byte> bytes(static_cast<std::size_t>(
-      std::min<std::uint64_t>(entry.bytes, container::kLongHeaderBytes + sizeof(std::uint64_t))));
-  if (auto status = source_->read_at(entry.offset, bytes); !status) return status.error();
-  ByteReader in(bytes);
-  container::ChunkHeader header;
-  if (container::get(in, header) != container::HeaderState::good)
-    return corrupt("the header of a chunk is damaged", "step values", entry.offset);
-  return container::has_digest(header.version) ? in.get_u64() : 0;
+  constexpr std::uint64_t kMost = container::kLongHeaderBytes + sizeof(std::uint64_t);
+  const auto bytes = container::read_bytes(*source_, entry.offset, std::min(entry.bytes, kMost),
+                                           container::chunk_name(entry.kind));
+  if (!bytes) return bytes.error();
+  const auto header = container::checked_header(*bytes, entry);
+  if (!header) return header.error();
+  ByteReader in(std::span<const std::byte>(*bytes).subspan(header->bytes()));
+  return container::has_digest(header->version) ? in.get_u64() : 0;
 }
 
 /// Returns the file's final chunk of step values, or null if no further parts may be added to it.
@@ -244,7 +245,8 @@ Result<void> Appender::Impl::begin() {
     auto payload = file_.read_chunk(*last, &version);
     if (!payload) return payload.error();
     parts = std::move(*payload);
-    if (version != container::version_of_chunk(ChunkKind::step_values, {}, has_digests()))
+    if (version != container::with_digest(container::version_of_chunk(ChunkKind::step_values, {}),
+                                          has_digests()))
       last = nullptr;
   }
   const auto copy = copy_of(true, false, with_extras_, last);

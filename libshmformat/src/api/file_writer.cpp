@@ -137,8 +137,7 @@ Result<void> FileWriter::write_bundle(std::span<const container::StepPart> parts
                                       std::span<const std::byte> bytes) {
   if (auto status = write_parts(); !status) return status;
   ByteWriter payload;
-  const std::uint8_t version =
-      container::kBundleVersion + (has_digests_ ? container::kWithDigest : 0);
+  const std::uint8_t version = container::with_digest(container::kBundleVersion, has_digests_);
   container::put(payload, parts, version);
   payload.put_bytes(bytes);
   container::IndexEntry entry;

@@ -124,7 +124,7 @@ class FileWriter {
 
  private:
   std::uint8_t version_of(container::ChunkKind kind) const {
-    return container::version_of_chunk(kind, start_, has_digests_);
+    return container::with_digest(container::version_of_chunk(kind, start_), has_digests_);
   }
   Result<void> write_schema();
   Result<void> write(container::ChunkKind kind, std::span<const std::byte> payload,

@@ -51,8 +51,7 @@ Result<container::Index> IndexBuilder::make() {
   }
   auto made = decoder_.held();
   if (!made) return made.error();
-  made->version = container::has_digest(made->version) ? index_.version + container::kWithDigest
-                                                       : index_.version;
+  made->version = container::with_digest(index_.version, container::has_digest(made->version));
   made->ranges = std::move(index_.ranges);
   made->entries = std::move(index_.entries);
   return made;

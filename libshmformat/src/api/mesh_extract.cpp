@@ -151,6 +151,7 @@ Result<void> MeshExtractor::Impl::begin(const ExtractRequest& request, const Rea
   queue_.reset();
   request_.emplace(std::move(*checked));
   want(request);
+  wanted_.digest = options.check_digests;
   picker_.emplace(*file_, *request_, wanted_);
   visits_ = request_->visits();
   next_visit_ = 0;

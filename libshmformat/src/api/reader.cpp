@@ -387,7 +387,7 @@ Result<void> Decoder::Impl::take_piece(Result<StepPiece> piece) {
   if (!piece) return wrong(piece.error().detail, piece.error().code);
   if (auto status = count_bytes(piece->values.size()); !status) return status;
   if (step_digest_ && parts_.empty() && !bundle_ && *step_digest_ != step_values_->take_digest())
-    return wrong("the decoded values do not match their digest: " + contents_of_chunk());
+    return wrong("the decoded values of " + contents_of_chunk() + kNotTheDigest);
   steps_ = std::max(steps_, piece->step + 1);
   item_ = std::move(*piece);
   return {};
@@ -395,16 +395,20 @@ Result<void> Decoder::Impl::take_piece(Result<StepPiece> piece) {
 
 /// Describes the chunk of step values whose digest is checked: its arrays, steps and segment.
 std::string Decoder::Impl::contents_of_chunk() const {
-  const container::StepHeader& first = checked_parts_[0].header;
-  const container::StepHeader& last = checked_parts_.back().header;
-  const std::uint32_t last_array = last.array + last.arrays - 1;
-  const std::uint64_t last_step = last.step + last.steps - 1;
-  std::string text = "array '" + schema_->arrays[first.array].name + "'";
-  if (checked_parts_.size() > 1 || last_array != first.array)
-    text += " to array '" + schema_->arrays[last_array].name + "'";
-  text += ", step " + std::to_string(first.step);
-  if (last_step != first.step) text += " to " + std::to_string(last_step);
-  return text + ", segment " + std::to_string(topology_->segment_of(first.group));
+  std::uint32_t first_array = ~std::uint32_t{0}, last_array = 0;
+  std::uint64_t first_step = ~std::uint64_t{0}, last_step = 0;
+  for (const auto& [header, bytes, digest] : checked_parts_) {
+    first_array = std::min(first_array, header.array);
+    last_array = std::max(last_array, header.array + header.arrays - 1);
+    first_step = std::min(first_step, header.step);
+    last_step = std::max(last_step, header.step + header.steps - 1);
+  }
+  std::string text = "array '" + schema_->arrays[first_array].name + "'";
+  if (last_array != first_array) text += " to array '" + schema_->arrays[last_array].name + "'";
+  text += ", step " + std::to_string(first_step);
+  if (last_step != first_step) text += " to " + std::to_string(last_step);
+  return text + ", segment " +
+         std::to_string(topology_->segment_of(checked_parts_[0].header.group)) + ",";
 }
 
 Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) {
@@ -418,7 +422,7 @@ Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) 
   if (!container::get_times(*blob, times.times, file_.header().version))
     return wrong("ends within a number");
   if (has_digest && options_.check_digests && digest_of_step_times(times.times) != digest)
-    return wrong("the decoded times do not match their digest");
+    return wrong(std::string("the decoded times") + kNotTheDigest);
   digest_ += digest;
   file_.take_from_budget(blob->size());
   steps_ = std::max<std::uint64_t>(steps_, times.times.size());
@@ -477,7 +481,8 @@ Result<container::Index> Decoder::Impl::held() const {
   held.imported_vertices = mesh_->imported_vertices();
   held.block_cells = mesh_->block_cells();
   held.digest = mesh_->digest() + digest_;
-  held.version = container::version_of_chunk(ChunkKind::index, {}, has_digests_);
+  held.version =
+      container::with_digest(container::version_of_chunk(ChunkKind::index, {}), has_digests_);
   for (const auto& [name, bytes] : streams()) held.streams.push_back({name, bytes});
   return held;
 }

@@ -115,14 +115,16 @@ inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
                              kind == ChunkKind::index;
   return start.minor >= 10 && has_version_1 ? 1 : 0;
 }
-/// Added to the version of a chunk whose payload begins with a digest (codecs/shared/digest.h).
-/// Only groups, step values, step times and the index have one. spec: "Digest"
+/// Added to the version of a chunk whose payload begins with a digest of its decoded content. Only
+/// groups, step values, step times and the index have one. spec: "Digests"
 inline constexpr std::uint8_t kWithDigest = 4;
 constexpr bool has_digest(std::uint8_t version) { return version >= kWithDigest; }
-constexpr std::uint8_t without_digest(std::uint8_t version) { return version % kWithDigest; }
-/// Returns the version of a chunk like version_of_chunk(), with a digest if `digest` is set.
-inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start, bool digest) {
-  const std::uint8_t version = version_of_chunk(kind, start);
+constexpr std::uint8_t without_digest(std::uint8_t version) {
+  return has_digest(version) ? version - kWithDigest : version;
+}
+/// Returns the version of a chunk that is like a chunk of `version`, and has a digest if `digest`
+/// is set. Precondition: `version` is one without a digest.
+constexpr std::uint8_t with_digest(std::uint8_t version, bool digest) {
   return digest ? version + kWithDigest : version;
 }
 /// Returns true if this reader can decode chunks of this kind and version.

@@ -117,7 +117,7 @@ Result<DecodedBlock> SegmentDecoder::next_block(MeshBlock&& room) {
   auto end = decoder_->end_group();
   if (!end) return placed(end.error());
   if (checks && digest_ != group_.digest)
-    return damaged("the decoded vertices, cells and values do not match their digest");
+    return damaged(std::string("the decoded vertices, cells and values") + kNotTheDigest);
   end->digest = group_.digest;
   end->stream_bytes = std::move(stream_bytes_);
   decoded.group_end = std::move(*end);

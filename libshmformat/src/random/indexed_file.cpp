@@ -154,7 +154,7 @@ Result<std::vector<double>> IndexedFile::read_step_times() {
     if (!container::get_times(*blob, times, version))
       return corrupt("cannot be unpacked", section, entry.offset);
     if (container::has_digest(version) && digest_of_step_times(times) != digest)
-      return corrupt("the decoded times do not match their digest", section, entry.offset);
+      return corrupt(std::string("the decoded times") + kNotTheDigest, section, entry.offset);
   }
   return times;
 }

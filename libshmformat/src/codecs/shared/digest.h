@@ -2,7 +2,8 @@
 // computes values other than those that the writer coded. The digest of a chunk covers the
 // vertices, cells and values to which the chunk decodes. The digest of a mesh is the sum of the
 // digests of its chunks. Each value counts together with the number of its element, so the digest
-// does not depend on the order in which elements are coded. spec: "Digest"
+// does not depend on the order in which elements are coded.
+// spec: "Digests"
 #pragma once
 
 #include <cstddef>
@@ -14,6 +15,12 @@
 #include "shm/schema.h"
 
 namespace shm {
+
+/// End of an error message about content that differs from its digest.
+inline constexpr const char* kNotTheDigest =
+    " do not match their digest. The checksums match, so this decoder computes other values than "
+    "the "
+    "program that wrote the file";
 
 /// Number of an element that digests leave out. Vertices that an earlier segment owns have it.
 inline constexpr std::uint64_t kNoNumber = ~std::uint64_t{0};
@@ -53,6 +60,7 @@ class DigestKeys {
 std::uint64_t digest_of_values(const DigestKeys& keys, std::span<const std::uint64_t> numbers,
                                const std::byte* values, std::size_t stride, ScalarType type,
                                std::size_t components);
+/// Returns the digest of the step times. Each time is a word.
 std::uint64_t digest_of_step_times(std::span<const double> times);
 
 /// Computes digests of cells. The first word of a cell is its block, with the number of its nodes

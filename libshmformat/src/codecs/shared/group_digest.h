@@ -1,5 +1,5 @@
 // GroupDigest: computes the digest of a group while it is encoded, from the caller's data.
-// spec: "Digest"
+// spec: "Digests"
 #pragma once
 
 #include <cstddef>

@@ -146,7 +146,7 @@ void SegmentEncoder::end_group(std::vector<EncodedGroup>& done) {
     finished_.add(entry.kind, entry.bytes);
   group_.header.box = values_.box();
   if (digest_) {
-    group_.header.version += container::kWithDigest;
+    group_.header.version = container::with_digest(group_.header.version, true);
     group_.header.digest = digest_->finish(values_);
   }
   values_.clear();

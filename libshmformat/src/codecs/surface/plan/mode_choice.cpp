@@ -106,8 +106,7 @@ class IndexSpace {
  public:
   virtual ~IndexSpace() = default;
   virtual double state(std::int64_t index) const = 0;
-  /// Computes the cost of each residual, that of an index minus the index that a prediction stands
-  /// for.
+  /// Computes the cost of each residual. A residual is an index minus the predicted index.
   virtual void cost(std::span<const double> predictions, std::span<const std::int64_t> indices,
                     std::span<std::uint16_t> costs) const = 0;
 };
