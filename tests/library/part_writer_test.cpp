@@ -351,6 +351,13 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
   const auto status = joiner.add(chunks.index, chunks.bytes.size());
   ASSERT_FALSE(status);
   EXPECT_NE(status.error().message().find("another schema"), std::string::npos);
+  // The parts of a file have digests if the file has them.
+  WriteOptions plain = options;
+  plain.digest = false;
+  auto without = PartJoiner::create(sink, mesh.schema, plain).value();
+  const auto mixed = without.add(chunks.index, chunks.bytes.size());
+  ASSERT_FALSE(mixed);
+  EXPECT_NE(mixed.error().message().find("must have digests, or none"), std::string::npos);
   chunks.bytes.pop_back();
   EXPECT_FALSE(place(chunks, 1));
 }

@@ -37,11 +37,11 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
     const std::uint32_t schema = in.get_u32();
     const std::uint8_t version = in.get_u8();
     const std::uint8_t expected = container::version_of_chunk(container::ChunkKind::index, {});
-    if (version != container::with_digest(expected, file_.has_digests()))
-      return misuse("all parts of a file must have digests, or none", "part");
-    if (!container::get(in, streams) ||
+    if (container::without_digest(version) != expected || !container::get(in, streams) ||
         !container::get(in, part, version, bytes / container::kShortHeaderBytes))
       return corrupt("is not the index of a part", "part");
+    if (container::has_digest(version) != file_.has_digests())
+      return misuse("all parts of a file must have digests, or none", "part");
     if (schema != checksum_of(schema_)) return of_another_schema();
     part.streams = std::move(streams);
     if (auto status = add_totals(part); !status) return status;
