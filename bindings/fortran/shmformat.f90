@@ -74,13 +74,14 @@ module shmformat
   end type
 
   type, bind(c) :: shmf_write_options
-    integer(c_size_t) :: struct_size = 56
+    integer(c_size_t) :: struct_size = 64
     integer(c_int32_t) :: order = SHMF_ORDER_KEEP, level = SHMF_LEVEL_DEFAULT, coordinate_type = SHMF_FLOAT64, &
         threads = 0
     real(c_double) :: coordinate_error = 0
     integer(c_int64_t) :: segment_cells = 0
     type(c_ptr) :: source_format = c_null_ptr
     integer(c_int32_t) :: replace = 0, key_steps = 0
+    integer(c_int32_t) :: live = 0
   end type
 
   interface
@@ -166,6 +167,11 @@ module shmformat
       type(c_ptr), value :: writer
       real(c_double), intent(in) :: times(*)
       integer(c_int64_t), value :: count
+      type(shmf_error), intent(inout) :: error
+    end function
+    integer(c_int) function shmf_writer_commit(writer, error) bind(c)
+      import :: c_int, c_ptr, shmf_error
+      type(c_ptr), value :: writer
       type(shmf_error), intent(inout) :: error
     end function
     integer(c_int) function shmf_writer_finish(writer, bytes, error) bind(c)

@@ -65,8 +65,8 @@ StagedMesh::StagedMesh(ByteSource& source, const std::string& name, Spool& spool
     } else if (const auto* piece = std::get_if<StepPiece>(item)) {
       mesh_done_ = true;
       stage_step(*piece);
-    } else if (auto* times = std::get_if<StepTimes>(item)) {
-      info_.step_times = std::move(times->times);
+    } else if (const auto* times = std::get_if<StepTimes>(item)) {
+      info_.step_times.insert(info_.step_times.end(), times->times.begin(), times->times.end());
     } else if (auto* extra = std::get_if<Extra>(item)) {
       info_.extras.push_back(std::move(*extra));
     } else {
@@ -229,9 +229,10 @@ ReadLimits read_limits(const Spool& spool) {
 
 std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& name,
                                       std::uint64_t total, Spool& spool, const Progress& progress,
-                                      unsigned threads) {
+                                      unsigned threads, std::uint64_t bytes_of_file) {
   WatchedSource watched(source, total, progress);
   ReadOptions options;
+  options.file_bytes = bytes_of_file;
   options.threads = threads;
   options.kept_topology_bytes = kept_topology_bytes(spool);
   ReadLimits limits = read_limits(spool);
@@ -241,7 +242,9 @@ std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& nam
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress, unsigned threads) {
   const auto file = unwrap(FileSource::open(path), path);
-  return stage_shm(*file, path, file_bytes(path), spool, progress, threads);
+  const auto anywhere = file->anywhere();
+  const auto bytes = anywhere ? bytes_of_file(**anywhere) : Result<std::uint64_t>(0);
+  return stage_shm(*file, path, file_bytes(path), spool, progress, threads, bytes ? *bytes : 0);
 }
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress) {
@@ -288,7 +291,8 @@ FileSummary summarize_stream(ByteSource& source, const std::string& name,
   Summary summary;
   summary.schema = reader.schema();
   while (Item* item = unwrap(reader.next(), name)) {
-    if (auto* times = std::get_if<StepTimes>(item)) summary.step_times = std::move(times->times);
+    if (const auto* times = std::get_if<StepTimes>(item))
+      summary.step_times.insert(summary.step_times.end(), times->times.begin(), times->times.end());
     if (auto* extra = std::get_if<Extra>(item)) summary.extras.push_back(std::move(*extra));
     if (auto* totals = std::get_if<Totals>(item)) summary.totals = std::move(*totals);
   }

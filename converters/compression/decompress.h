@@ -87,7 +87,7 @@ ReadLimits read_limits(const Spool& spool);
 // `threads` threads; 0 means one per core.
 std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& name,
                                       std::uint64_t total, Spool& spool, const Progress& progress,
-                                      unsigned threads);
+                                      unsigned threads, std::uint64_t bytes_of_file = 0);
 // Stages the .shm file at `path`. If `path` is "-", reads standard input. `threads` has the same
 // meaning as in stage_shm().
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,

@@ -55,6 +55,9 @@ class Chunk:
 
 @dataclass
 class StepTimes:
+    """The times of the steps from `first` on."""
+
+    first: int
     times: list
 
 
@@ -112,7 +115,8 @@ def read_file_start(data):
     return features
 
 
-def read_chunk(data, at, sequence):
+def read_header(data, at, sequence):
+    """Size of the header, kind, version, optional, segment, size and checksum of the payload."""
     size_of_header = 32 if data[at : at + 4] == LONG_MARK else 22
     if len(data) - at < size_of_header:
         raise ShmError("truncated", "chunk header", at)
@@ -128,6 +132,11 @@ def read_chunk(data, at, sequence):
         raise ShmError("a checksum that does not match", "chunk header", at)
     if number != sequence & MASK32:
         raise ShmError("a chunk out of sequence", "chunk header", at)
+    return size_of_header, kind, version, flags, segment, size, sum_
+
+
+def read_chunk(data, at, sequence):
+    size_of_header, kind, version, flags, segment, size, sum_ = read_header(data, at, sequence)
     if size > MOST_PAYLOAD:
         raise ShmError("over limit: a payload of more than 2^30 bytes", "chunk header", at)
     at += size_of_header
@@ -155,6 +164,15 @@ def read_trailer(data, at, expected):
         raise ShmError("another mark, checksum or offset", "trailer", at)
 
 
+def follows(data, at, sequence):
+    """True if the header of the chunk with this sequence stands here."""
+    try:
+        read_header(data, at, sequence)
+    except ShmError:
+        return False
+    return True
+
+
 # ---------------------------------------------------------------------------- 17 Decoding a file
 
 
@@ -173,7 +191,7 @@ class File:
         self.entries = [(chunk.kind, 16, chunk.bytes(), None)]  # what each chunk is, in the order of the file
         self.totals = Totals(block_cells=[0] * len(self.schema.blocks))
         self.groups, self.segment, self.imported = [], None, Imported()
-        self.step_values, self.step_times = None, None
+        self.step_values, self.step_times = None, []
         self.pairs = 0  # of an array and a step, in all bundles so far
         self.step_bytes = 0  # of all chunks of step values so far
         self.stream_bytes = {}
@@ -200,19 +218,28 @@ class File:
                 yield from self._extras(chunk) if chunk.version else [self._extra(chunk)]
             else:
                 self._index(chunk)
-                read_trailer(self.data, at, chunk.offset)
-                self.totals.trailing_bytes = len(self.data) - at - 16
-                yield self.totals
-                return
+                at = self._end_of_index(chunk)
+                if chunk.version == 0 or not follows(self.data, at, sequence):
+                    self.totals.trailing_bytes = len(self.data) - at
+                    yield self.totals
+                    return
             self.entries.append((chunk.kind, chunk.offset, chunk.bytes(), self.listed))
+
+    def _end_of_index(self, chunk):
+        """Where the file ends if no other chunk follows."""
+        if chunk.version:
+            read_trailer(chunk.payload, len(chunk.payload) - 16, chunk.offset)
+            return chunk.end()
+        read_trailer(self.data, chunk.end(), chunk.offset)
+        return chunk.end() + 16
 
     def _count_bytes(self, name, count):
         self.stream_bytes[name] = self.stream_bytes.get(name, 0) + count
 
     def _group(self, chunk):
         totals = self.totals
-        if self.step_values is not None:
-            raise ShmError("a group after step values", "group", chunk.offset)
+        if self.step_values is not None or any(entry[0] == INDEX for entry in self.entries):
+            raise ShmError("a group after step values or an index", "group", chunk.offset)
         number = chunk.segment
         if number != totals.segments - 1:
             if number != totals.segments or number >= MOST_SEGMENTS:
@@ -305,8 +332,8 @@ class File:
 
     # ------------------------------------------------------------------ 8 Step times
 
-    def _blob(self, chunk, section):
-        cursor = chunk.cursor(section)
+    def _blob(self, chunk, section, cursor=None):
+        cursor = cursor or chunk.cursor(section)
         try:
             bounded = self.data[10] >= 10 and (chunk.kind != EXTRA or chunk.version > 0)
             blob = packed_blob(cursor, bounded)
@@ -317,19 +344,21 @@ class File:
         return Cursor(blob, chunk.base(), section + " (unpacked)")
 
     def _step_times(self, chunk):
-        if self.step_times is not None:
-            raise ShmError("step times a second time", "step times", chunk.offset)
-        cursor = self._blob(chunk, "step times")
+        cursor, first = chunk.cursor("step times"), len(self.step_times)
+        if (cursor.varint() if chunk.version else 0) != first:
+            cursor.fail("times that do not follow those before")
+        cursor = self._blob(chunk, "step times", cursor)
         if cursor.left() % 8:
             cursor.fail("bytes that are no multiple of 8")
-        if cursor.left() // 8 > MOST_STEPS:
+        if first + cursor.left() // 8 > MOST_STEPS:
             cursor.fail("over limit: more than 2^20 step times")
-        self.step_times = times_of(cursor, chunk.version)
+        times = times_of(cursor, chunk.version)
         found = sum(digest.of_words(digest.STEP_TIMES, 0, step, struct.unpack("<Q", struct.pack("<d", time)))
-                    for step, time in enumerate(self.step_times))
+                    for step, time in enumerate(times, first))
         self._expect_digest(chunk, found, "step times")
+        self.step_times += times
         self.totals.steps = max(self.totals.steps, len(self.step_times))
-        return StepTimes(self.step_times)
+        return StepTimes(first, times)
 
     # ------------------------------------------------------------------ 9 Extras
 
@@ -401,15 +430,16 @@ class File:
                  ("steps", totals.steps), ("segments", totals.segments),
                  ("imported_vertices", totals.imported_vertices)]
         if chunk.version:
-            cursor = Cursor(packed_blob(cursor), chunk.base(), "index (unpacked)")
-            found = found[1:]
+            stated = Cursor(cursor.take(cursor.left() - 16), chunk.base(), "index")  # without the trailer
+            cursor = Cursor(packed_blob(stated), chunk.base(), "index (unpacked)")
+            previous_index, found = cursor.varint(), found[1:]
         for name, value in found:
             if cursor.varint() != value:
                 cursor.fail(f"{name} not as found")
         if cursor.list_of(cursor.varint) != totals.block_cells:
             cursor.fail("block_cells not as found")
         if chunk.version:
-            self._index_columns(cursor)
+            self._index_columns(cursor, previous_index)
             return
         streams = cursor.list_of(lambda: (cursor.text(), cursor.varint()))
         if streams != sorted(self.stream_bytes.items()):
@@ -417,23 +447,33 @@ class File:
         cursor.list_of(lambda: (cursor.varint32(), cursor.list_of(lambda: (cursor.f64(), cursor.f64()))))  # ranges
         entries = cursor.list_of(lambda: self._entry(cursor))
         cursor.end()
-        self._expect_entries(cursor, entries)
+        self._expect_entries(cursor, entries, self.entries)
 
-    def _expect_entries(self, cursor, entries):
-        if len(entries) != len(self.entries):
+    @staticmethod
+    def _expect_entries(cursor, entries, all_found):
+        if len(entries) != len(all_found):
             cursor.fail("more or fewer entries than chunks")
-        for number, (stated, found) in enumerate(zip(entries, self.entries)):
+        for number, (stated, found) in enumerate(zip(entries, all_found)):
             # What a chunk holds that this reader does not know, it cannot say.
             if stated[:3] != found[:3] or (found[3] is not None and stated[3] != found[3]):
                 cursor.fail(f"entry {number} is not of the chunk at byte {found[1]}")
 
-    def _index_columns(self, cursor):
+    def _listed_from(self, cursor, previous_index):
+        """The chunks that an index lists: all, or those from an earlier index on."""
+        if previous_index == 0:
+            return self.entries
+        for number, (kind, offset, _, _) in enumerate(self.entries):
+            if offset == previous_index and kind == INDEX:
+                return self.entries[number:]
+        cursor.fail("a previous_index where no index begins")
+
+    def _index_columns(self, cursor, previous_index):
         """Version 1, behind block_cells."""
-        count = cursor.varint()
-        if count != len(self.entries):
+        count, found = cursor.varint(), self._listed_from(cursor, previous_index)
+        if count != len(found):
             cursor.fail("more or fewer entries than chunks")
         kinds = [cursor.u8() for _ in range(count)]
-        offset, entries = 16, []
+        offset, entries = found[0][1], []
         for kind in kinds:
             size = cursor.varint()
             entries.append([kind, offset, size, None])
@@ -464,7 +504,7 @@ class File:
                 entry[3] = list(next(of_group))
             elif entry[0] == STEP_VALUES:
                 entry[3] = [list(part) for part in islice(of_part, next(of_chunk))]
-        self._expect_entries(cursor, [tuple(entry) for entry in entries])
+        self._expect_entries(cursor, [tuple(entry) for entry in entries], found)
 
     @staticmethod
     def _differences(cursor, count, mask):

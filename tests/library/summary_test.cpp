@@ -35,7 +35,8 @@ Result<Summary> summary_by_reader(std::span<const std::byte> bytes) {
   Summary summary;
   summary.schema = std::move(decoded->schema);
   for (Item& item : decoded->items) {
-    if (auto* times = std::get_if<StepTimes>(&item)) summary.step_times = std::move(times->times);
+    if (const auto* times = std::get_if<StepTimes>(&item))
+      summary.step_times.insert(summary.step_times.end(), times->times.begin(), times->times.end());
     if (auto* extra = std::get_if<Extra>(&item)) summary.extras.push_back(std::move(*extra));
     if (auto* totals = std::get_if<Totals>(&item)) summary.totals = std::move(*totals);
   }

@@ -80,6 +80,7 @@ class FaultyFiles {
     broken_bitstreams({"grid_nodes", "patterns_grid_nodes"});
     node_schemes();
     digests();
+    commits();
     writer_digests = true;
   }
   std::vector<FaultyFile> take() { return std::move(faulty_); }
@@ -1449,6 +1450,64 @@ class FaultyFiles {
       chunk.header.version += container::kWithDigest;
       chunk.header.is_long = true;
     });
+  }
+
+  void commits() {
+    // Changes the index of the last commit.
+    const auto of = [&](const std::string& sentence,
+                        const std::function<void(container::Index&)>& change) {
+      add(kCorrupt, "Commit: " + sentence, with("live", [&](FileParts& parts) {
+            Chunk& chunk = parts.chunks.back();
+            ByteReader in(chunk.payload);
+            container::Index index;
+            container::get(in, index, chunk.header.version, 1 << 20);
+            change(index);
+            ByteWriter out;
+            container::put(out, index);
+            chunk.payload = std::move(out.bytes);
+          }));
+    };
+    of("previous_index where no chunk begins.", [](container::Index& i) { ++i.previous_index; });
+    of("previous_index where a chunk of another kind begins.",
+       [](container::Index& i) { i.previous_index = container::kFileStartBytes; });
+    of("previous_index 0, but not all chunks are listed.",
+       [](container::Index& i) { i.previous_index = 0; });
+    of("one chunk fewer than there are.", [](container::Index& i) { i.entries.pop_back(); });
+    of("fewer steps than there are.", [](container::Index& i) { --i.steps; });
+    const auto times = [](FileParts& parts) {
+      return parts.find(ChunkKind::step_times, 3);  // of the fourth commit
+    };
+    add(kCorrupt, "Commit: step times that skip a step.",
+        with("live", [&](FileParts& parts) { times(parts)->payload[0] = std::byte{4}; }));
+    add(kCorrupt, "Commit: a group after the first index.", with("live", [](FileParts& parts) {
+          const auto group = *parts.find(ChunkKind::group);
+          const auto index = std::find_if(parts.chunks.begin(), parts.chunks.end(),
+                                          [](auto& it) { return it.is(ChunkKind::index); });
+          parts.chunks.insert(index + 1, group);
+        }));
+    const Bytes& live = file("live");
+    add(kTruncated, "Commit: the file ends within the last index.",
+        first_bytes("live", live.size() - 1));
+    add(kTruncated,
+        "Commit: a chunk after the last index is not complete, and an extra holds an index.",
+        torn_with_forged_index());
+  }
+
+  /// Returns a live file whose last chunk is cut. An extra before it holds a whole file, with its
+  /// trailer.
+  Bytes torn_with_forged_index() {
+    const Bytes forged = file("one_hexahedron");
+    MemorySink sink;
+    EXPECT_TRUE(write_mesh(bent_grid(1, 1, 1), sink, {}, [&](Writer& writer) -> Result<void> {
+      if (auto status = writer.commit(); !status) return status;
+      if (auto status = writer.add_extra(
+              {"forged", ScalarType::uint8, Reference::nothing, {forged.size()}, forged});
+          !status)
+        return status;
+      return writer.add_extra({"last", ScalarType::uint8, Reference::nothing, {1}, Bytes(1)});
+    }));
+    sink.bytes.resize(sink.bytes.size() - 1);
+    return std::move(sink.bytes);
   }
 
   void references_to_bases() {

@@ -1106,6 +1106,42 @@ inline std::vector<std::byte> step_times() {
   return std::move(sink.bytes);
 }
 
+/// Returns a live file with `commits` commits, one for each step, and an extra between them. If
+/// `finishes` is false, it ends with the last commit.
+inline std::vector<std::byte> live_file(std::uint64_t commits, bool finishes) {
+  TestMesh mesh = bent_grid(3, 2, 2);
+  mesh.schema.arrays = {array_of("p", Location::point, ScalarType::float64),
+                        array_of("c", Location::cell, ScalarType::float32)};
+  for (ArrayInfo& array : mesh.schema.arrays) array.per_step = true;
+  mesh.arrays.assign(2, {});
+  MemorySink sink;
+  std::size_t committed = 0;  // size of the file at the last commit
+  EXPECT_TRUE(write_mesh(mesh, sink, {}, [&](Writer& writer) -> Result<void> {
+    std::vector<double> times;
+    for (std::uint64_t step = 0; step < commits; ++step) {
+      std::vector<std::byte> on_points, on_cells;
+      for (std::uint64_t v = 0; v < mesh.vertices; ++v)
+        append(on_points, std::sqrt(static_cast<double>(v + step)));
+      for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+        append(on_cells, static_cast<float>(c * step));
+      times.push_back(.5 * static_cast<double>(step));
+      if (auto status = writer.add_step_values(0, step, on_points); !status) return status;
+      if (auto status = writer.add_step_values(1, step, on_cells); !status) return status;
+      if (auto status = writer.set_step_times(times); !status) return status;
+      if (step == 2)
+        if (auto status = writer.add_extra(
+                {"note", ScalarType::uint8, Reference::nothing, {2}, std::vector<std::byte>(2)});
+            !status)
+          return status;
+      if (auto status = writer.commit(); !status) return status;
+    }
+    committed = sink.bytes.size();
+    return {};
+  }));
+  if (!finishes) sink.bytes.resize(committed);
+  return std::move(sink.bytes);
+}
+
 /// Returns a file whose key steps refer to their bases: random values that do not change, random
 /// values that change once, and values that grow. There are several groups and segments.
 inline std::vector<std::byte> steps_on_bases(Level level) {
@@ -1448,6 +1484,8 @@ inline std::vector<FeatureFile> feature_files(bool digests = false) {
   add("digests", digests_file(keep, Level::standard));
   add("digests_fast", digests_file(keep, Level::fast));
   add("digests_stream", digests_file(stream, Level::standard));
+  add("live", live_file(11, false));
+  add("live_finished", live_file(3, true));
   writer_digests = true;
   return files;
 }

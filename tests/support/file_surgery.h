@@ -23,12 +23,17 @@ namespace shm {
 
 struct Chunk {
   container::ChunkHeader header;
-  std::vector<std::byte> payload;
+  std::vector<std::byte> payload;  ///< of an index, without the trailer
 
   bool is(container::ChunkKind kind) const {
     return header.kind == static_cast<std::uint8_t>(kind);
   }
-  std::size_t bytes() const { return header.bytes() + payload.size(); }
+  bool has_trailer() const {
+    return is(container::ChunkKind::index) && container::has_trailer_inside(header.version);
+  }
+  std::size_t bytes() const {
+    return header.bytes() + payload.size() + (has_trailer() ? container::kTrailerBytes : 0);
+  }
 };
 
 struct FileParts {
@@ -75,6 +80,8 @@ inline FileParts take_apart(std::span<const std::byte> bytes) {
     const auto payload =
         in.get_bytes(std::min<std::uint64_t>(chunk.header.payload_bytes, in.left()));
     chunk.payload.assign(payload.begin(), payload.end());
+    if (chunk.has_trailer() && chunk.payload.size() >= container::kTrailerBytes)
+      chunk.payload.resize(chunk.payload.size() - container::kTrailerBytes);
     parts.chunks.push_back(std::move(chunk));
   }
   return parts;
@@ -91,13 +98,21 @@ inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering 
   std::uint32_t sequence = 0;
   for (Chunk& chunk : parts.chunks) {
     if (numbering == Numbering::anew) chunk.header.sequence = sequence++;
+    if (chunk.has_trailer()) {
+      ByteWriter trailer;
+      const bool is_last = &chunk == &parts.chunks.back();
+      container::put_trailer(
+          trailer, is_last ? parts.index_offset.value_or(out.bytes.size()) : out.bytes.size());
+      chunk.payload.insert(chunk.payload.end(), trailer.bytes.begin(), trailer.bytes.end());
+    }
     chunk.header.payload_bytes = chunk.payload.size();
     chunk.header.payload_checksum = checksum(chunk.payload);
     chunk.header.is_long |= container::has_long_header(chunk.header, parts.start);
     container::put(out, chunk.header);
     out.put_bytes(chunk.payload);
   }
-  container::put_trailer(out, parts.index_offset.value_or(parts.last_offset()));
+  if (parts.chunks.empty() || !parts.chunks.back().has_trailer())
+    container::put_trailer(out, parts.index_offset.value_or(parts.last_offset()));
   return std::move(out.bytes);
 }
 

@@ -205,7 +205,8 @@ inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes, const ReadLi
       join(back.mesh, *block);
     }
     if (auto* extra = std::get_if<Extra>(*item)) back.extras.push_back(*extra);
-    if (auto* times = std::get_if<StepTimes>(*item)) back.times = times->times;
+    if (const auto* times = std::get_if<StepTimes>(*item))
+      back.times.insert(back.times.end(), times->times.begin(), times->times.end());
     if (auto* piece = std::get_if<StepPiece>(*item)) back.steps.push_back(*piece);
     if (auto* totals = std::get_if<Totals>(*item)) back.totals = *totals;
   }

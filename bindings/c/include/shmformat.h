@@ -17,7 +17,8 @@
      shmf_writer_block, _array           declare the blocks and arrays of the mesh, then
      shmf_writer_mesh                    write the whole mesh in one call, or
      shmf_writer_vertices, _cells        piece by piece; memory grows with the active surface
-     shmf_writer_values, _times, _extra, _sets, _finish, _free
+     shmf_writer_values, _times, _extra, _sets, _commit,
+         _finish, _free
 
    Example: points and hexahedra of a file
 
@@ -688,6 +689,10 @@ typedef struct shmf_write_options {
      step, i.e. a step that can be decoded without other steps. 0: the library's default; 1: every
      step is a key step. */
   uint32_t key_steps;
+  /* 1: readers may open the file while it is written. The file appears with the first
+     shmf_writer_commit(), and keeps what has been committed whatever happens later. For
+     shmf_writer_path() only. */
+  int32_t live;
 } shmf_write_options;
 
 /* Makes a writer that writes a file. The file appears under its name only when it is complete, i.e.
@@ -752,7 +757,8 @@ SHMF_API shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint
    ascending order. */
 SHMF_API shmf_status shmf_writer_values(shmf_writer* writer, uint32_t array, uint64_t step,
                                         const void* values, uint64_t bytes, shmf_error* error);
-/* Writes the times of all steps, after the mesh, at most once. */
+/* Writes the times of all steps so far, after the mesh. A later call must repeat the times of the
+   earlier call, and may add the times of further steps. */
 SHMF_API shmf_status shmf_writer_times(shmf_writer* writer, const double* times, uint64_t count,
                                        shmf_error* error);
 /* Writes an extra, after the mesh. If its values are vertex or cell numbers, pass the same numbers
@@ -765,10 +771,16 @@ SHMF_API shmf_status shmf_writer_extra(shmf_writer* writer, const shmf_extra* ex
    sets->struct_size bytes each. */
 SHMF_API shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t count,
                                       shmf_error* error);
+/* Makes everything written so far readable: the mesh, and all steps with their times. Call it after
+   the mesh is complete, and after the last array of a step. Whatever happens later, the file keeps
+   this state until the next commit. More steps, times and extras may follow. If the file is not
+   live (shmf_write_options.live), fails with SHMF_MISUSE. */
+SHMF_API shmf_status shmf_writer_commit(shmf_writer* writer, shmf_error* error);
 /* Completes the file: writes the index and the totals, and makes the file visible under its name.
    Stores the size of the file in *bytes, unless `bytes` is NULL. */
 SHMF_API shmf_status shmf_writer_finish(shmf_writer* writer, uint64_t* bytes, shmf_error* error);
-/* Frees a writer. If shmf_writer_finish() has not succeeded, no file remains. NULL is allowed. */
+/* Frees a writer. If shmf_writer_finish() has not succeeded, no file remains; a live file keeps
+   what has been committed. NULL is allowed. */
 SHMF_API void shmf_writer_free(shmf_writer* writer);
 
 #ifdef __cplusplus

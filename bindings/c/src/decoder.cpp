@@ -62,6 +62,7 @@ void fill(shmf_item& item, const shm::StepPiece& piece, shmf_decoder&) {
 
 void fill(shmf_item& item, const shm::StepTimes& times, shmf_decoder&) {
   item.kind = SHMF_TIMES;
+  item.step = times.first;
   item.times = times.times.data();
   item.time_count = times.times.size();
 }

@@ -11,6 +11,7 @@
 #include "ends.h"
 #include "file.h"
 #include "shm/reader.h"
+#include "shm/summary.h"
 #include "structs.h"
 #include "targets.h"
 
@@ -625,7 +626,9 @@ shmf_status shmf_verify(shmf_file* file, const shmf_run_options* run, shmf_error
     const shm::ByteRange all{0, file->bytes().size()};
     file->bytes().prefetch({&all, 1});
     shmf::CountingSource source(file->bytes());
-    auto reader = shm::Reader::open(source, file->limits, shmf::read_options(*watched));
+    shm::ReadOptions options = shmf::read_options(*watched);
+    if (const auto bytes = shm::bytes_of_file(file->bytes())) options.file_bytes = *bytes;
+    auto reader = shm::Reader::open(source, file->limits, options);
     if (!reader) return reader.error();
     while (true) {
       const auto item = reader->next();

@@ -73,6 +73,7 @@ struct shmf_writer {
   shmf::Stage stage = shmf::Stage::schema;
   bool keeps_blocks = false;  // true: some array with time steps does not cover all blocks
   std::vector<std::uint32_t> cell_blocks;  // block index of each cell; used only if keeps_blocks
+  bool is_live = false;
   bool has_sets = false;
   /// Index of the most recently written array, and the indices of its elements in coding order.
   std::optional<std::uint32_t> ordered_array;
@@ -435,9 +436,13 @@ shmf_status shmf_writer_path(const char* path, const shmf_write_options* options
                              shmf_writer** writer, shmf_error* error) {
   const auto open = [&](shmf_writer& made, const shmf_write_options& own) -> Result<void> {
     if (path == nullptr) return misuse("the path is NULL");
-    auto sink = shm::FileSink::create(
-        shmf::path_of(path), shm::FileSink::Temporary::unnamed,
-        own.replace != 0 ? shm::FileSink::Existing::replace : shm::FileSink::Existing::refuse);
+    const auto existing =
+        own.replace != 0 ? shm::FileSink::Existing::replace : shm::FileSink::Existing::refuse;
+    const std::string file = shmf::path_of(path);
+    made.is_live = own.live != 0;
+    auto sink = made.is_live
+                    ? shm::FileSink::create_live(file, existing)
+                    : shm::FileSink::create(file, shm::FileSink::Temporary::unnamed, existing);
     if (!sink) return sink.error();
     made.sink = std::move(*sink);
     made.name = path;
@@ -652,6 +657,15 @@ shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t
     for (shm::Extra& extra : *extras)
       if (auto status = writer->add_extra(std::move(extra)); !status) return status;
     return {};
+  });
+}
+
+shmf_status shmf_writer_commit(shmf_writer* writer, shmf_error* error) {
+  return with_writer(writer, error, [&]() -> Result<void> {
+    if (auto status = writer->end_mesh(); !status) return status;
+    if (writer->appender) return misuse("steps that are appended cannot be committed one by one");
+    if (!writer->is_live) return misuse("the file is not live");
+    return writer->writer->commit();
   });
 }
 

@@ -11,13 +11,17 @@
 
     shmformat.write("cube.shm", points, hexahedra)
 
+    with shmformat.Writer("run.shm", points, hexahedra, point_data={"u": float}, live=True) as writer:
+        writer.write_step(0.1, point_data={"u": u})
+        writer.commit()              # the step is readable now
+
 All arrays are NumPy arrays. The library fills them directly, while other Python threads can run.
 Failures raise Error, with a code, a section and an offset.
 """
 from ._library import Error, library_version
 from ._mesh import Archive, Arrays, Block, Boundary, Cells, Data, Extra, Mesh, Segment, Set, Steps, open
-from ._write import append, write
+from ._write import Writer, append, write
 
 __version__ = library_version()
 __all__ = ["Archive", "Arrays", "Block", "Boundary", "Cells", "Data", "Error", "Extra", "Mesh", "Segment",
-           "Set", "Steps", "append", "open", "write"]
+           "Set", "Steps", "Writer", "append", "open", "write"]

@@ -134,18 +134,10 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
     divided by the value, at most 0.5. fills: for each array name, the fill values, which mark missing values. They are
     restored exactly under every bound.
     """
-    options = struct("write_options")
-    options.order, options.level = _ORDERS[order], _LEVELS[level]
-    options.threads = threads if threads else 2**32 - 1
-    options.coordinate_error, options.replace = coordinate_error, replace
+    xyz = _coordinates(points)
+    options = _options(xyz, order, level, threads, coordinate_error)
     name = ffi.new("char[]", encoded(source_format))
-    options.source_format = name
-    xyz = _plain(points)
-    if xyz.dtype.kind != "f":
-        xyz = xyz.astype(np.float64)
-    if xyz.ndim != 2 or xyz.shape[1] != 3:
-        raise ValueError(f"points have the shape {xyz.shape}, not (n, 3)")
-    options.coordinate_type = TYPES[xyz.dtype]
+    options.source_format, options.replace = name, replace
     writer = _Writer(to, options)
     try:
         arrays = [_target(lib.SHMF_POINTS, xyz, writer)] + _cell_targets(cells, blocks, writer)
@@ -159,23 +151,15 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
                 one = _plain(_first_step(values))
                 if one.ndim not in (1, 2):
                     raise ValueError(f"'{key}' has {one.ndim} dimensions, not 1 or 2")
-                made = struct("array")
-                made.name, made.location, made.type = writer.kept(key), location, TYPES[one.dtype]
-                made.components = one.shape[1] if one.ndim == 2 else 1
-                made.per_step = isinstance(values, Mapping)
-                made.elements = len(one)
-                made.error = (errors or {}).get(key, 0)
-                made.relative_error = (relative_errors or {}).get(key, 0)
-                fill_values = ffi.new("double[]", [float(value) for value in (fills or {}).get(key, ())])
-                made.fills, made.fill_count = fill_values, len(fill_values)
-                writer(lib.shmf_writer_array, made)
+                _add_array(writer, key, location, one.dtype, one.shape[1] if one.ndim == 2 else 1,
+                           isinstance(values, Mapping), len(one), (errors or {}).get(key, 0),
+                           (relative_errors or {}).get(key, 0), (fills or {}).get(key, ()))
                 if isinstance(values, Mapping):
                     stepped.append((index, values))
                 else:
                     arrays.append(_target(lib.SHMF_VALUES, one, writer, index))
                 index += 1
-        listed = ffi.new("shmf_target[]", [target[0] for target in arrays])
-        writer(lib.shmf_writer_mesh, listed, len(arrays))
+        _write_mesh(arrays, writer)
         for array, steps in stepped:
             _write_steps(array, steps, _plain(_first_step(steps)).dtype, writer)
         _write_times(step_times, writer)
@@ -185,6 +169,119 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
         return writer.finish()
     finally:
         writer.close()
+
+
+ArrayType = Union[Any, "tuple[Any, int]"]
+
+
+class Writer:
+    """Writes a mesh, and then time steps one by one, as a solver computes them.
+
+    path: the path of the file. points, cells, blocks, order, level, threads, coordinate_error, errors, source_format,
+    replace: as in write(). point_data, cell_data, global_data: for each name of an array with time steps, its dtype, or
+    a pair of its dtype and its number of components. live: true if readers may open the file while it is written; it
+    appears with the first commit(). If false, it appears when close() succeeds.
+
+    A Writer is a context manager. If its block ends with an exception, the file is not completed: a live file keeps
+    what has been committed, any other file does not appear. A Writer must not be used by two threads at once.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], points: Any, cells: Cells | Any, *,
+                 blocks: Sequence[Block] | None = None, point_data: Mapping[str, ArrayType] | None = None,
+                 cell_data: Mapping[str, ArrayType] | None = None, global_data: Mapping[str, ArrayType] | None = None,
+                 live: bool = False, order: str = "keep", level: str = "default", threads: int = 1,
+                 coordinate_error: float = 0, errors: Mapping[str, float] | None = None, source_format: str = "",
+                 replace: bool = False):
+        xyz = _coordinates(points)
+        options = _options(xyz, order, level, threads, coordinate_error)
+        name = ffi.new("char[]", encoded(source_format))
+        options.source_format, options.replace, options.live = name, replace, live
+        self._times: list[float] = []
+        self._arrays: list[dict[str, tuple[int, np.dtype]]] = []
+        self._writer = _Writer(path, options)
+        try:
+            targets = [_target(lib.SHMF_POINTS, xyz, self._writer)] + _cell_targets(cells, blocks, self._writer)
+            index = 0
+            for location, data in ((lib.SHMF_POINT_DATA, point_data), (lib.SHMF_CELL_DATA, cell_data),
+                                   (lib.SHMF_GLOBAL_DATA, global_data)):
+                self._arrays.append({})
+                for key, kind in (data or {}).items():
+                    dtype, components = kind if isinstance(kind, tuple) else (kind, 1)
+                    own = np.dtype(dtype)
+                    if own not in TYPES:
+                        raise TypeError(f"values of type {own} are not supported")
+                    _add_array(self._writer, key, location, own, components, True, 1, (errors or {}).get(key, 0), 0, ())
+                    self._arrays[-1][key] = (index, own)
+                    index += 1
+            _write_mesh(targets, self._writer)
+        except BaseException:
+            self._writer.close()
+            raise
+
+    def write_step(self, time: float, *, point_data: Mapping[str, Any] | None = None,
+                   cell_data: Mapping[str, Any] | None = None, global_data: Mapping[str, Any] | None = None) -> int:
+        """Writes the next time step, and returns its number. Arrays without values have no values at this step."""
+        step = len(self._times)
+        for arrays, data in zip(self._arrays, (point_data, cell_data, global_data)):
+            for name, values in (data or {}).items():
+                index, dtype = arrays[name]
+                _write_steps(index, {step: values}, dtype, self._writer)
+        self._times.append(float(time))
+        _write_times(self._times, self._writer)
+        return step
+
+    def commit(self) -> None:
+        """Makes all steps so far readable, whatever happens later. Raises Error if the file is not live."""
+        self._writer(lib.shmf_writer_commit)
+
+    def close(self) -> int:
+        """Completes the file, and returns its size in bytes."""
+        try:
+            return self._writer.finish()
+        finally:
+            self._writer.close()
+
+    def __enter__(self) -> "Writer":
+        return self
+
+    def __exit__(self, kind: Any, value: Any, trace: Any) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self._writer.close()
+
+
+def _coordinates(points: Any) -> np.ndarray:
+    xyz = _plain(points)
+    if xyz.dtype.kind != "f":
+        xyz = xyz.astype(np.float64)
+    if xyz.ndim != 2 or xyz.shape[1] != 3:
+        raise ValueError(f"points have the shape {xyz.shape}, not (n, 3)")
+    return xyz
+
+
+def _options(xyz: np.ndarray, order: str, level: str, threads: int, coordinate_error: float) -> Any:
+    options = struct("write_options")
+    options.order, options.level = _ORDERS[order], _LEVELS[level]
+    options.threads = threads if threads else 2**32 - 1
+    options.coordinate_error, options.coordinate_type = coordinate_error, TYPES[xyz.dtype]
+    return options
+
+
+def _add_array(writer: _Writer, name: str, location: int, dtype: np.dtype, components: int, per_step: bool,
+               elements: int, error: float, relative_error: float, fills: Sequence[float]) -> None:
+    made = struct("array")
+    made.name, made.location, made.type = writer.kept(name), location, TYPES[dtype]
+    made.components, made.per_step, made.elements = components, per_step, elements
+    made.error, made.relative_error = error, relative_error
+    fill_values = ffi.new("double[]", [float(value) for value in fills])
+    made.fills, made.fill_count = fill_values, len(fill_values)
+    writer(lib.shmf_writer_array, made)
+
+
+def _write_mesh(targets: list[Any], writer: _Writer) -> None:
+    listed = ffi.new("shmf_target[]", [target[0] for target in targets])
+    writer(lib.shmf_writer_mesh, listed, len(targets))
 
 
 def append(path: str | os.PathLike[str], *, point_data: Mapping[str, Mapping[int, np.ndarray]] | None = None,

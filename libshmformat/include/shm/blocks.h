@@ -108,6 +108,7 @@ struct StepPiece {
   std::vector<std::byte> values;
 };
 struct StepTimes {
+  std::uint64_t first = 0;  ///< step of the first of `times`; the number of times in earlier items
   std::vector<double> times;
 };
 /// Totals of a whole file. They are the final item that a Reader returns.

@@ -33,6 +33,12 @@ class SHM_API ByteSink {
   /// to another sink also calls commit() of that sink, unless more bytes will be written to that
   /// sink (as after a member of an archive).
   virtual Result<void> commit();
+  /// Stores all bytes written so far so that a crash does not lose them. Writer::commit() calls it
+  /// before it writes an index. Most sinks do nothing here.
+  virtual Result<void> flush();
+  /// Makes all bytes written so far visible to readers, as a whole file. More bytes may follow.
+  /// Writer::commit() calls it after it has written an index. Most sinks do nothing here.
+  virtual Result<void> publish();
 };
 
 /// Sequence of bytes that is read from front to back.
@@ -107,6 +113,14 @@ class SHM_API FileSink final : public ByteSink {
   static Result<std::unique_ptr<FileSink>> create_scratch(const std::string& folder,
                                                           const std::string& name,
                                                           Temporary how = Temporary::unnamed);
+  /// Creates the temporary file for a live file, which readers may open while it is written. The
+  /// first publish() makes the file visible under its final name; an existing file stays until
+  /// then. Later calls of publish() make the bytes written since then visible. If the process ends,
+  /// the file keeps what has been published; a reader ignores bytes after it. If a call fails, or
+  /// if the FileSink is destroyed before commit(), the file is cut back to what has been published.
+  /// Until the FileSink is closed, every other FileSink for `path` fails with ErrorCode::output.
+  static Result<std::unique_ptr<FileSink>> create_live(const std::string& path,
+                                                       Existing existing = Existing::replace);
   ~FileSink() override;
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;
@@ -120,6 +134,11 @@ class SHM_API FileSink final : public ByteSink {
   /// exception: if only the final step fails, which flushes the folder to the disk, the file
   /// exists, and the error message says so.
   Result<void> commit() override;
+  /// Flushes the bytes of a live file to the disk. Does nothing for other files.
+  Result<void> flush() override;
+  /// Makes a live file visible: see create_live(). Fails with ErrorCode::misuse for other files;
+  /// does nothing for standard output, devices and pipes.
+  Result<void> publish() override;
 
   /// Returns a path under which this process can open the file before commit(), e.g. to write to it
   /// without this sink. For an unnamed file, the path is in /proc. The path is empty if the sink
@@ -132,7 +151,9 @@ class SHM_API FileSink final : public ByteSink {
   Result<void> create_temporary(Temporary how);
   Result<void> create_named();
   void pass_permissions_on() const;
-  Result<void> flush() const;
+  Result<void> flush_file() const;
+  Result<void> make_visible();
+  void cut_back();
   Result<void> close();
   Result<void> link();
   Result<void> rename_temporary() const;
@@ -145,7 +166,11 @@ class SHM_API FileSink final : public ByteSink {
   bool named_ = false;    // true if a temporary file has to be removed
   bool scratch_ = false;  // true for a scratch file, which never gets a final name
   bool committed_ = false;
-  bool replaces_ = true;  // true: commit() replaces an existing file
+  bool replaces_ = true;    // true: commit() replaces an existing file
+  bool live_ = false;       // true for a live file
+  bool published_ = false;  // true if publish() has made the file visible
+  // Number of bytes written to the file, and number of them when it was last published.
+  std::uint64_t bytes_ = 0, published_bytes_ = 0;
   std::optional<Permissions> permissions_;
   std::string path_, temporary_;
 };

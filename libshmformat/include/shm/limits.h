@@ -73,6 +73,10 @@ struct ReadOptions {
   /// Memory limit in bytes for neighbourhoods of the mesh, which are used to predict step values.
   /// See WriteOptions::kept_topology_bytes.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
+  /// Number of bytes of the source that belong to the file, as bytes_of_file() returns it, or 0 if
+  /// it is not known. Bytes after the last index of a live file may be an incomplete step: if the
+  /// number is not known, reading fails there with ErrorCode::truncated.
+  std::uint64_t file_bytes = 0;
 };
 
 }  // namespace shm

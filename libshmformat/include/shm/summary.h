@@ -31,4 +31,11 @@ struct Summary {
 /// the end of the file is missing.
 SHM_API Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits = {});
 
+/// Returns how many bytes of `source` belong to the .shm file: the bytes up to the end of its last
+/// index. If the source does not end with an index, reads the headers of all chunks to find it.
+/// More bytes follow if the file has parity, or if the program that writes a live file has not
+/// committed them. Fails with ErrorCode::truncated if the file has no index. Thread safe if
+/// `source` is.
+SHM_API Result<std::uint64_t> bytes_of_file(RandomSource& source);
+
 }  // namespace shm

@@ -83,12 +83,19 @@ class SHM_API Writer {
   /// one step must be complete before the next array or step begins.
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
-  /// Sets the time of each step. Call this function once, at any time after end_mesh.
+  /// Sets the times of all steps so far, at any time after end_mesh. A later call must repeat the
+  /// times of the earlier call, and may add the times of further steps.
   Result<void> set_step_times(std::span<const double> times);
   /// Adds an extra, at any time after create. References in the extra must already use the numbers
   /// that a Reader will see.
   Result<void> add_extra(const Extra& extra);
 
+  /// Makes everything added so far a whole file in the sink, with its steps and their times, and
+  /// publishes it (ByteSink::publish()). Call it after end_mesh and between whole steps. More
+  /// steps, times and extras may follow; if they are never committed, readers ignore them. Values
+  /// of small steps share a chunk only with steps of the same commit, so frequent commits make the
+  /// file larger. spec: "Commits"
+  Result<void> commit();
   /// Writes the index and the totals, and commits the sink. The file is valid only if finish()
   /// succeeds; a FileSink makes its file visible only then. The destructor reports no errors.
   Result<SizeReport> finish();

@@ -143,7 +143,7 @@ void Appender::Impl::look_at_steps() {
 auto Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras,
                              const IndexEntry* without) -> Result<Copied> {
   const auto is_copied = [&](const IndexEntry& entry) {
-    if (&entry == without) return false;
+    if (&entry == without || entry.is(ChunkKind::index)) return false;
     if (entry.is(ChunkKind::schema)) return entry.offset == container::kFileStartBytes;
     if (entry.is(ChunkKind::step_values)) return with_steps;
     if (entry.is(ChunkKind::step_times)) return with_times;

@@ -44,7 +44,6 @@ bool is_restorable(const FoundChunks& found) {
   const std::uint64_t schema_bytes = found.beginning().size() - container::kFileStartBytes;
   std::uint64_t end = container::kFileStartBytes;
   for (const IndexEntry& entry : entries) {
-    if (entry.is(ChunkKind::index)) return false;  // an index does not list itself
     if (entry.is(ChunkKind::schema) && entry.bytes != schema_bytes) return false;
     if (entry.offset != end || entry.bytes > ~std::uint64_t{0} - end) return false;
     end += entry.bytes;
@@ -87,9 +86,8 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   const std::uint8_t version = container::version_of_chunk(ChunkKind::index, *start);
   auto index = IndexBuilder(source, found, limits, version).make();
   if (!index) return index;
-  ByteWriter payload;
-  container::put(payload, *index);
-  const std::uint64_t bytes = payload.bytes.size(), end = found.end_of_chunks();
+  const std::uint64_t end = found.end_of_chunks();
+  const std::uint64_t bytes = container::index_payload(*index, end).size();
   if (bytes > limits.max_chunk_bytes)
     return over_limit("would need " + std::to_string(bytes) + " bytes, but the limit is " +
                           std::to_string(limits.max_chunk_bytes),
@@ -101,7 +99,9 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   ChunkHeader header;
   header.payload_bytes = bytes;
   header.is_long = container::has_long_header(header, *start);
-  const std::uint64_t wanted = header.chunk_bytes() + container::kTrailerBytes;
+  const std::uint64_t wanted =
+      header.chunk_bytes() +
+      (container::has_trailer_inside(version) ? 0 : container::kTrailerBytes);
   const std::uint64_t left = source.size() - end;
   const bool fills = std::max(left, wanted) - std::min(left, wanted) < header.bytes();
   if (!fills && !found.ends_at_index())
@@ -148,9 +148,11 @@ Result<void> write_with_its_index(RandomSource& source, const FoundChunks& found
   if (auto status = write_chunks(source, found, entries, sink); !status) return status;
   if (auto status = sink.copy(source, found.index_offset(), found.index_bytes()); !status)
     return status;
-  ByteWriter trailer;
-  container::put_trailer(trailer, entries.back().offset + entries.back().bytes);
-  if (auto status = sink.write(trailer.bytes); !status) return status;
+  if (!container::has_trailer_inside(found.index()->version)) {
+    ByteWriter trailer;
+    container::put_trailer(trailer, entries.back().offset + entries.back().bytes);
+    if (auto status = sink.write(trailer.bytes); !status) return status;
+  }
   return sink.commit();
 }
 

@@ -2,6 +2,7 @@
 #include "api/file_writer.h"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "base/binary.h"
@@ -205,19 +206,31 @@ Result<void> FileWriter::write_parts(std::uint64_t first) {
 }
 
 Result<void> FileWriter::set_step_times(std::span<const double> times) {
-  if (std::exchange(times_set_, true)) return misuse("step times were set before", "steps");
+  const bool again = std::exchange(times_set_, true);
+  const auto bits = [](double time) { return std::bit_cast<std::uint64_t>(time); };
+  if (times.size() < times_.size() ||
+      !std::equal(times_.begin(), times_.end(), times.begin(),
+                  [&](double a, double b) { return bits(a) == bits(b); }))
+    return misuse("the times of the first " + std::to_string(times_.size()) +
+                      " steps are written and cannot change",
+                  "steps");
+  const std::size_t first = times_.size();
+  times = times.subspan(first);
   if (auto status = end_step_array(); !status) return status;
-  if (times.empty() && container::version_of_chunk(ChunkKind::index, start_) > 0) return {};
+  if (times.empty() && (again || container::version_of_chunk(ChunkKind::index, start_) > 0))
+    return {};
   ByteWriter blob, payload;
   const std::uint8_t version = version_of(ChunkKind::step_times);
   if (has_digests_) {
-    const std::uint64_t digest = digest_of_step_times(times);
+    const std::uint64_t digest = digest_of_step_times(times, first);
     payload.put_u64(digest);
     digest_ += digest;
   }
+  if (container::has_first_time(version)) payload.put_varint(first);
   container::put_times(blob, times, version);
   put_packed(payload, blob.bytes);
-  steps_ = std::max<std::uint64_t>(steps_, times.size());
+  times_.insert(times_.end(), times.begin(), times.end());
+  steps_ = std::max<std::uint64_t>(steps_, times_.size());
   stream_bytes_["extras"] += payload.bytes.size();
   return write(ChunkKind::step_times, payload.bytes, {}, version);
 }
@@ -271,10 +284,30 @@ Result<void> FileWriter::write_extras() {
   return {};
 }
 
+/// Writes the chunks that were held back.
+Result<void> FileWriter::write_waiting() {
+  if (auto status = end_step_array(); !status) return status;
+  if (auto status = write_parts(); !status) return status;
+  return write_extras();
+}
+
+/// Sets the totals of an index that FileWriter counts itself.
+void FileWriter::add_totals(container::Index& totals) const {
+  totals.steps = std::max(steps_, step_values_ ? step_values_->steps() : 0);
+  totals.version = version_of(ChunkKind::index);
+  totals.digest = digest_;
+  totals.streams.clear();
+  for (const auto& [name, bytes] : stream_bytes_) totals.streams.push_back({name, bytes});
+}
+
+Result<void> FileWriter::commit(container::Index totals) {
+  if (auto status = write_waiting(); !status) return status;
+  add_totals(totals);
+  return chunks_.commit(std::move(totals));
+}
+
 Result<SizeReport> FileWriter::finish(container::Index totals) {
-  if (auto status = end_step_array(); !status) return status.error();
-  if (auto status = write_parts(); !status) return status.error();
-  if (auto status = write_extras(); !status) return status.error();
+  if (auto status = write_waiting(); !status) return status.error();
   if (chunks_.offset() >= kRepeatSchemaFrom)
     if (auto status = write_schema(); !status) return status.error();
   SizeReport report;
@@ -284,11 +317,7 @@ Result<SizeReport> FileWriter::finish(container::Index totals) {
   report.max_active_vertices = totals.max_active_vertices;
   report.segments = totals.segments;
   report.imported_vertices = totals.imported_vertices;
-  totals.steps = std::max(steps_, step_values_ ? step_values_->steps() : 0);
-  totals.version = version_of(ChunkKind::index);
-  totals.digest = digest_;
-  totals.streams.clear();
-  for (const auto& [name, bytes] : stream_bytes_) totals.streams.push_back({name, bytes});
+  add_totals(totals);
   if (auto status = chunks_.finish(std::move(totals)); !status) return status.error();
 
   report.total_bytes = chunks_.offset();

@@ -111,12 +111,17 @@ class FileWriter {
   /// Writes the parts that were held back. Each of them contains all elements of its array.
   Result<void> write_parts() { return write_parts(0); }
   bool has_times() const { return times_set_; }
+  /// Writes the times of all steps. A later call must repeat these times, and may add further
+  /// times.
   Result<void> set_step_times(std::span<const double> times);
   static Result<void> check(const Extra& extra);
   /// Adds an extra. Precondition: check() has accepted the extra. Extras are collected, and written
   /// together before the next chunk of another kind.
   Result<void> add_extra(const Extra& extra);
 
+  /// Writes everything added so far, and an index: the bytes in the sink are then a whole file.
+  /// `totals` are the totals of the mesh. Fails with ErrorCode::misuse if a step is incomplete.
+  Result<void> commit(container::Index totals);
   /// Writes the rest of the file: a second copy of the schema if the file is large, then the index
   /// and the trailer. `totals` are the totals of the mesh. No other function may be called
   /// afterwards.
@@ -138,6 +143,8 @@ class FileWriter {
                         std::span<const std::byte> bytes, std::uint64_t digest);
   bool may_share_chunk(const container::StepPart& part) const;
   Result<void> write_parts(std::uint64_t first);
+  Result<void> write_waiting();
+  void add_totals(container::Index& totals) const;
   const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
 
   const Schema* schema_;
@@ -157,6 +164,7 @@ class FileWriter {
   std::vector<std::byte> schema_payload_;
   std::optional<StepEncoder> step_values_;  // encoder of step values; set by begin_steps()
   bool times_set_ = false;
+  std::vector<double> times_;  // step times written so far
   // Number of steps according to the step times and to the chunks that this object did not write
   // itself (see adopt() and go_on()).
   std::uint64_t steps_ = 0;

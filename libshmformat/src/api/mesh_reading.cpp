@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "random/indexed_file.h"
 #include "shm/mesh.h"
+#include "shm/summary.h"
 
 namespace shm {
 namespace {
@@ -172,10 +173,6 @@ ToldSizes told_sizes(RandomSource& source, const ReadLimits& limits) {
   if (!indexed.open() || !indexed.expect_totals()) return {};
   return {indexed.index().vertices, indexed.index().block_cells};
 }
-ToldSizes told_sizes(const FileSource& file, const ReadLimits& limits) {
-  const auto source = file.anywhere();
-  return source ? told_sizes(**source, limits) : ToldSizes();
-}
 
 /// Builds a Mesh from the items of a file, which are added in coding order.
 class MeshCollector {
@@ -204,7 +201,8 @@ class MeshCollector {
   void take(Item& item) {
     if (auto* block = std::get_if<MeshBlock>(&item)) take(*block);
     if (auto* piece = std::get_if<StepPiece>(&item)) take(*piece);
-    if (auto* times = std::get_if<StepTimes>(&item)) mesh_.step_times = std::move(times->times);
+    if (const auto* times = std::get_if<StepTimes>(&item))
+      mesh_.step_times.insert(mesh_.step_times.end(), times->times.begin(), times->times.end());
     if (auto* extra = std::get_if<Extra>(&item)) mesh_.extras.push_back(std::move(*extra));
   }
   /// Sorts vertices and cells by their numbers and returns the mesh.
@@ -392,6 +390,14 @@ Result<Mesh> read(ByteSource& source, const ReadLimits& limits, const ReadOption
   return collector->finish();
 }
 
+/// Reads a file of which `anywhere` allows random access, unless it is null.
+Result<Mesh> read_whole(ByteSource& source, RandomSource* anywhere, const ReadLimits& limits,
+                        ReadOptions options) {
+  if (anywhere == nullptr) return read(source, limits, options, {});
+  if (const auto bytes = bytes_of_file(*anywhere)) options.file_bytes = *bytes;
+  return read(source, limits, options, told_sizes(*anywhere, limits));
+}
+
 }  // namespace
 
 Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits, const ReadOptions& options) {
@@ -400,14 +406,15 @@ Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits, const ReadO
 
 Result<Mesh> read_mesh(MemorySource& source, const ReadLimits& limits, const ReadOptions& options) {
   MemoryRandomSource anywhere(source.left());
-  return read(source, limits, options, told_sizes(anywhere, limits));
+  return read_whole(source, &anywhere, limits, options);
 }
 
 Result<Mesh> read_file(const std::string& path, const ReadLimits& limits,
                        const ReadOptions& options) {
   auto source = FileSource::open(path);
   if (!source) return source.error();
-  return of_file(read(**source, limits, options, told_sizes(**source, limits)), path);
+  const auto anywhere = (*source)->anywhere();
+  return of_file(read_whole(**source, anywhere ? anywhere->get() : nullptr, limits, options), path);
 }
 
 }  // namespace shm

@@ -98,6 +98,12 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
     return std::span<const std::byte>(buffer_).subspan(at_);
   }
   bool has_next() const { return ahead().size() >= file_.wanted(ahead()); }
+  /// Decides whether the file ends at the index that was read last. Precondition: the next part is
+  /// complete, or the input has ended.
+  bool ends_at_index() const {
+    return file_.state() == State::after_index &&
+           (file_.offset() == options_.file_bytes || !has_next() || !file_.is_next_header(ahead()));
+  }
 
   ReadLimits limits_;
   ReadOptions options_;
@@ -137,7 +143,8 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   // Decoder of step values; created with the first step values.
   std::optional<StepDecoder> step_values_;
   std::uint64_t steps_ = 0, decoded_bytes_ = 0;
-  bool step_times_read_ = false;
+  std::uint64_t step_times_ = 0;       // number of step times so far
+  std::uint64_t committed_bytes_ = 0;  // end of the last index; 0 before the first index
   std::map<std::string, std::uint64_t> stream_bytes_;
   // Stream names of the arrays, set with the first step values.
   std::vector<std::string> array_names_;
@@ -169,6 +176,8 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       if (!may_read_ahead()) continue;  // all groups read so far are decoded
     }
     if (error_ahead_) return *error_ahead_;
+    if ((complete || ended_ || file_.offset() == options_.file_bytes) && ends_at_index())
+      file_.end_file();
     if (file_.state() == State::behind_end) {
       if (!ended_) return Progress::need_input;
       if (totals_taken_) return Progress::finished;
@@ -245,6 +254,12 @@ Result<Decoder::Progress> Decoder::Impl::missing() {
   if (file_.state() == State::start)
     return truncated(end == 0 ? "the file is empty" : "the file ends within its first 16 bytes",
                      "signature", end);
+  if (committed_bytes_ > 0)
+    return truncated(
+        "the file ends within a chunk that follows its last index; that index ends at "
+        "byte " +
+            std::to_string(committed_bytes_),
+        file_.section(), end);
   return truncated("the file ends here, within or before a chunk, without an end record",
                    file_.section(), end);
 }
@@ -261,6 +276,7 @@ Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
     case ChunkKind::schema: chunks_.add(header); return read_schema(payload);
     case ChunkKind::group:
       if (step_values_) return wrong("mesh groups come before step values");
+      if (committed_bytes_ > 0) return wrong("mesh groups come before the first index");
       look_at_group(payload);
       return mesh_->begin_group(
           {{payload.begin(), payload.end()}, header.version, file_.chunk_offset()}, header.segment);
@@ -412,20 +428,25 @@ std::string Decoder::Impl::contents_of_chunk() const {
 }
 
 Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) {
-  if (std::exchange(step_times_read_, true)) return wrong("the file has step times twice");
   ByteReader in(payload);
   const bool has_digest = container::has_digest(file_.header().version);
   const std::uint64_t digest = has_digest ? in.get_u64() : 0;
-  const auto blob = file_.unpack(in, most_bytes_of_times(limits_));
+  if (container::has_first_time(file_.header().version) ? in.get_varint() != step_times_
+                                                        : step_times_ > 0)
+    return wrong("its times do not follow those of the step times before it");
+  const auto blob = file_.unpack(in, most_bytes_of_times(limits_) - step_times_ * sizeof(double));
   if (!blob) return blob.error();
   StepTimes times;
+  times.first = step_times_;
   if (!container::get_times(*blob, times.times, file_.header().version))
     return wrong("ends within a number");
-  if (has_digest && options_.check_digests && digest_of_step_times(times.times) != digest)
+  if (has_digest && options_.check_digests &&
+      digest_of_step_times(times.times, times.first) != digest)
     return wrong(std::string("the decoded times") + kNotTheDigest);
   digest_ += digest;
   file_.take_from_budget(blob->size());
-  steps_ = std::max<std::uint64_t>(steps_, times.times.size());
+  step_times_ += times.times.size();
+  steps_ = std::max(steps_, step_times_);
   stream_bytes_["extras"] += payload.size();
   item_ = std::move(times);
   return {};
@@ -443,22 +464,25 @@ Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
 }
 
 Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
-  ByteReader in(payload);
   container::Index index;
-  if (!container::get(in, index, file_.header().version, file_.count())) return wrong("is invalid");
+  if (!container::get_index_payload(payload, index, file_.header().version, file_.chunk_offset(),
+                                    file_.count()))
+    return wrong("is invalid");
   const auto held = this->held();
   const bool same =
-      held && index.previous_index == held->previous_index && index.vertices == held->vertices &&
-      index.cells == held->cells && index.hexahedra == held->hexahedra &&
+      held && index.vertices == held->vertices && index.cells == held->cells &&
+      index.hexahedra == held->hexahedra &&
       index.max_active_vertices == held->max_active_vertices && index.steps == held->steps &&
       index.segments == held->segments && index.imported_vertices == held->imported_vertices &&
       index.block_cells == held->block_cells &&
       (!container::has_digest(index.version) || index.digest == held->digest) &&
-      (index.version > 0 || index.streams == held->streams);
+      (index.version > 0 || (index.streams == held->streams && index.previous_index == 0));
   if (!same) return wrong("does not match the contents of the file");
-  if (const auto difference = chunks_.difference(index.entries)) return wrong(*difference);
+  if (const auto difference = chunks_.difference(index)) return wrong(*difference);
   if (container::has_digest(index.version)) stated_digest_ = index.digest;
-  file_.expect_trailer();
+  chunks_.add_index(file_.header());
+  committed_bytes_ = file_.offset();
+  file_.end_index();
   return {};
 }
 

@@ -58,6 +58,7 @@ class Summarizer {
   std::vector<std::string> array_names_;  // stream names of the arrays
   std::size_t groups_ = 0;                // number of groups added so far
   bool has_step_values_ = false;
+  bool has_index_ = false;  // true if the chunks so far include an index
   Summary summary_;
   Totals& totals_ = summary_.totals;
 };
@@ -95,11 +96,12 @@ Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& 
       case ChunkKind::schema: return {};
       case ChunkKind::group:
         if (has_step_values_) return wrong("mesh groups come before step values");
+        if (has_index_) return wrong("mesh groups come before the first index");
         return add_group();
       case ChunkKind::step_values: return add_step_values(header, entry);
       case ChunkKind::step_times:
       case ChunkKind::extra: totals_.streams["extras"] += header.payload_bytes; return {};
-      case ChunkKind::index: return wrong("another index follows");
+      case ChunkKind::index: has_index_ = true; return {};
       case ChunkKind::members: break;
     }
   if ((header.flags & container::kChunkOptional) != 0) return {};
@@ -198,8 +200,7 @@ Result<void> Summarizer::finish() {
   bool same = index.hexahedra == totals_.hexahedra &&
               index.max_active_vertices == totals_.max_active_vertices &&
               index.segments == file_.segments().size() &&
-              index.imported_vertices == totals_.imported_vertices &&
-              index.steps == totals_.steps && index.previous_index == 0;
+              index.imported_vertices == totals_.imported_vertices && index.steps == totals_.steps;
   if (index.version == 0) same = same && index.streams.size() == totals_.streams.size();
   std::uint64_t coded = 0;
   auto counted = totals_.streams.begin();
@@ -227,6 +228,10 @@ Result<void> check_start(RandomSource& source, const ReadLimits& limits) {
 }
 
 }  // namespace
+
+Result<std::uint64_t> bytes_of_file(RandomSource& source) {
+  return container::bytes_of_file(source);
+}
 
 Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits) {
   if (auto status = check_start(source, limits); !status) return status.error();

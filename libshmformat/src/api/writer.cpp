@@ -122,6 +122,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
       if (auto status = mesh_.catch_up(); !status) return status;
     return file_.add_extra(extra);
   }
+  Result<void> commit() { return file_.commit(mesh_.totals()); }
   Result<SizeReport> finish() {
     return calls_.finish([&]() -> Result<SizeReport> {
       if (!mesh_ended_)
@@ -202,6 +203,9 @@ Result<void> Writer::set_step_times(std::span<const double> times) {
 }
 Result<void> Writer::add_extra(const Extra& extra) {
   return impl_->calls().run([&] { return impl_->add_extra(extra); });
+}
+Result<void> Writer::commit() {
+  return impl_->after_mesh([&] { return impl_->commit(); });
 }
 Result<SizeReport> Writer::finish() { return impl_->finish(); }
 

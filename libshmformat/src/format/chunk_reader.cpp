@@ -16,6 +16,7 @@ std::size_t ChunkReader::wanted(std::span<const std::byte> beginning) const {
   switch (state_) {
     case State::start: return kFileStartBytes;
     case State::header:
+    case State::after_index:
       return beginning.size() < kShortHeaderBytes ? kShortHeaderBytes : header_bytes(beginning);
     case State::payload: return static_cast<std::size_t>(header_.payload_bytes);
     case State::trailer: return kTrailerBytes;
@@ -28,7 +29,8 @@ Result<void> ChunkReader::read(std::span<const std::byte> bytes) {
   const std::uint64_t begin = std::exchange(offset_, offset_ + bytes.size());
   switch (state_) {
     case State::start: return read_start(ByteReader(bytes));
-    case State::header: chunk_offset_ = begin; return read_header(ByteReader(bytes));
+    case State::header:
+    case State::after_index: chunk_offset_ = begin; return read_header(ByteReader(bytes));
     case State::payload: return read_payload(bytes);
     case State::trailer: return read_trailer(ByteReader(bytes));
     case State::behind_end: break;
@@ -83,9 +85,19 @@ Result<void> ChunkReader::read_payload(std::span<const std::byte> payload) {
   return {};
 }
 
-void ChunkReader::expect_trailer() {
+void ChunkReader::end_index() {
+  if (has_trailer_inside(header_.version)) {
+    state_ = State::after_index;
+    return;
+  }
   section_ = "end record";
   state_ = State::trailer;
+}
+
+bool ChunkReader::is_next_header(std::span<const std::byte> bytes) const {
+  ByteReader in(bytes);
+  ChunkHeader next;
+  return get(in, next) == HeaderState::good && next.sequence == next_sequence_;
 }
 
 Result<void> ChunkReader::read_trailer(ByteReader in) {
@@ -154,7 +166,9 @@ namespace {
 /// Converts the compact records of a ChunkList back to index entries.
 class EntryReader {
  public:
-  explicit EntryReader(std::span<const std::byte> lines) : in_(lines) {}
+  /// Reads the records of the chunks from `offset` on.
+  EntryReader(std::span<const std::byte> lines, std::uint64_t offset)
+      : in_(lines), offset_(offset) {}
 
   struct Line {
     IndexEntry entry;
@@ -164,7 +178,7 @@ class EntryReader {
 
  private:
   ByteReader in_;
-  std::uint64_t offset_ = kFileStartBytes, cells_ = 0, vertices_ = 0;
+  std::uint64_t offset_, cells_ = 0, vertices_ = 0;
   StepEntry part_before_;
   bool has_part_ = false;
 };
@@ -248,7 +262,13 @@ void ChunkList::put_chunk(const ChunkHeader& header, bool is_known) {
   lines_.put_u8(header.kind);
   lines_.put_u8(is_known ? 1 : 0);
   lines_.put_varint(header.chunk_bytes());
+  end_ += header.chunk_bytes();
   ++count_;
+}
+
+void ChunkList::add_index(const ChunkHeader& header) {
+  indexes_.push_back({end_, count_, lines_.bytes.size()});
+  put_chunk(header, true);
 }
 
 void ChunkList::add(const ChunkHeader& header) { put_chunk(header, container::is_known(header)); }
@@ -279,11 +299,22 @@ void ChunkList::add_step_values(const ChunkHeader& header, std::span<const StepP
   }
 }
 
-std::optional<std::string> ChunkList::difference(std::span<const IndexEntry> entries) const {
-  if (entries.size() != count_)
+std::optional<std::string> ChunkList::difference(const Index& index) const {
+  IndexPosition from{kFileStartBytes, 0, 0};
+  if (index.previous_index != 0) {
+    const auto before = std::lower_bound(
+        indexes_.begin(), indexes_.end(), index.previous_index,
+        [](const IndexPosition& at, std::uint64_t offset) { return at.offset < offset; });
+    if (before == indexes_.end() || before->offset != index.previous_index)
+      return "refers to an index at byte " + std::to_string(index.previous_index) +
+             ", where no index begins";
+    from = *before;
+  }
+  const auto& entries = index.entries;
+  if (entries.size() != count_ - from.count)
     return "lists " + std::to_string(entries.size()) + " chunks, but the file has " +
-           std::to_string(count_);
-  EntryReader lines(lines_.bytes);
+           std::to_string(count_ - from.count);
+  EntryReader lines(std::span(lines_.bytes).subspan(from.line), from.offset);
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const EntryReader::Line line = lines.next();
     const std::string_view field = difference_of(entries[i], line);

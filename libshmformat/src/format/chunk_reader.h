@@ -24,7 +24,8 @@ class ChunkReader {
   explicit ChunkReader(const ReadLimits& limits)
       : limits_(within_sizes(limits)), budget_(limits_.max_unpacked_bytes) {}
 
-  enum class State : std::uint8_t { start, header, payload, trailer, behind_end };
+  /// after_index: the next part is the header of another chunk, or the file has ended.
+  enum class State : std::uint8_t { start, header, payload, after_index, trailer, behind_end };
   /// Returns which part of the file has to be read next.
   State state() const { return state_; }
   /// Returns the length in bytes of the next part. `beginning` contains the bytes of this part that
@@ -33,9 +34,14 @@ class ChunkReader {
   /// Checks the next part of the file, and advances to the following part. Precondition: `bytes`
   /// has exactly wanted(bytes) bytes.
   Result<void> read(std::span<const std::byte> bytes);
-  /// Declares that the next part is the trailer. Call this function after reading the payload of
-  /// the index.
-  void expect_trailer();
+  /// Declares that the payload of an index has been read. The file may end here: the next part is
+  /// the trailer in version 0, else the header of another chunk if one follows.
+  void end_index();
+  /// Declares that no chunk follows the index. Precondition: state() is after_index.
+  void end_file() { state_ = State::behind_end; }
+  /// Returns true if `bytes` begin with the header of the chunk that follows the index.
+  /// Precondition: state() is after_index, and `bytes` has at least wanted(bytes) bytes.
+  bool is_next_header(std::span<const std::byte> bytes) const;
   /// Decodes the payload of a schema chunk.
   Result<Schema> read_schema(std::span<const std::byte> payload);
   /// Reads from the beginning of `bytes` until the schema is complete. On return, `bytes` contains
@@ -88,22 +94,33 @@ class ChunkList {
   /// chunk is unknown to the reader, difference() compares only the kind, offset and length in its
   /// index entry.
   void add(const ChunkHeader& header);
+  /// Adds an index chunk that more chunks follow.
+  void add_index(const ChunkHeader& header);
   /// Adds a group. `header_bytes` is the length of the group header, including its checksum.
   void add_group(const ChunkHeader& header, const GroupHeader& group, std::uint64_t header_bytes);
   void add_step_values(const ChunkHeader& header, std::span<const StepPart> parts);
 
-  /// Compares `entries` with the chunks added. Returns nullopt if both are equal. Otherwise returns
-  /// a description of the first entry that differs, e.g. "entry 3, of the group at byte 812, has a
-  /// different box".
-  std::optional<std::string> difference(std::span<const IndexEntry> entries) const;
+  /// Compares an index with the chunks added, from the index at `index.previous_index` on. Returns
+  /// nullopt if both are equal. Otherwise returns a description of the first entry that differs,
+  /// e.g. "entry 3, of the group at byte 812, has a different box".
+  std::optional<std::string> difference(const Index& index) const;
 
  private:
+  /// Position at which the record of an index chunk begins.
+  struct IndexPosition {
+    std::uint64_t offset = 0;  ///< of the chunk in the file
+    std::uint64_t count = 0;   ///< number of chunks before it
+    std::size_t line = 0;      ///< of its record in lines_
+  };
+
   void put_chunk(const ChunkHeader& header, bool is_known);
 
   // Fields of the index entries. The fields offset, first_cell, first_vertex and first are not
   // stored, since they can be computed as running sums.
   ByteWriter lines_;
   std::uint64_t count_ = 0;
+  std::uint64_t end_ = kFileStartBytes;  // end of the last chunk
+  std::vector<IndexPosition> indexes_;
 };
 
 }  // namespace shm::container

@@ -37,6 +37,9 @@ class Scanner {
   /// Returns true if this chunk is directly followed by another chunk, or by a trailer that points
   /// to this chunk.
   Result<bool> is_followed(const FoundChunk& chunk);
+  /// Returns true if the file has more chunks after this index: the chunk with the next number
+  /// follows directly, or the trailer at the end of the source points to a later index.
+  Result<bool> goes_on_after(const FoundChunk& index);
   Result<bool> is_whole(const FoundChunk& chunk);
   /// Records the chunk at `position`. Returns the position at which the search continues.
   Result<std::uint64_t> take(std::uint64_t position, const ChunkHeader& header);
@@ -110,6 +113,16 @@ Result<bool> Scanner::is_followed(const FoundChunk& chunk) {
   return is_trailer(end, chunk.offset);
 }
 
+Result<bool> Scanner::goes_on_after(const FoundChunk& index) {
+  const auto next = header_at(index.offset + index.bytes());
+  if (!next) return next.error();
+  if (*next && (*next)->sequence == index.header.sequence + 1) return true;
+  if (scan_.index_offset.value_or(0) <= index.offset) return false;
+  const auto last = header_at(*scan_.index_offset);
+  if (!last) return last.error();
+  return *last && (*last)->kind == index.header.kind && (*last)->sequence > index.header.sequence;
+}
+
 Result<bool> Scanner::is_whole(const FoundChunk& chunk) {
   if (chunk.header.payload_bytes > max_chunk_bytes_) return false;
   std::vector<std::byte> payload(static_cast<std::size_t>(chunk.header.payload_bytes));
@@ -139,16 +152,18 @@ Result<std::uint64_t> Scanner::take(std::uint64_t position, const ChunkHeader& h
   // trusted. The search then continues within the chunk.
   if (!chunk.whole && !followed) return next_mark(after_header);
   const std::uint64_t end = position + chunk.bytes();
-  if (chunk.whole && (chunk.is(ChunkKind::index) || chunk.is(ChunkKind::members))) {
-    const auto trailer = is_trailer(end, position);
-    if (!trailer) return trailer.error();
-    // If no trailer follows the index, and the trailer at the end of the source points to a later
-    // index, this index is a stray copy in the middle of the file.
-    if (!*trailer && scan_.index_offset.value_or(0) > position) return end;
-    scan_.trailer = *trailer;
-    scan_.end = std::min(size_, end + kTrailerBytes);
-    ended_ = true;
-  }
+  if (!chunk.whole || !(chunk.is(ChunkKind::index) || chunk.is(ChunkKind::members))) return end;
+  const bool inside = chunk.is(ChunkKind::index) && has_trailer_inside(header.version);
+  const auto trailer = inside ? Result<bool>(true) : is_trailer(end, position);
+  if (!trailer) return trailer.error();
+  const auto goes_on = inside ? goes_on_after(chunk) : Result<bool>(false);
+  if (!goes_on) return goes_on.error();
+  // If no trailer follows the index, and the trailer at the end of the source points to a later
+  // index, this index is a stray copy in the middle of the file.
+  if (*goes_on || (!*trailer && scan_.index_offset.value_or(0) > position)) return end;
+  scan_.trailer = *trailer;
+  scan_.end = std::min(size_, inside ? end : end + kTrailerBytes);
+  ended_ = true;
   return end;
 }
 

@@ -62,17 +62,37 @@ std::vector<IndexEntry> ChunkWriter::take_entries() {
   return std::exchange(entries_, {});
 }
 
-Result<void> ChunkWriter::finish(Index index) {
-  index.entries = std::exchange(entries_, {});
-  const std::uint64_t index_offset = offset_;
-  ByteWriter payload;
-  container::put(payload, index);
-  if (auto status = write(ChunkKind::index, payload.bytes, {}, index.version); !status)
+/// Writes an index that lists entries_[first_entry] and all later chunks.
+Result<void> ChunkWriter::write_index(Index index, std::size_t first_entry) {
+  index.previous_index = first_entry == 0 ? 0 : entries_[first_entry].offset;
+  index.entries.assign(entries_.begin() + static_cast<std::ptrdiff_t>(first_entry), entries_.end());
+  const std::uint64_t offset = offset_;
+  if (auto status = write(ChunkKind::index, index_payload(index, offset), {}, index.version);
+      !status)
     return status;
+  if (has_trailer_inside(index.version)) return {};
   ByteWriter trailer;
-  put_trailer(trailer, index_offset);
-  if (auto status = put(trailer.bytes); !status) return status;
+  put_trailer(trailer, offset);
+  return put(trailer.bytes);
+}
+
+Result<void> ChunkWriter::finish(Index index) {
+  if (auto status = write_index(std::move(index), 0); !status) return status;
   return sink_->commit();
+}
+
+Result<void> ChunkWriter::commit(Index index) {
+  if (!indexes_.empty() && indexes_.back().end + 1 == entries_.size()) return {};
+  std::size_t begin = indexes_.empty() ? 0 : indexes_.back().end;
+  for (; !indexes_.empty(); indexes_.pop_back()) {
+    const Listed& before = indexes_.back();
+    if (before.end - before.begin >= 2 * (entries_.size() - begin)) break;
+    begin = before.begin;
+  }
+  if (auto status = sink_->flush(); !status) return status;
+  if (auto status = write_index(std::move(index), begin); !status) return status;
+  indexes_.push_back({begin, entries_.size() - 1});
+  return sink_->publish();
 }
 
 }  // namespace shm::container

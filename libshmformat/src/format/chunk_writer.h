@@ -23,9 +23,17 @@ class ChunkWriter {
   /// and bytes.
   Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {},
                      std::uint8_t version = 0);
-  /// Adds the collected entries to `index`, writes the index and the trailer, then commits the
+  /// Adds the collected entries to `index`, writes the index with the trailer, then commits the
   /// sink.
   Result<void> finish(Index index);
+  /// Writes an index with the trailer, so that the bytes so far are a whole file. More chunks may
+  /// follow. The index lists the chunks since an earlier index and refers to that index. It repeats
+  /// the entries of earlier indexes that have fewer than twice as many entries as itself. A reader
+  /// then follows at most log2(chunks) indexes, and a chunk is listed at most log2(chunks) times.
+  /// Flushes the sink before and publishes it after the index is written. Does nothing if no chunk
+  /// was written since the previous commit.
+  /// spec: "Commits"
+  Result<void> commit(Index index);
 
   std::uint64_t offset() const { return offset_; }
   /// Returns the number of chunks written so far.
@@ -55,13 +63,20 @@ class ChunkWriter {
   }
 
  private:
+  /// Index chunk that the next index can refer to, with the range of entries_ that it lists.
+  struct Listed {
+    std::size_t begin = 0, end = 0;  ///< entries_[end] is the index chunk itself
+  };
+
   Result<void> put(std::span<const std::byte> bytes);
+  Result<void> write_index(Index index, std::size_t first_entry);
 
   ByteSink* sink_;
   FileStart start_;
   std::uint64_t offset_ = 0;
   std::uint32_t sequence_ = 0;
   std::vector<IndexEntry> entries_;
+  std::vector<Listed> indexes_;  // index chunks that together list all chunks before the last one
 };
 
 }  // namespace shm::container

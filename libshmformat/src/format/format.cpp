@@ -634,7 +634,8 @@ void put_columns(ByteWriter& out, const std::vector<IndexEntry>& entries) {
   });
 }
 
-bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t max_entries) {
+bool get_columns(ByteReader& in, Index& index, std::uint64_t max_entries) {
+  std::vector<IndexEntry>& entries = index.entries;
   using Group = IndexEntry&;
   using Part = StepEntry&;
   const auto groups = [&](auto&& get_one) { for_each_group(entries, get_one); };
@@ -643,7 +644,7 @@ bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t
   if (count > max_entries) return false;
   entries.resize(static_cast<std::size_t>(count));
   for (IndexEntry& entry : entries) entry.kind = in.get_u8();
-  std::uint64_t end = kFileStartBytes;
+  std::uint64_t end = index.previous_index == 0 ? kFileStartBytes : index.previous_index;
   for (IndexEntry& entry : entries) {
     entry.offset = end;
     entry.bytes = in.get_varint();
@@ -709,6 +710,7 @@ void put(ByteWriter& out, const Index& index) {
   }
   ByteWriter blob;
   if (has_digest(index.version)) out.put_u64(index.digest);
+  blob.put_varint(index.previous_index);
   put_totals(blob, index);
   put_columns(blob, index.entries);
   const bool packs = blob.bytes.size() <= most_packed_bytes(index.entries.size());
@@ -724,8 +726,33 @@ bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_e
   const auto blob = get_packed(in, most);
   if (!blob) return false;
   ByteReader fields(*blob);
+  index.previous_index = fields.get_varint();
   get_totals(fields, index);
-  return get_columns(fields, index.entries, max_entries);
+  if (!get_columns(fields, index, max_entries)) return false;
+  return index.previous_index == 0 ||
+         (!index.entries.empty() && index.entries[0].is(ChunkKind::index));
+}
+
+std::vector<std::byte> index_payload(const Index& index, std::uint64_t offset) {
+  ByteWriter payload;
+  put(payload, index);
+  if (has_trailer_inside(index.version)) put_trailer(payload, offset);
+  return std::move(payload.bytes);
+}
+std::optional<std::uint64_t> offset_in_index(std::span<const std::byte> payload) {
+  if (payload.size() < kTrailerBytes) return std::nullopt;
+  ByteReader end(payload.last(kTrailerBytes));
+  std::uint64_t offset = 0;
+  return get_trailer(end, offset) ? std::optional(offset) : std::nullopt;
+}
+bool get_index_payload(std::span<const std::byte> payload, Index& index, std::uint8_t version,
+                       std::uint64_t offset, std::uint64_t max_entries) {
+  if (has_trailer_inside(version)) {
+    if (offset_in_index(payload) != offset) return false;
+    payload = payload.first(payload.size() - kTrailerBytes);
+  }
+  ByteReader in(payload);
+  return get(in, index, version, max_entries) && index.previous_index < offset;
 }
 
 void put(ByteWriter& out, const MemberList& list) {

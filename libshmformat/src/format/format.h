@@ -267,6 +267,9 @@ struct StepEntry {
 /// Returns the index entry of a part. The field `first` of the entry is not set.
 StepEntry entry_of(const StepHeader& header);
 
+/// Returns true if a step_times chunk of this version states the number of times in the chunks
+/// before it.
+constexpr bool has_first_time(std::uint8_t version) { return without_digest(version) > 0; }
 /// Writes step times, in the form that is packed as the payload of a chunk.
 /// spec: "Step times"
 void put_times(ByteWriter& out, std::span<const double> times, std::uint8_t version);
@@ -303,8 +306,10 @@ struct ArrayRange {
 };
 struct Index {
   std::uint8_t version = version_of_chunk(ChunkKind::index, {});
-  std::uint64_t digest = 0;          ///< of the mesh; 0 unless has_digest(version)
-  std::uint64_t previous_index = 0;  ///< offset of the previous index chunk, or 0 if none exists
+  std::uint64_t digest = 0;  ///< of the mesh; 0 unless has_digest(version)
+  /// Offset of the index chunk that lists the chunks before `entries`, or 0 if `entries` lists all
+  /// chunks. That index chunk is the first of `entries`.
+  std::uint64_t previous_index = 0;
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
   std::uint64_t segments = 0, imported_vertices = 0;
   std::vector<std::uint64_t> block_cells;
@@ -315,10 +320,27 @@ struct Index {
 };
 void put(ByteWriter& out, std::span<const NamedBytes> streams);
 bool get(ByteReader& in, std::vector<NamedBytes>& streams);
+/// Writes an index, without the trailer.
 void put(ByteWriter& out, const Index& index);
-/// Reads an index from all remaining bytes of `in`. `max_entries` is the largest possible number of
-/// chunks; an index with more entries is damaged.
+/// Reads an index, without the trailer, from all remaining bytes of `in`. `max_entries` is the
+/// largest possible number of chunks; an index with more entries is damaged.
 bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_entries);
+/// Returns true if the payload of an index chunk of this version ends with the trailer. The trailer
+/// of version 0 comes after the chunk.
+constexpr bool has_trailer_inside(std::uint8_t version) { return without_digest(version) > 0; }
+/// Returns the payload of an index chunk that begins at `offset`.
+std::vector<std::byte> index_payload(const Index& index, std::uint64_t offset);
+/// Returns the offset of the chunk that the trailer at the end of an index payload states, or
+/// nullopt if the payload does not end with a trailer.
+std::optional<std::uint64_t> offset_in_index(std::span<const std::byte> payload);
+/// Reads the payload of an index chunk that begins at `offset`. Returns false if the index or the
+/// trailer inside it is invalid.
+bool get_index_payload(std::span<const std::byte> payload, Index& index, std::uint8_t version,
+                       std::uint64_t offset, std::uint64_t max_entries);
+/// The largest number of index chunks that a reader follows from the last one, through
+/// Index::previous_index. Writers need fewer: see ChunkWriter::commit(). Frozen: part of the
+/// format.
+inline constexpr std::size_t kMostIndexes = 64;
 
 /// Entry of the member list of an archive.
 struct Member {
@@ -332,8 +354,9 @@ struct MemberList {
 void put(ByteWriter& out, const MemberList& list);
 bool get(ByteReader& in, MemberList& list);
 
-/// Length in bytes of the trailer, the last part of a file. The trailer comes after an index or
-/// members chunk. It contains the offset of that chunk, a checksum, and "SHME".
+/// Length in bytes of the trailer, the last part of a file. It is the end of an index chunk, and
+/// contains the offset of that chunk, a checksum, and "SHME". In version 0 and in archives the
+/// trailer comes after the index or members chunk.
 inline constexpr std::size_t kTrailerBytes = 16;
 inline constexpr std::uint32_t kTrailerMark = 0x454d4853;  // "SHME"
 void put_trailer(ByteWriter& out, std::uint64_t index_offset);

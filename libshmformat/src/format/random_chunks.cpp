@@ -8,6 +8,15 @@
 #include "base/errors.h"
 
 namespace shm::container {
+namespace {
+
+/// Returns true if the payload of this chunk ends with the trailer.
+bool has_trailer_inside(ChunkKind kind, const ChunkHeader& header) {
+  return kind == ChunkKind::index && header.kind == static_cast<std::uint8_t>(kind) &&
+         container::has_trailer_inside(header.version);
+}
+
+}  // namespace
 
 Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
                                           std::uint64_t bytes, const std::string& section) {
@@ -46,14 +55,24 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
     return truncated("the file does not end with an end record", "end record", end);
   if (last.offset > end) return corrupt("the trailer points beyond the file", "end record", end);
   last.bytes = end - last.offset;
-  // Usually the last chunk extends up to the trailer at the end of the file. If parity data has
-  // been appended, the file has two equal trailers, one before and one after the parity data. The
-  // last chunk then ends at the first of them, and its length must be taken from its header. The
-  // chunk itself is checked when it is read.
-  const auto header = header_at(source, last.offset, end, chunk_name(last.kind));
+  // Usually the last chunk extends up to the end of the file, or, in version 0, up to the trailer.
+  // If parity data has been appended, the file has two equal trailers, one before and one after the
+  // parity data. The length of the last chunk is then taken from its header. The chunk itself is
+  // checked when it is read.
+  const auto header = header_at(source, last.offset, size, chunk_name(last.kind));
   if (!header) return header.error();
-  if (!*header || (*header)->payload_bytes >= last.bytes || (*header)->chunk_bytes() >= last.bytes)
+  if (!*header || (*header)->payload_bytes >= size || (*header)->chunk_bytes() > size - last.offset)
     return last;
+  if (has_trailer_inside(kind, **header)) {
+    if ((*header)->payload_bytes < kTrailerBytes) return last;
+    last.bytes = (*header)->chunk_bytes();
+    const auto inside =
+        read_bytes(source, last.offset + last.bytes - kTrailerBytes, kTrailerBytes, "end record");
+    if (!inside) return inside.error();
+    if (*inside != tail) last.bytes = size - last.offset;
+    return last;
+  }
+  if ((*header)->chunk_bytes() >= last.bytes) return last;
   const auto after =
       read_bytes(source, last.offset + (*header)->chunk_bytes(), kTrailerBytes, "end record");
   if (!after) return after.error();
@@ -117,38 +136,75 @@ Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> en
   return end == index_offset ? Result<void>() : Result<void>(wrong_index);
 }
 
-Result<std::uint64_t> bytes_of_file(RandomSource& source) {
-  const auto last = last_chunk(source, ChunkKind::index);
-  if (last || last.error().code != ErrorCode::truncated)
-    return last ? Result<std::uint64_t>(last->offset + last->bytes + kTrailerBytes) : last.error();
+namespace {
+
+/// Reads the chunk headers of `source` in order. Returns the last whole index chunk whose trailer
+/// is valid.
+Result<IndexEntry> walk_to_last_index(RandomSource& source) {
   const std::uint64_t size = source.size();
-  const auto cut = [&](std::uint8_t kind, std::uint64_t begin) {
+  IndexEntry last;
+  Error error;
+  std::uint64_t position = kFileStartBytes, chunks = 0;
+  const auto cut = [&](const std::string& section) {
     return truncated(
-        "the file has been cut, and has no index: it ends within the chunk that begins at "
-        "byte " +
-            std::to_string(begin),
-        chunk_name(kind), size);
+        "the file has been cut, and has no index: it ends within the chunk that begins "
+        "at byte " +
+            std::to_string(position),
+        section, size);
   };
-  for (std::uint64_t position = kFileStartBytes, chunks = 0;; ++chunks) {
-    if (position >= size || size - position < kShortHeaderBytes)
-      return truncated("the file has been cut, and has no index: it ends after " +
-                           std::to_string(chunks) + " whole chunks",
-                       "chunk header", size);
+  for (;; ++chunks) {
+    if (position >= size || size - position < kShortHeaderBytes) {
+      error = truncated("the file has been cut, and has no index: it ends after " +
+                            std::to_string(chunks) + " whole chunks",
+                        "chunk header", size);
+      break;
+    }
     const auto read = header_at(source, position, size, "chunk header");
     if (!read) return read.error();
-    if (!*read || (*read)->sequence != chunks)
-      return corrupt(
-          "no chunk begins at this position, and the file does not end with an end record",
-          "chunk header", position);
+    if (!*read || (*read)->sequence != chunks) {
+      error =
+          corrupt("no chunk begins at this position, and the file does not end with an end record",
+                  "chunk header", position);
+      break;
+    }
     const ChunkHeader& header = **read;
-    const std::uint64_t begin = position;
-    position += header.bytes();
-    if (header.payload_bytes > size - position) return cut(header.kind, begin);
-    position += header.payload_bytes;
-    if (header.kind != static_cast<std::uint8_t>(ChunkKind::index)) continue;
-    return size - position >= kTrailerBytes ? Result<std::uint64_t>(position + kTrailerBytes)
-                                            : Result<std::uint64_t>(cut(header.kind, begin));
+    error = cut(chunk_name(header.kind));
+    if (header.payload_bytes > size - position - header.bytes()) break;
+    const std::uint64_t end = position + header.chunk_bytes();
+    if (header.kind == static_cast<std::uint8_t>(ChunkKind::index)) {
+      const bool inside = has_trailer_inside(ChunkKind::index, header);
+      const std::uint64_t trailer = inside ? end - kTrailerBytes : end;
+      if (inside ? header.payload_bytes < kTrailerBytes : size - end < kTrailerBytes) break;
+      const auto bytes = read_bytes(source, trailer, kTrailerBytes, "end record");
+      if (!bytes) return bytes.error();
+      ByteReader in(*bytes);
+      std::uint64_t offset = 0;
+      if (!get_trailer(in, offset) || offset != position) break;
+      last.kind = header.kind;
+      last.offset = position;
+      last.bytes = header.chunk_bytes();
+      if (!inside) return last;  // nothing follows an index of version 0
+    }
+    position = end;
   }
+  return last.bytes > 0 ? Result<IndexEntry>(last) : Result<IndexEntry>(error);
+}
+
+}  // namespace
+
+Result<IndexEntry> last_index(RandomSource& source) {
+  auto last = last_chunk(source, ChunkKind::index);
+  return last || last.error().code != ErrorCode::truncated ? last : walk_to_last_index(source);
+}
+
+Result<std::uint64_t> bytes_of_file(RandomSource& source) {
+  const auto last = last_index(source);
+  if (!last) return last.error();
+  const auto header =
+      header_at(source, last->offset, last->offset + last->bytes, chunk_name(last->kind));
+  if (!header) return header.error();
+  const bool inside = *header && has_trailer_inside(ChunkKind::index, **header);
+  return last->offset + last->bytes + (inside ? 0 : kTrailerBytes);
 }
 
 }  // namespace shm::container

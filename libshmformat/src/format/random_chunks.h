@@ -26,10 +26,15 @@ Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t of
 Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t offset,
                                              std::uint64_t end, const std::string& section);
 
-/// Returns the position of the last chunk, as stated by the trailer. Assumes that the chunk is of
-/// kind `kind`; the chunk itself is not checked. Fails with ErrorCode::truncated if the file does
-/// not end with a trailer.
+/// Returns the position of the last chunk, as stated by the trailer at the end of the file. Assumes
+/// that the chunk is of kind `kind`; the chunk itself is not checked. Fails with
+/// ErrorCode::truncated if the file does not end with a trailer.
 Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
+
+/// Returns the position of the last index chunk, as last_chunk() does. If the file does not end
+/// with a trailer, reads the chunk headers in order, and returns the last index chunk found. Fails
+/// with ErrorCode::truncated if the file has no index.
+Result<IndexEntry> last_index(RandomSource& source);
 
 /// Checks the header at the beginning of `chunk` against `entry` and returns it. Precondition:
 /// entry.bytes and the size of `chunk` are at least kShortHeaderBytes.
@@ -47,10 +52,8 @@ using ChunkVisitor = std::function<Result<void>(const ChunkHeader&, const IndexE
 Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
                             std::uint64_t index_offset, const ChunkVisitor& visit);
 
-/// Returns how many bytes of `source` belong to the .shm file. If `source` ends with a trailer, all
-/// its bytes belong to the file. Otherwise the function reads the chunk headers in order up to the
-/// first index; the file ends with the trailer after that index. Fails with ErrorCode::truncated if
-/// no such trailer exists.
+/// Returns how many bytes of `source` belong to the .shm file: the bytes up to the end of the
+/// trailer of the last index. See last_index().
 Result<std::uint64_t> bytes_of_file(RandomSource& source);
 
 }  // namespace shm::container

@@ -24,6 +24,8 @@ Result<void> ByteSink::copy(RandomSource& from, std::uint64_t offset, std::uint6
 }
 
 Result<void> ByteSink::commit() { return {}; }
+Result<void> ByteSink::flush() { return {}; }
+Result<void> ByteSink::publish() { return {}; }
 
 Result<void> MemorySink::write(std::span<const std::byte> more) {
   bytes.insert(bytes.end(), more.begin(), more.end());

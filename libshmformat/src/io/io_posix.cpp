@@ -3,6 +3,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/utsname.h>
 #include <unistd.h>
@@ -104,6 +105,20 @@ Error taken_error(const std::string& path) {
   return Error{.code = ErrorCode::output, .detail = "exists already", .file = path};
 }
 
+Error busy_error(const std::string& path) {
+  return Error{
+      .code = ErrorCode::output, .detail = "is being written by another program", .file = path};
+}
+
+/// Returns true if a live file at this path is being written.
+bool is_locked(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  const bool locked = ::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(file);
+  return locked;
+}
+
 /// Flushes the folder that contains `path`, so that the file's name is stored on the disk, too. If
 /// the folder cannot be opened or flushed (EINVAL), does nothing.
 Result<void> flush_folder(const std::string& path) {
@@ -146,6 +161,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
                         path);
   }
   if (exists) {
+    if (is_locked(path)) return busy_error(path);
     sink->permissions_ = Permissions{status.st_mode & 0777u, status.st_gid};
     if (char* real = ::realpath(path.c_str(), nullptr); real != nullptr) {
       sink->path_ = real;
@@ -153,6 +169,16 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
     }
   }
   if (auto result = sink->create_temporary(how); !result) return result.error();
+  return sink;
+}
+
+Result<std::unique_ptr<FileSink>> FileSink::create_live(const std::string& path,
+                                                        Existing existing) {
+  auto sink = create(path, Temporary::unnamed, existing);
+  if (!sink || (*sink)->temporary_.empty()) return sink;
+  (*sink)->live_ = true;
+  // A file system without locks has no protection against two writers.
+  (void)::flock((*sink)->descriptor_, LOCK_EX | LOCK_NB);
   return sink;
 }
 
@@ -198,6 +224,7 @@ Result<void> FileSink::create_named() {
 
 FileSink::~FileSink() {
   if (path_ == "-") return;
+  cut_back();
   if (descriptor_ >= 0) ::close(descriptor_);
   if (named_) ::unlink(temporary_.c_str());
 }
@@ -211,6 +238,7 @@ Result<void> FileSink::write(std::span<const std::byte> bytes) {
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return system_error(ErrorCode::output, "cannot be written", path_);
     bytes = bytes.subspan(static_cast<std::size_t>(n));
+    bytes_ += static_cast<std::size_t>(n);
   }
   return {};
 }
@@ -230,30 +258,66 @@ Result<void> FileSink::copy(RandomSource& from, std::uint64_t offset, std::uint6
   std::uint64_t done = 0;
   if (const auto* file = dynamic_cast<const FileRandomSource*>(&from))
     done = file->copy_to(descriptor_, offset, bytes);
+  bytes_ += done;
   return ByteSink::copy(from, offset + done, bytes - done);
 }
 
 Result<void> FileSink::commit() {
   if (path_ == "-" || scratch_ || committed_) return {};
-  if (auto result = flush(); !result) return result;
-  pass_permissions_on();
+  if (auto result = flush_file(); !result) return result;
+  if (!published_)
+    if (auto result = make_visible(); !result) return result;
   // Some file systems report a failed write only when the file is closed.
-  if (named_ || temporary_.empty()) {
-    if (auto result = close(); !result) return result;
-    if (named_)
-      if (auto result = rename_temporary(); !result) return result;
-  } else {
+  if (auto result = close(); !result) return result;
+  committed_ = true;
+  return temporary_.empty() || published_ ? Result<void>() : flush_folder(path_);
+}
+
+/// Gives the file its final name.
+Result<void> FileSink::make_visible() {
+  pass_permissions_on();
+  if (named_) {
+    if (!live_)
+      if (auto result = close(); !result) return result;
+    if (auto result = rename_temporary(); !result) return result;
+  } else if (!temporary_.empty()) {
     if (const int again = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
         again >= 0 && ::close(again) != 0)
       return system_error(ErrorCode::output, "cannot be closed", path_);
     if (auto result = link(); !result) return result;
-    // Ignore an error from this close(): write errors have already been reported when the duplicate
-    // descriptor was closed above.
-    (void)close();
   }
   named_ = false;
-  committed_ = true;
-  return temporary_.empty() ? Result<void>() : flush_folder(path_);
+  return {};
+}
+
+Result<void> FileSink::flush() { return live_ ? flush_file() : Result<void>(); }
+
+Result<void> FileSink::publish() {
+  if (temporary_.empty()) return {};
+  if (!live_)
+    return Error{.code = ErrorCode::misuse,
+                 .detail = "cannot be published before it is complete: it is not a live file",
+                 .file = path_};
+  if (auto result = flush_file(); !result) return result;
+  if (!published_) {
+    if (is_locked(path_)) return busy_error(path_);
+    if (auto result = make_visible(); !result) return result;
+    if (descriptor_ < 0) {  // the file has been copied and closed
+      descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+      if (descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path_);
+      (void)::flock(descriptor_, LOCK_EX | LOCK_NB);
+    }
+    published_ = true;
+    if (auto result = flush_folder(path_); !result) return result;
+  }
+  published_bytes_ = bytes_;
+  return {};
+}
+
+/// Removes the bytes of a live file that have not been published.
+void FileSink::cut_back() {
+  if (published_ && !committed_ && descriptor_ >= 0 && bytes_ != published_bytes_)
+    (void)!::ftruncate(descriptor_, static_cast<off_t>(published_bytes_));
 }
 
 Result<void> FileSink::close() {
@@ -279,7 +343,7 @@ void FileSink::pass_permissions_on() const {
 /// Flushes all data of the file to the disk. A named file is opened again by its name, since a
 /// library that writes through the name may have replaced the file that this sink created. If the
 /// file system cannot flush (EINVAL), does nothing.
-Result<void> FileSink::flush() const {
+Result<void> FileSink::flush_file() const {
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
   const bool flushed = file >= 0 && (::fsync(file) == 0 || errno == EINVAL);
   const Error error = system_error(ErrorCode::output, "cannot be flushed", path_);
@@ -353,7 +417,7 @@ Result<void> FileSink::rename_copy(const Error& why) {
   }
   ::close(unnamed);
   if (auto result = copy(**whole, 0, (*whole)->size()); !result) return result;
-  if (auto result = flush(); !result) return result;
+  if (auto result = flush_file(); !result) return result;
   pass_permissions_on();
   if (auto result = close(); !result) return result;
   return rename_temporary();

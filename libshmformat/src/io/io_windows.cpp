@@ -255,6 +255,13 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
   return sink;
 }
 
+Result<std::unique_ptr<FileSink>> FileSink::create_live(const std::string& path,
+                                                        Existing existing) {
+  auto sink = create(path, Temporary::named, existing);
+  if (sink) (*sink)->live_ = !(*sink)->temporary_.empty();
+  return sink;
+}
+
 Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& folder,
                                                            const std::string& name, Temporary how) {
   std::unique_ptr<FileSink> sink(new FileSink());
@@ -290,6 +297,7 @@ Result<void> FileSink::create_named() {
 
 FileSink::~FileSink() {
   if (path_ == "-") return;
+  cut_back();
   if (descriptor_ >= 0) ::_close(descriptor_);
   if (named_) ::DeleteFileW(system_path(temporary_).c_str());
 }
@@ -304,6 +312,7 @@ Result<void> FileSink::write(std::span<const std::byte> bytes) {
     if (::WriteFile(handle_of(descriptor_), bytes.data(), wanted, &done, nullptr) == 0)
       return system_error(ErrorCode::output, "cannot be written", path_);
     bytes = bytes.subspan(done);
+    bytes_ += done;
   }
   return {};
 }
@@ -329,16 +338,51 @@ Result<void> FileSink::copy(RandomSource& from, std::uint64_t offset, std::uint6
 
 Result<void> FileSink::commit() {
   if (path_ == "-" || scratch_ || committed_) return {};
-  if (named_) {
-    if (auto status = flush(); !status) return status;
-    if (auto status = close(); !status) return status;
-    if (auto status = rename_temporary(); !status) return status;
-    named_ = false;
-  } else if (auto status = close(); !status) {
-    return status;
-  }
+  if (published_ || named_)
+    if (auto status = flush_file(); !status) return status;
+  if (auto status = close(); !status) return status;
+  if (named_)
+    if (auto status = make_visible(); !status) return status;
   committed_ = true;
   return {};
+}
+
+/// Gives the file its final name. Precondition: the file is closed.
+Result<void> FileSink::make_visible() {
+  if (auto status = rename_temporary(); !status) return status;
+  named_ = false;
+  return {};
+}
+
+Result<void> FileSink::flush() { return live_ ? flush_file() : Result<void>(); }
+
+Result<void> FileSink::publish() {
+  if (temporary_.empty()) return {};
+  if (!live_)
+    return Error{.code = ErrorCode::misuse,
+                 .detail = "cannot be published before it is complete: it is not a live file",
+                 .file = path_};
+  if (auto status = flush_file(); !status) return status;
+  if (!published_) {  // an open file cannot be renamed
+    if (auto status = close(); !status) return status;
+    if (auto status = make_visible(); !status) return status;
+    temporary_ = path_;
+    descriptor_ = descriptor_of(open_handle(path_, GENERIC_READ | GENERIC_WRITE, OPEN_EXISTING));
+    if (descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path_);
+    ::SetFilePointer(handle_of(descriptor_), 0, nullptr, FILE_END);
+    published_ = true;
+  }
+  published_bytes_ = bytes_;
+  return {};
+}
+
+/// Removes the bytes of a live file that have not been published.
+void FileSink::cut_back() {
+  if (!published_ || committed_ || descriptor_ < 0 || bytes_ == published_bytes_) return;
+  LARGE_INTEGER end{};
+  end.QuadPart = static_cast<LONGLONG>(published_bytes_);
+  if (::SetFilePointerEx(handle_of(descriptor_), end, nullptr, FILE_BEGIN) != 0)
+    (void)::SetEndOfFile(handle_of(descriptor_));
 }
 
 Result<void> FileSink::close() {
@@ -349,7 +393,7 @@ Result<void> FileSink::close() {
 /// Flushes all data of the file to the disk. Opens the file by its name, since a library that
 /// writes through the name may have replaced the file that this sink created. If the file system
 /// cannot flush, does nothing.
-Result<void> FileSink::flush() const {
+Result<void> FileSink::flush_file() const {
   const Handle file(open_handle(temporary_, GENERIC_WRITE, OPEN_EXISTING));
   if (file && (::FlushFileBuffers(file.get()) != 0 || ::GetLastError() == ERROR_INVALID_FUNCTION))
     return {};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -94,25 +95,35 @@ auto IndexedFile::read_chunk_of_parts(const IndexEntry& entry) -> Result<Payload
   return Payload{kept_, kept_version_};
 }
 
-/// Reads and unpacks the blob of step times. `version` and `digest` receive the version of the
-/// chunk and the digest that it states.
-Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry,
-                                                        std::uint8_t& version,
-                                                        std::uint64_t& digest) {
+/// Reads a chunk of step times and appends its times to `times`. In a damaged file, the times of
+/// lost chunks before it are NaN.
+Result<void> IndexedFile::read_step_times(const IndexEntry& entry, std::vector<double>& times) {
+  const std::string section = container::chunk_name(entry.kind);
+  std::uint8_t version = 0;
   const auto payload = read_chunk(entry, &version);
   if (!payload) return payload.error();
   ByteReader in(*payload);
-  if (container::has_digest(version)) digest = in.get_u64();
-  const std::string section = container::chunk_name(entry.kind);
+  const std::uint64_t digest = container::has_digest(version) ? in.get_u64() : 0;
+  const std::uint64_t first = container::has_first_time(version) ? in.get_varint() : 0;
+  std::uint64_t limit = std::min(most_bytes_of_times(limits_), budget().left(source_->size()));
+  if (first < times.size() || (first > times.size() && !decodable_) ||
+      first > limit / sizeof(double))
+    return corrupt("its times do not follow those of the step times before it", section,
+                   entry.offset);
+  limit -= first * sizeof(double);
   const std::uint64_t size = stated_packed_size(in);
   if (has_bounded_blobs() && size > most_unpacked(in.left()))
     return corrupt("unpacks to more bytes than its packed size permits", section, entry.offset);
-  const std::uint64_t limit =
-      std::min(most_bytes_of_times(limits_), budget().left(source_->size()));
   if (size > limit) return over_limit("unpacks to more than the limit", section, entry.offset);
-  auto blob = get_packed(in, limit);
-  if (!blob) return corrupt("cannot be unpacked", section, entry.offset);
-  return std::move(*blob);
+  const auto blob = get_packed(in, limit);
+  std::vector<double> more;
+  if (!blob || !container::get_times(*blob, more, version))
+    return corrupt("cannot be unpacked", section, entry.offset);
+  if (container::has_digest(version) && digest_of_step_times(more, first) != digest)
+    return corrupt(std::string("the decoded times") + kNotTheDigest, section, entry.offset);
+  times.resize(static_cast<std::size_t>(first), std::numeric_limits<double>::quiet_NaN());
+  times.insert(times.end(), more.begin(), more.end());
+  return {};
 }
 
 UnpackBudget IndexedFile::budget() const {
@@ -142,19 +153,9 @@ Result<std::vector<Extra>> IndexedFile::read_extras() {
 
 Result<std::vector<double>> IndexedFile::read_step_times() {
   std::vector<double> times;
-  bool found = false;
   for (const IndexEntry& entry : index_.entries) {
     if (entry.kind != static_cast<std::uint8_t>(ChunkKind::step_times)) continue;
-    if (std::exchange(found, true)) return wrong_index("has step times twice");
-    std::uint8_t version = 0;
-    std::uint64_t digest = 0;
-    const auto blob = read_packed(entry, version, digest);
-    if (!blob) return blob.error();
-    const std::string section = container::chunk_name(entry.kind);
-    if (!container::get_times(*blob, times, version))
-      return corrupt("cannot be unpacked", section, entry.offset);
-    if (container::has_digest(version) && digest_of_step_times(times) != digest)
-      return corrupt(std::string("the decoded times") + kNotTheDigest, section, entry.offset);
+    if (auto status = read_step_times(entry, times); !status) return status.error();
   }
   return times;
 }
@@ -305,15 +306,28 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
 // --- opening
 
 Result<void> IndexedFile::read_index() {
-  const auto last = container::last_chunk(*source_, ChunkKind::index);
-  if (!last) return last.error();
-  index_offset_ = last->offset;
-  std::uint8_t version = 0;
-  const auto payload = container::read_chunk(*source_, *last, limits_.max_chunk_bytes, &version);
-  if (!payload) return payload.error();
-  ByteReader fields(*payload);
-  if (!container::get(fields, index_, version, index_offset_ / kShortHeaderBytes))
-    return wrong_index("is invalid");
+  auto place = container::last_index(*source_);
+  if (!place) return place.error();
+  index_offset_ = place->offset;
+  std::vector<std::vector<IndexEntry>> lists;  // from the last index to the first
+  bool has_more = false;
+  do {
+    if (lists.size() == container::kMostIndexes) return wrong_index("refers to too many indexes");
+    std::uint8_t version = 0;
+    const auto payload = container::read_chunk(*source_, *place, limits_.max_chunk_bytes, &version);
+    if (!payload) return payload.error();
+    container::Index index;
+    if (!container::get_index_payload(*payload, index, version, place->offset,
+                                      place->offset / kShortHeaderBytes))
+      return corrupt("is invalid", "index", place->offset);
+    lists.push_back(std::move(index.entries));
+    if (lists.size() == 1) index_ = index;
+    has_more = index.previous_index != 0;
+    if (has_more) *place = lists.back()[0];
+  } while (has_more);
+  index_.entries.clear();
+  for (auto list = lists.rbegin(); list != lists.rend(); ++list)
+    std::move(list->begin(), list->end(), std::back_inserter(index_.entries));
   return {};
 }
 

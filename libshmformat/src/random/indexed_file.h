@@ -135,8 +135,7 @@ class IndexedFile {
   Result<void> read_schema();
   Result<void> list_groups();
   void add_to_segment(const container::IndexEntry& entry);
-  Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry,
-                                             std::uint8_t& version, std::uint64_t& digest);
+  Result<void> read_step_times(const container::IndexEntry& entry, std::vector<double>& times);
   /// Returns the memory budget for unpacked blobs that remains after the schema has been unpacked.
   /// Each call returns the full remaining budget, so that reading the same parts a second time does
   /// not fail.

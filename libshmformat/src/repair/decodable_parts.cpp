@@ -81,8 +81,7 @@ DecodableParts Gatherer::run() {
     entry.offset = chunk.offset;
     entry.bytes = chunk.bytes();
     if (chunk.whole && chunk.is(ChunkKind::extra)) out_.extras.push_back(entry);
-    if (chunk.whole && chunk.is(ChunkKind::step_times) && out_.step_times.empty())
-      out_.step_times.push_back(entry);
+    if (chunk.whole && chunk.is(ChunkKind::step_times)) out_.step_times.push_back(entry);
   }
   gather_values();
   return std::move(out_);

@@ -1,6 +1,8 @@
 #include "repair/found_chunks.h"
 
 #include <algorithm>
+#include <iterator>
+#include <map>
 #include <utility>
 
 #include "base/binary.h"
@@ -53,6 +55,7 @@ Result<void> FoundChunks::read() {
   auto scan = container::scan_chunks(*source_, limits_.max_chunk_bytes);
   if (!scan) return scan.error();
   scan_ = std::move(*scan);
+  drop_uncommitted();
   if (!scan_.start && scan_.chunks.empty()) return corrupt("contains no part of a .shm file");
   if (std::any_of(scan_.chunks.begin(), scan_.chunks.end(),
                   [](const FoundChunk& chunk) { return chunk.is(ChunkKind::members); }) ||
@@ -71,6 +74,23 @@ Result<void> FoundChunks::read() {
   std::stable_sort(damages_.begin(), damages_.end(),
                    [](const Damage& a, const Damage& b) { return a.offset < b.offset; });
   return {};
+}
+
+/// Removes the chunks after the last index if the file has no later index: the program that wrote
+/// the file ended before it committed them. An index that extends beyond the end of the file does
+/// not count.
+void FoundChunks::drop_uncommitted() {
+  auto& chunks = scan_.chunks;
+  const auto last = std::find_if(chunks.rbegin(), chunks.rend(), [&](const FoundChunk& chunk) {
+    return chunk.is(ChunkKind::index) && chunk.bytes() <= source_->size() - chunk.offset;
+  });
+  if (last == chunks.rend() || last == chunks.rbegin() || !last->whole ||
+      !container::has_trailer_inside(last->header.version) ||
+      scan_.index_offset.value_or(0) > last->offset)
+    return;
+  chunks.erase(last.base(), chunks.end());
+  scan_.end = chunks.back().offset + chunks.back().bytes();
+  scan_.trailer = true;
 }
 
 Result<std::vector<std::byte>> FoundChunks::payload_of(const FoundChunk& chunk,
@@ -128,17 +148,67 @@ std::vector<std::byte> FoundChunks::beginning() const {
   return std::move(out.bytes);
 }
 
+/// Returns the undamaged index chunks by the offset at which they were written, even if they are
+/// elsewhere now.
+Result<std::map<std::uint64_t, const FoundChunk*>> FoundChunks::index_chunks() {
+  std::map<std::uint64_t, const FoundChunk*> found;
+  for (const FoundChunk& chunk : scan_.chunks) {
+    if (!chunk.whole || !chunk.is(ChunkKind::index) || chunk.bytes() < container::kTrailerBytes)
+      continue;
+    std::vector<std::byte> end(container::kTrailerBytes);
+    if (auto status = source_->read_at(chunk.offset + chunk.bytes() - end.size(), end); !status)
+      return status.error();
+    if (const auto offset = container::offset_in_index(end)) found[*offset] = &chunk;
+  }
+  return found;
+}
+
+/// Reads an index, and the indexes to which it refers. Returns the index with all of their entries,
+/// or nullopt if one of them is damaged.
+Result<std::optional<container::Index>> FoundChunks::index_at(const FoundChunk& last) {
+  std::optional<container::Index> whole;
+  std::vector<std::vector<IndexEntry>> lists;  // from the last index to the first
+  std::map<std::uint64_t, const FoundChunk*> indexes;
+  for (const FoundChunk* chunk = &last; chunk != nullptr;) {
+    const auto payload = payload_of(*chunk, limits_.max_chunk_bytes);
+    if (!payload) return payload.error();
+    container::Index index;
+    const auto offset = container::has_trailer_inside(chunk->header.version)
+                            ? container::offset_in_index(*payload)
+                            : chunk->offset;
+    if (!offset || lists.size() == container::kMostIndexes ||
+        !container::get_index_payload(*payload, index, chunk->header.version, *offset,
+                                      chunk->header.sequence))
+      return std::optional<container::Index>();
+    chunk = nullptr;
+    if (index.previous_index != 0) {
+      if (indexes.empty()) {
+        auto found = index_chunks();
+        if (!found) return found.error();
+        indexes = std::move(*found);
+      }
+      const auto before = indexes.find(index.previous_index);
+      if (before == indexes.end()) return std::optional<container::Index>();
+      chunk = before->second;
+    }
+    lists.push_back(std::move(index.entries));
+    index.entries.clear();
+    index.previous_index = 0;
+    if (!whole) whole = std::move(index);
+  }
+  for (auto list = lists.rbegin(); list != lists.rend(); ++list)
+    std::move(list->begin(), list->end(), std::back_inserter(whole->entries));
+  return whole;
+}
+
 Result<void> FoundChunks::find_index() {
   if (scan_.chunks.empty()) return {};
   const FoundChunk& last = scan_.chunks.back();
   if (!last.whole || !last.is(ChunkKind::index)) return {};
-  const auto payload = payload_of(last, limits_.max_chunk_bytes);
-  if (!payload) return payload.error();
-  ByteReader in(*payload);
-  container::Index index;
-  if (!container::get(in, index, last.header.version, last.header.sequence) ||
-      index.entries.size() != last.header.sequence)
-    return {};
+  const auto read = index_at(last);
+  if (!read) return read.error();
+  if (!*read || (*read)->entries.size() != last.header.sequence) return {};
+  container::Index index = **read;
   std::uint64_t pairs = 0;
   for (const IndexEntry& entry : index.entries)
     for (const container::StepEntry& part : entry.parts) pairs += pairs_of(part);
@@ -183,7 +253,7 @@ Result<bool> FoundChunks::is_contradicted(const container::Index& index) {
     else
       list.add_step_values(chunk.header, parts);
   }
-  return list.difference(index.entries).has_value();
+  return list.difference(index).has_value();
 }
 
 // --- with an index
@@ -299,13 +369,16 @@ Result<void> FoundChunks::judge_by_numbers() {
       if (chunk.whole) damages_.push_back(damage_of(DamageKind::repeated, chunk, source_->size()));
       continue;
     }
-    if (chunk.is(ChunkKind::index) && &chunk != &found.back())
-      continue;  // judge_end() handles the last index
+    // judge_end() handles the last index. Version 0 has only one index, the last chunk.
+    const bool is_end = chunk.is(ChunkKind::index) && &chunk == &found.back();
+    if (chunk.is(ChunkKind::index) && !is_end &&
+        !container::has_trailer_inside(chunk.header.version))
+      continue;
     if (chunk.offset < farthest)
       damages_.push_back(damage_of(DamageKind::out_of_order, chunk, source_->size()));
     add_gap(before, chunk);
     farthest = std::max(farthest, chunk.offset + chunk.bytes());
-    if (!chunk.is(ChunkKind::index))
+    if (!is_end)
       if (auto status = take(chunk, nullptr); !status) return status;
     before = &chunk;
   }

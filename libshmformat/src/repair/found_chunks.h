@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -70,9 +71,12 @@ class FoundChunks {
   FoundChunks(RandomSource& source, const ReadLimits& limits) : source_(&source), limits_(limits) {}
 
   Result<void> read();
+  void drop_uncommitted();
   Result<std::vector<std::byte>> payload_of(const container::FoundChunk& chunk, std::uint64_t most);
   Result<void> find_schema();
   Result<void> find_index();
+  Result<std::map<std::uint64_t, const container::FoundChunk*>> index_chunks();
+  Result<std::optional<container::Index>> index_at(const container::FoundChunk& last);
   Result<bool> is_contradicted(const container::Index& index);
   Result<void> judge_by_index();
   Result<void> judge_by_numbers();

@@ -39,11 +39,11 @@ std::uint64_t sum_of(const DigestKeys& keys, std::span<const std::uint64_t> numb
   }
 }
 
-std::uint64_t digest_of_step_times(std::span<const double> times) {
+std::uint64_t digest_of_step_times(std::span<const double> times, std::uint64_t first) {
   const DigestKeys keys = DigestKeys::of_step_times();
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i < times.size(); ++i)
-    sum += digest_of_word(keys.first(i), std::bit_cast<std::uint64_t>(times[i]));
+    sum += digest_of_word(keys.first(first + i), std::bit_cast<std::uint64_t>(times[i]));
   return sum;
 }
 

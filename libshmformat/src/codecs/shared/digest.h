@@ -60,8 +60,8 @@ class DigestKeys {
 std::uint64_t digest_of_values(const DigestKeys& keys, std::span<const std::uint64_t> numbers,
                                const std::byte* values, std::size_t stride, ScalarType type,
                                std::size_t components);
-/// Returns the digest of the step times. Each time is a word.
-std::uint64_t digest_of_step_times(std::span<const double> times);
+/// Returns the digest of the times of step `first` and the steps after it. Each time is a word.
+std::uint64_t digest_of_step_times(std::span<const double> times, std::uint64_t first);
 
 /// Computes digests of cells. The first word of a cell is its block, with the number of its nodes
 /// in the upper half. The other words are the vertex numbers of its nodes. If the file does not
