@@ -323,10 +323,12 @@ bool is_whole_file(RandomSource& file) {
   if (std::memcmp(start.data(), kSignature.data(), start.size()) != 0 ||
       std::memcmp(&trailer[12], kEnd.data(), kEnd.size()) != 0 ||
       get(&trailer[8], 4) != checksum(std::span(trailer).first(8)) || index > file.size() ||
-      file.size() - index < header.size() + trailer.size())
+      file.size() - index < header.size())
     return false;
   unwrap(file.read_at(index, header), {});
-  return bytes_of_chunk(header) == file.size() - index - trailer.size();
+  // The trailer is the end of the index, or, in archives and before version 0.10, follows it.
+  const std::uint64_t bytes = bytes_of_chunk(header), left = file.size() - index;
+  return bytes == left || bytes == left - trailer.size();
 }
 
 double ProtectedFile::share() const {

@@ -160,6 +160,49 @@ class LiveSolver(unittest.TestCase):
         commit = "write fsync write fsync"
         self.assertEqual(calls, f"{commit} link fsync {commit} {commit} write fsync")
 
+    def test_a_killed_run_continues(self):
+        """The file of a run that is killed and continued has the same contents as that of one run."""
+        solver = str(self.folder / "c")
+        whole = self.folder / "whole.shm"
+        subprocess.run([solver, str(whole), "60"], check=True, capture_output=True)
+        self.file.unlink(missing_ok=True)
+        with subprocess.Popen([solver, str(self.file), "40"], stdout=subprocess.PIPE, text=True) as run:
+            for line in run.stdout:
+                if "step 20" in line:
+                    run.kill()
+        with open(self.file, "ab") as file:
+            file.write(b"SHMc and some bytes of a torn chunk")
+        size = self.file.stat().st_size
+        with shmformat.Writer.reopen(self.file) as writer:
+            with shmformat.open(self.file) as mesh:
+                x = mesh.points[:, 0]
+            self.assertLess(self.file.stat().st_size, size)  # the torn bytes are gone
+            for step in range(len(writer.step_times), 60):
+                writer.write_step(0.5 * step, point_data={"temperature": 300 + x * (0.5 * step)})
+                if step % 3 == 0:
+                    writer.commit()
+                    with shmformat.open(self.file) as mesh:
+                        self.assertEqual(len(mesh.step_times), step + 1)
+        self.expect_steps(60)
+        digests = [json.loads(subprocess.run([SHM, "info", "--json", path], capture_output=True, check=True).stdout)["digest"]
+                   for path in (self.file, whole)]
+        self.assertEqual(digests[0], digests[1])
+        diff = subprocess.run([SHM, "diff", self.file, whole], capture_output=True, text=True, check=False)
+        self.assertEqual(diff.returncode, 0, diff.stdout + diff.stderr)
+        other = self.folder / "other_name.shm"
+        other.unlink(missing_ok=True)
+        os.link(self.file, other)
+        with self.assertRaisesRegex(shmformat.Error, "one name"):
+            shmformat.Writer.reopen(self.file)
+        other.unlink()
+        os.symlink(self.file, other)
+        with self.assertRaisesRegex(shmformat.Error, "symbolic link"):
+            shmformat.Writer.reopen(other)
+        other.unlink()
+        subprocess.run([SHM, "repair", "--parity", "10", self.file], check=True, capture_output=True)
+        with self.assertRaisesRegex(shmformat.Error, "parity"):
+            shmformat.Writer.reopen(self.file)
+
     def test_another_writer_is_refused(self):
         self.file.unlink(missing_ok=True)
         points = np.array([[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=float)

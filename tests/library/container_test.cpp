@@ -390,8 +390,14 @@ TEST(ChunkWriter, NumbersChecksumsAndRemembers) {
   for (std::uint32_t i = 0; i < 3; ++i) {
     const Chunk& chunk = parts.chunks[i];
     EXPECT_EQ(chunk.header.sequence, i);
-    EXPECT_EQ(chunk.header.payload_bytes, chunk.payload.size());
-    EXPECT_EQ(chunk.header.payload_checksum, checksum(chunk.payload));
+    std::vector<std::byte> whole_payload = chunk.payload;
+    if (chunk.has_trailer()) {
+      ByteWriter trailer;
+      put_trailer(trailer, parts.last_offset());
+      whole_payload.insert(whole_payload.end(), trailer.bytes.begin(), trailer.bytes.end());
+    }
+    EXPECT_EQ(chunk.header.payload_bytes, whole_payload.size());
+    EXPECT_EQ(chunk.header.payload_checksum, checksum(whole_payload));
   }
   EXPECT_EQ(parts.chunks[0].payload, payload);
   ByteReader in(parts.chunks[2].payload);

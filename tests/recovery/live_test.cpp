@@ -355,6 +355,67 @@ TEST(Live, AppendingToALiveFileMakesAnOrdinaryFile) {
             1);
 }
 
+/// Continues a file in place: with a commit for each step, or with one at the end.
+Bytes continued(Bytes bytes, std::uint64_t from, std::uint64_t to, bool commits) {
+  const Bytes old = bytes;
+  MemoryRandomSource source(old);
+  MemorySink sink;
+  AppendOptions options;
+  options.in_place = true;
+  auto appender = Appender::open(source, sink, options).value();
+  for (std::uint64_t s = from; s < to; ++s) {
+    EXPECT_TRUE(add_step(appender, s));
+    if (commits) {
+      EXPECT_TRUE(appender.commit());
+    }
+  }
+  const auto report = appender.finish();
+  EXPECT_TRUE(report) << report.error().message();
+  bytes.resize(bytes_of_file(source).value());
+  bytes.insert(bytes.end(), sink.bytes.begin(), sink.bytes.end());
+  if (report) {
+    EXPECT_EQ(report->total_bytes, bytes.size());
+  }
+  return bytes;
+}
+
+TEST(Live, FilesAreContinuedInPlace) {
+  for (const bool commits : {false, true})
+    for (const bool finished : {false, true}) {
+      const CountingSink sink = live_file(5, finished);
+      expect_steps(continued(sink.bytes, 5, 9, commits), 9);
+      // A torn tail is replaced.
+      Bytes torn = live_file(6, false).bytes;
+      torn.resize(torn.size() - 1);
+      expect_steps(continued(torn, 5, 7, commits), 7);
+      expect_steps(continued(written_at_once(3), 3, 4, commits), 4);
+    }
+  // Many sessions of one step need as few indexes as commits.
+  Bytes bytes = written_at_once(1);
+  for (std::uint64_t s = 1; s < 70; ++s) bytes = continued(bytes, s, s + 1, false);
+  expect_steps(bytes, 70);
+}
+
+TEST(Live, SomeFilesAreNotContinuedInPlace) {
+  const Bytes old = written_at_once(2);
+  MemoryRandomSource source(old);
+  MemorySink sink;
+  AppendOptions options;
+  options.in_place = true;
+  auto appender = Appender::open(source, sink, options).value();
+  EXPECT_FALSE(appender.drop_extras());
+  AppendOptions copies;
+  auto other = Appender::open(source, sink, copies).value();
+  EXPECT_EQ(other.commit().error().code, ErrorCode::misuse);
+  Bytes with_parity = old;
+  for (const char c : std::string("SHMP and more")) with_parity.push_back(std::byte(c));
+  with_parity.insert(with_parity.end(), old.end() - container::kTrailerBytes, old.end());
+  MemoryRandomSource of_parity(with_parity);
+  const auto refused = Appender::open(of_parity, sink, options);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("parity"), std::string::npos);
+}
+
 #ifndef _WIN32
 
 class LiveFile : public testing::Test {

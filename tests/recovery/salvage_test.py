@@ -374,10 +374,10 @@ class Salvage(unittest.TestCase):
                                  ([(schema.at, schema.at + 15)], ["schema"]),
                                  ([(schema.at + 30, schema.at + 31)], ["schema"]),
                                  ([(0, schema.end)], ["file start", "schema"]),
-                                 ([(index.end, index.end + 16)], ["end record"]),
+                                 ([(index.end - 16, index.end)], ["index"]),
                                  ([(index.at, index.at + 22)], ["index"]),
                                  ([(index.at + 40, index.at + 41)], ["index"]),
-                                 ([(index.at, index.end + 16)], ["index", "end record"])):
+                                 ([(index.at, index.end)], ["index", "end record"])):
             data = self.hurt(*ranges)
             self.assertEqual([d["section"] for d in self.verify(data)], sections)
             report = self.repair(data, 0)
@@ -385,7 +385,7 @@ class Salvage(unittest.TestCase):
             self.assertEqual(report["new_index"], "index" in sections)
             self.same_bytes()
         # A file is repaired in place only if no data is lost.
-        for hurt in ((index.end, index.end + 16), (index.at, index.at + 22)):
+        for hurt in ((index.end - 16, index.end), (index.at, index.at + 22)):
             path = self.put(self.hurt(hurt))
             self.assertEqual(self.shm("repair", path).returncode, 0)
             with open(path, "rb") as file:
@@ -439,12 +439,12 @@ class Salvage(unittest.TestCase):
 
     def test_repeated_and_reordered(self):
         pieces = [self.whole[c.at:c.end] for c in self.chunks]
-        start, trailer = self.whole[:16], self.whole[-16:]
-        twice = start + b"".join(pieces[:9] + [pieces[5]] + pieces[9:]) + trailer
+        start = self.whole[:16]
+        twice = start + b"".join(pieces[:9] + [pieces[5]] + pieces[9:])
         swapped = pieces[:]
         swapped[4], swapped[12] = swapped[12], swapped[4]
-        swapped = start + b"".join(swapped) + trailer
-        stray = start + b"".join(pieces[:7]) + b"SHMc no chunk and SHMC none" + b"".join(pieces[7:]) + trailer
+        swapped = start + b"".join(swapped)
+        stray = start + b"".join(pieces[:7]) + b"SHMc no chunk and SHMC none" + b"".join(pieces[7:])
         for data, kind in ((twice, "repeated"), (swapped, "out of order"), (stray, "out of order")):
             self.assertIn(kind, [d["what"] for d in self.verify(data)])
             self.assertEqual(self.repair(data, 0)["outcome"], "healed")
@@ -454,7 +454,7 @@ class Salvage(unittest.TestCase):
             lame[-40:] = bytes(40)
             self.assertTrue(self.repair(lame, 0)["new_index"])
             self.same_bytes()
-        removed = start + b"".join(pieces[:6] + pieces[8:]) + trailer
+        removed = start + b"".join(pieces[:6] + pieces[8:])
         self.assertEqual([d["section"] for d in self.verify(removed) if d["what"] == "missing"],
                          ["group"] * 2)
         self.repair(removed, 7)

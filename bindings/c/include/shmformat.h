@@ -690,8 +690,8 @@ typedef struct shmf_write_options {
      step is a key step. */
   uint32_t key_steps;
   /* 1: readers may open the file while it is written. The file appears with the first
-     shmf_writer_commit(), and keeps what has been committed whatever happens later. For
-     shmf_writer_path() only. */
+     shmf_writer_commit(), and keeps what has been committed whatever happens later. Not for
+     shmf_writer_sink(). */
   int32_t live;
 } shmf_write_options;
 
@@ -710,7 +710,10 @@ SHMF_API shmf_status shmf_writer_sink(int (*write)(void* context, const void* by
 /* Makes a writer that adds time steps to an existing file. The file is unchanged until
    shmf_writer_finish() replaces it. Continue with shmf_writer_values(), shmf_writer_times() (with
    the times of all steps, including the existing steps) and shmf_writer_extra(). Only the members
-   level and key_steps of `options` are used. */
+   level, key_steps and live of `options` are used. If `live` is 1, the file itself grows: nothing is
+   copied, data that was not committed is removed, and shmf_writer_commit() makes new steps readable.
+   A run continues in this way after a crash. The file must have one name, no parity, and format
+   version 0.10. */
 SHMF_API shmf_status shmf_writer_append(const char* path, const shmf_write_options* options,
                                         shmf_writer** writer, shmf_error* error);
 

@@ -16,6 +16,7 @@
 #include "shm/reader.h"
 #include "shm/recorded_order.h"
 #include "shm/sets.h"
+#include "shm/summary.h"
 #include "shm/writer.h"
 #include "structs.h"
 
@@ -461,17 +462,28 @@ shmf_status shmf_writer_append(const char* path, const shmf_write_options* optio
       if (why.file.empty()) why.file = path;
       return why;
     };
+    made.is_live = own.live != 0;
+    // A live file is locked before it is read.
+    auto sink = made.is_live ? shm::FileSink::open_live(name) : shm::FileSink::create(name);
+    if (!sink) return sink.error();
+    shm::FileSink& file = **sink;
     auto old = shm::FileRandomSource::open(name);
     if (!old) return old.error();
-    auto sink = shm::FileSink::create(name);
-    if (!sink) return sink.error();
     made.old = std::move(*old);
-    made.sink = std::make_unique<shmf::SuccessorSink>(std::move(*sink), made.old);
+    made.sink = std::move(*sink);
+    if (!made.is_live)
+      made.sink = std::make_unique<shmf::SuccessorSink>(std::move(made.sink), made.old);
     shm::AppendOptions how;
     how.level = made.options.level;
     how.key_steps = own.key_steps;
+    how.in_place = made.is_live;
     auto appender = shm::Appender::open(*made.old, *made.sink, how);
     if (!appender) return named(appender.error());
+    if (made.is_live) {
+      const auto bytes = shm::bytes_of_file(*made.old);
+      if (!bytes) return named(bytes.error());
+      if (auto status = file.continue_at(*bytes); !status) return status;
+    }
     made.appender.emplace(std::move(*appender));
     made.schema = made.appender->schema();
     if (auto status = made.read_order(); !status) return named(status.error());
@@ -663,9 +675,8 @@ shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t
 shmf_status shmf_writer_commit(shmf_writer* writer, shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
     if (auto status = writer->end_mesh(); !status) return status;
-    if (writer->appender) return misuse("steps that are appended cannot be committed one by one");
     if (!writer->is_live) return misuse("the file is not live");
-    return writer->writer->commit();
+    return writer->appender ? writer->appender->commit() : writer->writer->commit();
   });
 }
 

@@ -218,6 +218,34 @@ class Writer:
             self._writer.close()
             raise
 
+    @classmethod
+    def reopen(cls, path: str | os.PathLike[str], *, level: str = "default") -> "Writer":
+        """Continues a file after its last commit, in place, as a live file. A run that was killed continues in this
+        way. Data that was not committed is removed. Vertices and cells are in the order in which a Mesh of this file
+        returns them.
+        """
+        writer = cls.__new__(cls)
+        options = struct("write_options")
+        options.level, options.live = _LEVELS[level], True
+        writer._writer = _Writer(path, options, append=True)
+        try:
+            with open_shm(path) as mesh:
+                if not isinstance(mesh, Mesh):
+                    raise ValueError(f"{path} is an archive of several meshes")
+                writer._times = [float(time) for time in mesh.step_times]
+                writer._arrays = [{name: (data._arrays[name], DTYPES[mesh._arrays[data._arrays[name]].type])
+                                   for name in data if mesh._arrays[data._arrays[name]].per_step}
+                                  for data in (mesh.point_data, mesh.cell_data, mesh.global_data)]
+        except BaseException:
+            writer._writer.close()
+            raise
+        return writer
+
+    @property
+    def step_times(self) -> list[float]:
+        """The times of all steps so far."""
+        return list(self._times)
+
     def write_step(self, time: float, *, point_data: Mapping[str, Any] | None = None,
                    cell_data: Mapping[str, Any] | None = None, global_data: Mapping[str, Any] | None = None) -> int:
         """Writes the next time step, and returns its number. Arrays without values have no values at this step."""

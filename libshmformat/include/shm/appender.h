@@ -31,6 +31,10 @@ struct AppendOptions {
   std::string temporary_folder;
   /// Memory limit in bytes for steps that wait, as in WriteOptions::waiting_bytes.
   std::uint64_t waiting_bytes = std::uint64_t{8} << 20;
+  /// True if the sink continues the old file itself, after its last index (FileSink::open_live()).
+  /// Nothing of the old file is copied or changed, and commit() can be called after each step.
+  /// Extras of the old file cannot be dropped, and set_step_times() must repeat its times.
+  bool in_place = false;
 };
 
 /// Adds time steps to a copy of a file. Order of calls: open; optionally drop_extras; then steps,
@@ -42,7 +46,8 @@ class SHM_API Appender {
  public:
   /// Opens `file`, a complete .shm file that is not an archive. Both arguments are borrowed and
   /// must outlive the Appender. Nothing is written to `sink` before the first call that adds a
-  /// step, times or an extra.
+  /// step, times or an extra. With AppendOptions::in_place, fails with ErrorCode::unsupported for
+  /// files before version 0.10 and for files with parity, which would no longer match the file.
   static Result<Appender> open(RandomSource& file, ByteSink& sink,
                                const AppendOptions& options = {}, const ReadLimits& limits = {});
   Appender(Appender&&) noexcept;
@@ -78,6 +83,9 @@ class SHM_API Appender {
   Result<void> set_step_times(std::span<const double> times);
   Result<void> add_extra(const Extra& extra);
 
+  /// Makes everything added so far readable, as Writer::commit() does. Only with
+  /// AppendOptions::in_place.
+  Result<void> commit();
   /// Writes the index, which includes the totals (the counts of vertices, cells, ...), and commits
   /// the sink. The new file is valid only if finish() succeeds.
   Result<SizeReport> finish();

@@ -121,6 +121,12 @@ class SHM_API FileSink final : public ByteSink {
   /// Until the FileSink is closed, every other FileSink for `path` fails with ErrorCode::output.
   static Result<std::unique_ptr<FileSink>> create_live(const std::string& path,
                                                        Existing existing = Existing::replace);
+  /// Opens an existing file to continue it in place, as a live file. Call continue_at() before the
+  /// first write. Fails with ErrorCode::output if the path is a symbolic link, or if the file has
+  /// more than one name, because another name would show the changes, too.
+  static Result<std::unique_ptr<FileSink>> open_live(const std::string& path);
+  /// Continues a file from open_live() after its first `bytes` bytes, and discards the others.
+  Result<void> continue_at(std::uint64_t bytes);
   ~FileSink() override;
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;

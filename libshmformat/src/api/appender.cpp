@@ -50,6 +50,7 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
                                std::span<const std::byte> values);
   Result<void> set_step_times(std::span<const double> times);
   Result<void> add_extra(const Extra& extra);
+  Result<void> commit();
   Result<SizeReport> finish();
 
  private:
@@ -80,6 +81,8 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   const IndexEntry* unfinished_parts() const;
   container::Index totals() const;
   Result<void> begin();
+  Result<void> begin_in_place();
+  Result<void> expect_end();
   Result<void> begin_steps();
   Result<void> remember(std::uint32_t array);
   Result<std::vector<std::byte>> read_step(std::uint32_t array, std::uint64_t step);
@@ -108,7 +111,7 @@ Result<void> Appender::Impl::open() {
   if (!reader) return reader.error();
   reader_ = std::move(*reader);
   look_at_steps();
-  return {};
+  return options_.in_place ? expect_end() : Result<void>();
 }
 
 /// Records the state of each array. Precondition: the StepReader has checked that the chunks of a
@@ -230,14 +233,58 @@ Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
 // --- appending
 
 Result<void> Appender::Impl::drop_extras() {
+  if (options_.in_place)
+    return misuse("extras of a file that is continued in place cannot be dropped", "extras");
   if (writer_) return misuse("drop_extras must be called before anything is written", "extras");
   with_extras_ = false;
+  return {};
+}
+
+/// Fails if the file cannot be continued after its last index.
+Result<void> Appender::Impl::expect_end() {
+  if (!container::has_trailer_inside(file_.index().version))
+    return unsupported("only files of version 0.10 can be continued in place", "file start");
+  const std::uint64_t end = file_.index_offset() + file_.index_bytes();
+  std::vector<std::byte> mark(sizeof(std::uint32_t));
+  if (source_->size() - end < mark.size()) return {};
+  if (auto status = source_->read_at(end, mark); !status) return status;
+  ByteReader in(mark);
+  if (in.get_u32() == container::kPacketMark)
+    return unsupported("has parity, so it cannot be continued in place", "parity", end);
+  return {};
+}
+
+/// Begins to write after the last index of the old file.
+Result<void> Appender::Impl::begin_in_place() {
+  auto schema_chunk = file_.read_chunk(file_.index().entries[0]);
+  if (!schema_chunk) return schema_chunk.error();
+  const auto summary = read_summary(*source_, file_.limits());
+  if (!summary) return summary.error();
+  Streams streams = summary->totals.streams;
+  streams.erase("container");
+  container::ChunkWriter::State state;
+  state.offset = file_.index_offset() + file_.index_bytes();
+  state.entries = file_.index().entries;
+  IndexEntry last;
+  last.kind = static_cast<std::uint8_t>(ChunkKind::index);
+  last.offset = file_.index_offset();
+  last.bytes = file_.index_bytes();
+  state.entries.push_back(std::move(last));
+  state.sequence = static_cast<std::uint32_t>(state.entries.size());
+  for (const std::size_t size : file_.index_sizes()) {
+    const std::size_t begin = state.indexes.empty() ? 0 : state.indexes.back().end;
+    state.indexes.push_back({begin, begin + size});
+  }
+  writer_.emplace(*sink_, schema(), has_digests());
+  writer_->go_on(*std::move(schema_chunk), std::move(state), std::move(streams),
+                 file_.index().steps, file_.index().digest, reader_->step_times());
   return {};
 }
 
 /// Copies the old chunks that are kept. Does nothing after the first call.
 Result<void> Appender::Impl::begin() {
   if (writer_) return {};
+  if (options_.in_place) return begin_in_place();
   const IndexEntry* last = unfinished_parts();
   std::vector<std::byte> parts;
   if (last != nullptr) {
@@ -339,9 +386,17 @@ Result<void> Appender::Impl::add_extra(const Extra& extra) {
   return writer_->add_extra(extra);
 }
 
+Result<void> Appender::Impl::commit() {
+  if (!options_.in_place)
+    return misuse("only a file that is continued in place can be committed", "file");
+  if (auto status = begin(); !status) return status;
+  return writer_->commit(totals());
+}
+
 Result<SizeReport> Appender::Impl::finish() {
   return calls_.finish([&]() -> Result<SizeReport> {
     if (auto status = begin(); !status) return status.error();
+    if (options_.in_place) return writer_->finish_with_commit(totals());
     const auto& entries = file_.index().entries;
     const bool had_times = std::any_of(entries.begin(), entries.end(), [](const IndexEntry& entry) {
       return entry.is(ChunkKind::step_times);
@@ -386,6 +441,9 @@ Result<void> Appender::set_step_times(std::span<const double> times) {
 }
 Result<void> Appender::add_extra(const Extra& extra) {
   return impl_->calls().run([&] { return impl_->add_extra(extra); });
+}
+Result<void> Appender::commit() {
+  return impl_->calls().run([&] { return impl_->commit(); });
 }
 Result<SizeReport> Appender::finish() { return impl_->finish(); }
 

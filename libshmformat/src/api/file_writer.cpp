@@ -33,7 +33,7 @@ Result<void> FileWriter::start() {
 
 void FileWriter::go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
                        std::map<std::string, std::uint64_t> streams, std::uint64_t steps,
-                       std::uint64_t digest) {
+                       std::uint64_t digest, std::vector<double> times) {
   schema_payload_ = std::move(schema);
   ByteReader version(schema_payload_);
   container::get_version(version, start_);
@@ -41,6 +41,7 @@ void FileWriter::go_on(std::vector<std::byte> schema, container::ChunkWriter::St
   stream_bytes_ = std::move(streams);
   steps_ = steps;
   digest_ = digest;
+  times_ = std::move(times);
 }
 
 Result<void> FileWriter::go_on_with_parts(std::span<const std::byte> payload) {
@@ -310,6 +311,18 @@ Result<SizeReport> FileWriter::finish(container::Index totals) {
   if (auto status = write_waiting(); !status) return status.error();
   if (chunks_.offset() >= kRepeatSchemaFrom)
     if (auto status = write_schema(); !status) return status.error();
+  add_totals(totals);
+  if (auto status = chunks_.finish(totals); !status) return status.error();
+  return report_of(totals);
+}
+
+Result<SizeReport> FileWriter::finish_with_commit(container::Index totals) {
+  if (auto status = commit(totals); !status) return status.error();
+  if (auto status = chunks_.end(); !status) return status.error();
+  return report_of(totals);
+}
+
+SizeReport FileWriter::report_of(const container::Index& totals) const {
   SizeReport report;
   report.vertices = totals.vertices;
   report.cells = totals.cells;
@@ -317,9 +330,6 @@ Result<SizeReport> FileWriter::finish(container::Index totals) {
   report.max_active_vertices = totals.max_active_vertices;
   report.segments = totals.segments;
   report.imported_vertices = totals.imported_vertices;
-  add_totals(totals);
-  if (auto status = chunks_.finish(std::move(totals)); !status) return status.error();
-
   report.total_bytes = chunks_.offset();
   report.streams = stream_bytes_;
   std::uint64_t coded = 0;

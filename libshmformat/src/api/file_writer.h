@@ -61,10 +61,10 @@ class FileWriter {
   /// Continues a file whose first chunks are already in the sink. `schema` is the payload of the
   /// schema chunk of this file; further chunks are written in the version that it states. `streams`
   /// lists the coded size in bytes of the existing chunks by stream name, as in the index. `digest`
-  /// is the sum of the digests of the existing chunks.
+  /// is the sum of the digests of the existing chunks. `times` are the step times in these chunks.
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps,
-             std::uint64_t digest);
+             std::uint64_t digest, std::vector<double> times = {});
   bool has_digests() const { return has_digests_; }
 
   /// Continues the final chunk of step values of the existing file. Call this function after
@@ -126,6 +126,9 @@ class FileWriter {
   /// and the trailer. `totals` are the totals of the mesh. No other function may be called
   /// afterwards.
   Result<SizeReport> finish(container::Index totals);
+  /// As finish(), but the index lists only what is new, as that of commit(), and the schema is not
+  /// repeated.
+  Result<SizeReport> finish_with_commit(container::Index totals);
 
  private:
   std::uint8_t version_of(container::ChunkKind kind) const {
@@ -145,6 +148,7 @@ class FileWriter {
   Result<void> write_parts(std::uint64_t first);
   Result<void> write_waiting();
   void add_totals(container::Index& totals) const;
+  SizeReport report_of(const container::Index& totals) const;
   const std::string& array_key(std::uint32_t array) const { return array_keys_[array]; }
 
   const Schema* schema_;

@@ -34,6 +34,8 @@ class ChunkWriter {
   /// was written since the previous commit.
   /// spec: "Commits"
   Result<void> commit(Index index);
+  /// Commits the sink. Precondition: everything written has been committed.
+  Result<void> end() { return sink_->commit(); }
 
   std::uint64_t offset() const { return offset_; }
   /// Returns the number of chunks written so far.
@@ -47,11 +49,17 @@ class ChunkWriter {
   /// resets the offset and the sequence number to 0.
   std::vector<IndexEntry> take_entries();
 
+  /// Index chunk that the next index can refer to, with the range of entries that it lists.
+  struct Listed {
+    std::size_t begin = 0, end = 0;  ///< entries[end] is the index chunk itself
+  };
   /// State of a file to which some chunks have been written.
   struct State {
     std::uint64_t offset = 0;
     std::uint32_t sequence = 0;
     std::vector<IndexEntry> entries;
+    /// Index chunks to which the next index can refer; empty if the file has no index.
+    std::vector<Listed> indexes{};
   };
   /// Continues a file after chunks that the sink already contains. `start` states the version of
   /// the file.
@@ -60,14 +68,10 @@ class ChunkWriter {
     offset_ = state.offset;
     sequence_ = state.sequence;
     entries_ = std::move(state.entries);
+    indexes_ = std::move(state.indexes);
   }
 
  private:
-  /// Index chunk that the next index can refer to, with the range of entries_ that it lists.
-  struct Listed {
-    std::size_t begin = 0, end = 0;  ///< entries_[end] is the index chunk itself
-  };
-
   Result<void> put(std::span<const std::byte> bytes);
   Result<void> write_index(Index index, std::size_t first_entry);
 

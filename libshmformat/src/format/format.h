@@ -359,6 +359,8 @@ bool get(ByteReader& in, MemberList& list);
 /// trailer comes after the index or members chunk.
 inline constexpr std::size_t kTrailerBytes = 16;
 inline constexpr std::uint32_t kTrailerMark = 0x454d4853;  // "SHME"
+/// Mark of the packets of parity, which may follow the trailer. spec: "Parity"
+inline constexpr std::uint32_t kPacketMark = 0x504d4853;  // "SHMP"
 void put_trailer(ByteWriter& out, std::uint64_t index_offset);
 bool get_trailer(ByteReader& in, std::uint64_t& index_offset);
 

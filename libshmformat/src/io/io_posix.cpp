@@ -182,6 +182,35 @@ Result<std::unique_ptr<FileSink>> FileSink::create_live(const std::string& path,
   return sink;
 }
 
+Result<std::unique_ptr<FileSink>> FileSink::open_live(const std::string& path) {
+  std::unique_ptr<FileSink> sink(new FileSink());
+  sink->path_ = sink->temporary_ = path;
+  sink->descriptor_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+  if (sink->descriptor_ < 0 && errno == ELOOP)
+    return Error{.code = ErrorCode::output,
+                 .detail = "is a symbolic link, so it cannot be changed in place",
+                 .file = path};
+  if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
+  struct stat status {};
+  if (::fstat(sink->descriptor_, &status) != 0 || !S_ISREG(status.st_mode) || status.st_nlink != 1)
+    return Error{.code = ErrorCode::output,
+                 .detail = "is not a file with one name, so it cannot be changed in place",
+                 .file = path};
+  if (::flock(sink->descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    return busy_error(path);
+  sink->live_ = sink->published_ = true;
+  sink->bytes_ = sink->published_bytes_ = static_cast<std::uint64_t>(status.st_size);
+  return sink;
+}
+
+Result<void> FileSink::continue_at(std::uint64_t bytes) {
+  if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0 ||
+      ::lseek(descriptor_, static_cast<off_t>(bytes), SEEK_SET) < 0)
+    return system_error(ErrorCode::output, "cannot be continued", path_);
+  bytes_ = published_bytes_ = bytes;
+  return {};
+}
+
 Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& folder,
                                                            const std::string& name, Temporary how) {
   std::unique_ptr<FileSink> sink(new FileSink());

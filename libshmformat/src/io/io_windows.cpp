@@ -262,6 +262,26 @@ Result<std::unique_ptr<FileSink>> FileSink::create_live(const std::string& path,
   return sink;
 }
 
+Result<std::unique_ptr<FileSink>> FileSink::open_live(const std::string& path) {
+  std::unique_ptr<FileSink> sink(new FileSink());
+  sink->path_ = sink->temporary_ = path;
+  sink->descriptor_ =
+      descriptor_of(open_handle(path, GENERIC_READ | GENERIC_WRITE, OPEN_EXISTING));
+  if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
+  sink->live_ = sink->published_ = true;
+  return sink;
+}
+
+Result<void> FileSink::continue_at(std::uint64_t bytes) {
+  LARGE_INTEGER end{};
+  end.QuadPart = static_cast<LONGLONG>(bytes);
+  if (::SetFilePointerEx(handle_of(descriptor_), end, nullptr, FILE_BEGIN) == 0 ||
+      ::SetEndOfFile(handle_of(descriptor_)) == 0)
+    return system_error(ErrorCode::output, "cannot be continued", path_);
+  bytes_ = published_bytes_ = bytes;
+  return {};
+}
+
 Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& folder,
                                                            const std::string& name, Temporary how) {
   std::unique_ptr<FileSink> sink(new FileSink());

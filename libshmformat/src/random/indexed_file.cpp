@@ -309,6 +309,7 @@ Result<void> IndexedFile::read_index() {
   auto place = container::last_index(*source_);
   if (!place) return place.error();
   index_offset_ = place->offset;
+  index_bytes_ = place->bytes;
   std::vector<std::vector<IndexEntry>> lists;  // from the last index to the first
   bool has_more = false;
   do {
@@ -326,8 +327,10 @@ Result<void> IndexedFile::read_index() {
     if (has_more) *place = lists.back()[0];
   } while (has_more);
   index_.entries.clear();
-  for (auto list = lists.rbegin(); list != lists.rend(); ++list)
+  for (auto list = lists.rbegin(); list != lists.rend(); ++list) {
+    index_sizes_.push_back(list->size());
     std::move(list->begin(), list->end(), std::back_inserter(index_.entries));
+  }
   return {};
 }
 

@@ -46,6 +46,11 @@ class IndexedFile {
   /// Returns the index: the totals of the whole file, and all entries.
   const container::Index& index() const { return index_; }
   std::uint64_t index_offset() const { return index_offset_; }
+  /// Returns the size in bytes of the index chunk.
+  std::uint64_t index_bytes() const { return index_bytes_; }
+  /// Returns the number of entries of each index that was read: of the first one in the file, and of
+  /// each index that refers to it, up to the last.
+  const std::vector<std::size_t>& index_sizes() const { return index_sizes_; }
   /// Removes the entries of step values from the index. Call it when these entries have been stored
   /// elsewhere.
   void drop_step_entries();
@@ -149,7 +154,8 @@ class IndexedFile {
   ReadLimits limits_;
   // Schema of the file; on the heap, since other objects keep a pointer to it.
   std::unique_ptr<const Schema> schema_;
-  std::uint64_t index_offset_ = 0;
+  std::uint64_t index_offset_ = 0, index_bytes_ = 0;
+  std::vector<std::size_t> index_sizes_;
   container::Index index_;
   // True if the file stores all chunk headers in their long form, even if short headers would
   // suffice.
