@@ -11,6 +11,7 @@
 #include "base/output_file.h"
 #include "files/mesh_files.h"
 #include "formats/formats.h"
+#include "shm/summary.h"
 
 namespace shm::converters {
 namespace {
@@ -124,7 +125,8 @@ SectionSource ArchiveFile::bytes(const ArchiveMember& member) {
 std::unique_ptr<StagedMesh> ArchiveFile::open(const ArchiveMember& member, Spool& spool,
                                               const Progress& progress, unsigned threads) {
   SectionSource stored = bytes(member);
-  return stage_shm(stored, place(member), member.bytes, spool, progress, threads);
+  const auto end = bytes_of_file(stored);
+  return stage_shm(stored, place(member), member.bytes, spool, progress, threads, end ? *end : 0);
 }
 
 FileSummary ArchiveFile::summarize(const ArchiveMember& member) {

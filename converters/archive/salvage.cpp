@@ -1,6 +1,7 @@
 #include "archive/salvage.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -37,6 +38,7 @@ class Salvage {
 
  private:
   void read_whole();
+  bool lost_times() const;
   std::vector<double> step_times();
   void tell_cells(const PieceMesh& piece);
   void tell_static_arrays();
@@ -80,6 +82,13 @@ void Salvage::read_whole() {
   whole_.block_cells[0] = cells;
 }
 
+// Returns true if a chunk that may contain step times is lost.
+bool Salvage::lost_times() const {
+  return std::any_of(damage_.damages.begin(), damage_.damages.end(), [](auto& damage) {
+    return damage.section == "step times" || damage.section == "chunk";
+  });
+}
+
 // Returns the step times. If step times are lost, the step numbers replace them.
 std::vector<double> Salvage::step_times() {
   std::vector<double> times = unwrap(file_.step_times(), name_);
@@ -94,19 +103,20 @@ std::vector<double> Salvage::step_times() {
   // number of steps is therefore limited to a multiple of the number of steps with values.
   const std::uint64_t most = kMostStepsForEach * (with_values + 1);
   steps = std::max(steps, std::min(damage_.steps.value_or(0), most));
-  if (times.size() >= steps) return times;
+  const bool lost_before =
+      std::any_of(times.begin(), times.end(), [](double time) { return std::isnan(time); });
+  if (times.size() >= steps && !(lost_before && lost_times())) return times;
   if (steps > most)
     throw Failure(Error{.code = ErrorCode::over_limit,
                         .detail = counted(steps, "step") + ", of which " +
                                   std::to_string(with_values) + " have values, and no times",
                         .section = "step times",
                         .file = name_});
-  const bool lost = std::any_of(damage_.damages.begin(), damage_.damages.end(), [](auto& damage) {
-    return damage.section == "step times" || damage.section == "chunk";
-  });
-  if (lost || !damage_.cells)
+  if (lost_times() || !damage_.cells)
     report_missing("the times of " + counted(steps, "step") + "; step numbers are used instead",
                    {{"what", "step times"}, {"steps", steps}});
+  for (std::size_t step = 0; step < times.size() && lost_times(); ++step)
+    if (std::isnan(times[step])) times[step] = static_cast<double>(step);
   for (std::uint64_t step = times.size(); step < steps; ++step)
     times.push_back(static_cast<double>(step));
   return times;

@@ -195,6 +195,7 @@ class File:
         self.pairs = 0  # of an array and a step, in all bundles so far
         self.step_bytes = 0  # of all chunks of step values so far
         self.stream_bytes = {}
+        self.indexes, self.followed = {}, {}  # by offset: number of entries before, and of indexes to follow
 
     def items(self):
         at, sequence = self.entries[0][1] + self.entries[0][2], 1
@@ -219,16 +220,29 @@ class File:
             else:
                 self._index(chunk)
                 at = self._end_of_index(chunk)
+                self.indexes[chunk.offset] = len(self.entries)
                 if chunk.version == 0 or not follows(self.data, at, sequence):
+                    if chunk.version:
+                        self._expect_no_later_index(chunk)
                     self.totals.trailing_bytes = len(self.data) - at
                     yield self.totals
                     return
             self.entries.append((chunk.kind, chunk.offset, chunk.bytes(), self.listed))
 
+    def _expect_no_later_index(self, chunk):
+        """The trailer at the end of the file shows whether chunks after this index are damaged."""
+        data = self.data
+        if len(data) - chunk.end() >= 16 and data[-4:] == TRAILER_MARK:
+            later, sum_ = struct.unpack("<QI", data[-16:-4])
+            if later > chunk.offset and sum_ == checksum(data[-16:-8]):
+                raise ShmError("no chunk, but the file has a later index", "chunk header", chunk.end())
+
     def _end_of_index(self, chunk):
         """Where the file ends if no other chunk follows."""
         if chunk.version:
-            read_trailer(chunk.payload, len(chunk.payload) - 16, chunk.offset)
+            if len(chunk.payload) < 16:
+                raise ShmError("an index without a trailer", "trailer", chunk.base())
+            read_trailer(self.data, chunk.end() - 16, chunk.offset)
             return chunk.end()
         read_trailer(self.data, chunk.end(), chunk.offset)
         return chunk.end() + 16
@@ -238,7 +252,7 @@ class File:
 
     def _group(self, chunk):
         totals = self.totals
-        if self.step_values is not None or any(entry[0] == INDEX for entry in self.entries):
+        if self.step_values is not None or self.indexes:
             raise ShmError("a group after step values or an index", "group", chunk.offset)
         number = chunk.segment
         if number != totals.segments - 1:
@@ -460,12 +474,16 @@ class File:
 
     def _listed_from(self, cursor, previous_index):
         """The chunks that an index lists: all, or those from an earlier index on."""
+        offset = self.entries[-1][1] + self.entries[-1][2]  # of this index
+        self.followed[offset] = 1
         if previous_index == 0:
             return self.entries
-        for number, (kind, offset, _, _) in enumerate(self.entries):
-            if offset == previous_index and kind == INDEX:
-                return self.entries[number:]
-        cursor.fail("a previous_index where no index begins")
+        if previous_index not in self.indexes:
+            cursor.fail("a previous_index where no index begins")
+        self.followed[offset] += self.followed[previous_index]
+        if self.followed[offset] > 64:
+            cursor.fail("more than 64 indexes to follow")
+        return self.entries[self.indexes[previous_index]:]
 
     def _index_columns(self, cursor, previous_index):
         """Version 1, behind block_cells."""

@@ -158,7 +158,7 @@ class LiveSolver(unittest.TestCase):
         # Of the first commit: data, flush, index, flush, name, flush of the folder. Then of each commit: data, flush,
         # index, flush. At the end the index of the whole file.
         commit = "write fsync write fsync"
-        self.assertEqual(calls, f"{commit} link fsync {commit} {commit} write fsync")
+        self.assertEqual(calls, f"{commit} link fsync {commit} {commit} fsync write fsync")
 
     def test_a_killed_run_continues(self):
         """The file of a run that is killed and continued has the same contents as that of one run."""
@@ -199,9 +199,10 @@ class LiveSolver(unittest.TestCase):
         with self.assertRaisesRegex(shmformat.Error, "symbolic link"):
             shmformat.Writer.reopen(other)
         other.unlink()
-        subprocess.run([SHM, "repair", "--parity", "10", self.file], check=True, capture_output=True)
+        protected = self.folder / "protected.shm"
+        subprocess.run([SHM, "compress", self.file, "-o", protected, "--parity", "10%"], check=True, capture_output=True)
         with self.assertRaisesRegex(shmformat.Error, "parity"):
-            shmformat.Writer.reopen(self.file)
+            shmformat.Writer.reopen(protected)
 
     def test_another_writer_is_refused(self):
         self.file.unlink(missing_ok=True)
@@ -225,10 +226,19 @@ class LiveSolver(unittest.TestCase):
                 1 / 0
         with shmformat.open(self.file) as mesh:
             self.assertEqual(len(mesh.step_times), 1)
+        plain = self.folder / "plain.shm"
         with self.assertRaisesRegex(shmformat.Error, "not live"):
-            with shmformat.Writer(self.folder / "whole.shm", points, cells) as plain:
-                plain.commit()
-        self.assertFalse((self.folder / "whole.shm").exists())
+            with shmformat.Writer(plain, points, cells) as writer:
+                writer.commit()
+        self.assertFalse(plain.exists())
+        with shmformat.Writer(plain, points, cells, point_data={"u": float}) as writer:
+            with self.assertRaises(KeyError):
+                writer.write_step(0, point_data={"u": np.arange(8.0), "v": np.arange(8.0)})
+            writer.write_step(0, point_data={"u": np.arange(8.0)})
+            size = writer.close()
+        self.assertEqual(writer.close(), size)
+        with self.assertRaisesRegex(shmformat.Error, "NULL"):
+            writer.write_step(1, point_data={"u": np.arange(8.0)})
 
 
 if __name__ == "__main__":

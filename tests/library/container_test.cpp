@@ -313,6 +313,7 @@ TEST(Container, PackedIndex) {
   more.parts[0].count = 3;
   more.parts.push_back({9, 11, 0, 12, 1, 1, 0, StepReference::trend, Codec::shuffled_zstd});
   index.entries.insert(index.entries.begin() + 2, more);
+  index.entries.back().bytes = kShortHeaderBytes;  // the smallest chunk
   ByteWriter out;
   put(out, index);
   ByteReader in(out.bytes);

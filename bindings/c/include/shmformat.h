@@ -633,7 +633,8 @@ typedef struct shmf_item {
   uint64_t step, first_element;
   const void* values;
   uint64_t values_bytes;
-  /* For SHMF_TIMES: the time of each step. */
+  /* For SHMF_TIMES: the times of step `step` and of the steps after it. A file that was written
+     with several commits has several such items. */
   const double* times;
   uint64_t time_count;
   /* For SHMF_EXTRA: the extra; otherwise NULL. */
@@ -710,10 +711,10 @@ SHMF_API shmf_status shmf_writer_sink(int (*write)(void* context, const void* by
 /* Makes a writer that adds time steps to an existing file. The file is unchanged until
    shmf_writer_finish() replaces it. Continue with shmf_writer_values(), shmf_writer_times() (with
    the times of all steps, including the existing steps) and shmf_writer_extra(). Only the members
-   level, key_steps and live of `options` are used. If `live` is 1, the file itself grows: nothing is
-   copied, data that was not committed is removed, and shmf_writer_commit() makes new steps readable.
-   A run continues in this way after a crash. The file must have one name, no parity, and format
-   version 0.10. */
+   level, key_steps and live of `options` are used. If `live` is 1, the file itself grows: nothing
+   is copied, data that was not committed is removed, and shmf_writer_commit() makes new steps
+   readable. A run continues in this way after a crash. The file must have one name, no parity, and
+   format version 0.10. */
 SHMF_API shmf_status shmf_writer_append(const char* path, const shmf_write_options* options,
                                         shmf_writer** writer, shmf_error* error);
 

@@ -12,6 +12,7 @@
 #include "ends.h"
 #include "errors.h"
 #include "shm/appender.h"
+#include "shm/damage.h"
 #include "shm/mesh.h"
 #include "shm/reader.h"
 #include "shm/recorded_order.h"
@@ -57,6 +58,30 @@ class SuccessorSink final : public shm::ByteSink {
   std::unique_ptr<shm::ByteSink> sink_;
   std::unique_ptr<shm::FileRandomSource>* old_;
 };
+
+/// Removes the bytes after the last index of a live file, which were not committed. Opens `old`
+/// again if the file becomes shorter. Fails if these bytes may be part of the file: parity, or
+/// chunks after damage.
+Result<void> cut_to_last_index(shm::FileSink& file, std::unique_ptr<shm::FileRandomSource>& old,
+                               const std::string& name) {
+  const auto bytes = shm::bytes_of_file(*old);
+  if (!bytes) return bytes.error();
+  if (*bytes == old->size()) return file.continue_at(*bytes);
+  // Fails if the file has parity.
+  shm::AppendOptions in_place;
+  in_place.in_place = true;
+  if (auto opened = shm::Appender::open(*old, file, in_place); !opened) return opened.error();
+  const auto report = shm::find_damage(*old);
+  if (!report) return report.error();
+  if (!report->damages.empty())
+    return shm::Error{.code = shm::ErrorCode::corrupt,
+                      .detail = "is damaged, so it cannot be continued in place"};
+  if (auto status = file.continue_at(*bytes); !status) return status;
+  auto shorter = shm::FileRandomSource::open(name);
+  if (!shorter) return shorter.error();
+  old = std::move(*shorter);
+  return {};
+}
 
 }  // namespace
 }  // namespace shmf
@@ -466,9 +491,11 @@ shmf_status shmf_writer_append(const char* path, const shmf_write_options* optio
     // A live file is locked before it is read.
     auto sink = made.is_live ? shm::FileSink::open_live(name) : shm::FileSink::create(name);
     if (!sink) return sink.error();
-    shm::FileSink& file = **sink;
     auto old = shm::FileRandomSource::open(name);
     if (!old) return old.error();
+    if (made.is_live)
+      if (auto status = shmf::cut_to_last_index(**sink, *old, name); !status)
+        return named(status.error());
     made.old = std::move(*old);
     made.sink = std::move(*sink);
     if (!made.is_live)
@@ -479,11 +506,6 @@ shmf_status shmf_writer_append(const char* path, const shmf_write_options* optio
     how.in_place = made.is_live;
     auto appender = shm::Appender::open(*made.old, *made.sink, how);
     if (!appender) return named(appender.error());
-    if (made.is_live) {
-      const auto bytes = shm::bytes_of_file(*made.old);
-      if (!bytes) return named(bytes.error());
-      if (auto status = file.continue_at(*bytes); !status) return status;
-    }
     made.appender.emplace(std::move(*appender));
     made.schema = made.appender->schema();
     if (auto status = made.read_order(); !status) return named(status.error());

@@ -60,7 +60,11 @@ class _Writer:
         return int(size[0])
 
     def close(self) -> None:
-        ffi.release(self._writer)
+        """Frees the writer. Later calls raise Error."""
+        if self._writer != ffi.NULL:
+            ffi.release(self._writer)
+        self._writer = ffi.NULL
+        self._keep.clear()
 
     def kept(self, data: Any) -> Any:
         """Returns a C pointer to `data`, and keeps `data` alive as long as the writer exists."""
@@ -196,6 +200,7 @@ class Writer:
         options = _options(xyz, order, level, threads, coordinate_error)
         name = ffi.new("char[]", encoded(source_format))
         options.source_format, options.replace, options.live = name, replace, live
+        self._size: int | None = None
         self._times: list[float] = []
         self._arrays: list[dict[str, tuple[int, np.dtype]]] = []
         self._writer = _Writer(path, options)
@@ -225,6 +230,7 @@ class Writer:
         returns them.
         """
         writer = cls.__new__(cls)
+        writer._size = None
         options = struct("write_options")
         options.level, options.live = _LEVELS[level], True
         writer._writer = _Writer(path, options, append=True)
@@ -249,25 +255,33 @@ class Writer:
     def write_step(self, time: float, *, point_data: Mapping[str, Any] | None = None,
                    cell_data: Mapping[str, Any] | None = None, global_data: Mapping[str, Any] | None = None) -> int:
         """Writes the next time step, and returns its number. Arrays without values have no values at this step."""
-        step = len(self._times)
+        step, own_time = len(self._times), float(time)
+        pieces = []
         for arrays, data in zip(self._arrays, (point_data, cell_data, global_data)):
             for name, values in (data or {}).items():
                 index, dtype = arrays[name]
-                _write_steps(index, {step: values}, dtype, self._writer)
-        self._times.append(float(time))
-        _write_times(self._times, self._writer)
+                pieces.append((index, dtype, _plain(values, dtype)))
+        for index, dtype, values in sorted(pieces, key=lambda piece: piece[0]):
+            _write_steps(index, {step: values}, dtype, self._writer)
+        self._times.append(own_time)
         return step
 
     def commit(self) -> None:
         """Makes all steps so far readable, whatever happens later. Raises Error if the file is not live."""
+        if self._times:
+            _write_times(self._times, self._writer)
         self._writer(lib.shmf_writer_commit)
 
     def close(self) -> int:
-        """Completes the file, and returns its size in bytes."""
-        try:
-            return self._writer.finish()
-        finally:
-            self._writer.close()
+        """Completes the file, and returns its size in bytes. A later call returns the same size."""
+        if self._size is None:
+            try:
+                if self._times:
+                    _write_times(self._times, self._writer)
+                self._size = self._writer.finish()
+            finally:
+                self._writer.close()
+        return self._size
 
     def __enter__(self) -> "Writer":
         return self

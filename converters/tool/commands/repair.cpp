@@ -19,6 +19,7 @@
 #include "base/lenient_source.h"
 #include "base/output_file.h"
 #include "shm/damage.h"
+#include "shm/summary.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
 #include "tool/running/options.h"
@@ -190,7 +191,9 @@ void RepairRun::find_rest() {
 bool RepairRun::write_as_it_was() {
   OutputFile output(options_.output, spool_directory(options_));
   if (repair_.damage.damages.empty()) {
-    unwrap(output.sink().copy(*source_, 0, source_->size()), options_.output);
+    // Data that was not committed is left out; parity that heals the file is written anew below.
+    const auto end = bytes_of_file(*source_);
+    unwrap(output.sink().copy(*source_, 0, end ? *end : source_->size()), options_.output);
   } else {
     repair_.new_index = !repair_.damage.restorable;
     if (repair_.new_index) line_.show("rebuilding the index");

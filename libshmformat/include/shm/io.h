@@ -118,7 +118,7 @@ class SHM_API FileSink final : public ByteSink {
   /// then. Later calls of publish() make the bytes written since then visible. If the process ends,
   /// the file keeps what has been published; a reader ignores bytes after it. If a call fails, or
   /// if the FileSink is destroyed before commit(), the file is cut back to what has been published.
-  /// Until the FileSink is closed, every other FileSink for `path` fails with ErrorCode::output.
+  /// After the first publish(), every other FileSink for `path` fails until this one is closed.
   static Result<std::unique_ptr<FileSink>> create_live(const std::string& path,
                                                        Existing existing = Existing::replace);
   /// Opens an existing file to continue it in place, as a live file. Call continue_at() before the

@@ -39,6 +39,12 @@ bool has_all_that_is_known(const FoundChunks& found) {
 /// schema may be lost, because the second copy can replace it.
 bool is_restorable(const FoundChunks& found) {
   if (!found.index() || !has_all_that_is_known(found)) return false;
+  // Earlier indexes of a live file are not made anew.
+  if (std::any_of(found.damages().begin(), found.damages().end(), [](const Damage& damage) {
+        return damage.section == "index" &&
+               (damage.kind == DamageKind::damaged || damage.kind == DamageKind::missing);
+      }))
+    return false;
   const auto& entries = found.index()->entries;
   if (entries.empty() || !entries[0].is(ChunkKind::schema)) return false;
   const std::uint64_t schema_bytes = found.beginning().size() - container::kFileStartBytes;

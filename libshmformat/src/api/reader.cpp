@@ -37,6 +37,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
     if (file_.state() ==
         State::behind_end) {  // Bytes after the end record are counted, but not stored.
       trailing_bytes_ += bytes.size();
+      keep_tail(bytes);
       return;
     }
     if (at_ > 0 && at_ == buffer_.size()) {
@@ -49,6 +50,12 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
     buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
   }
   void end_of_input() { ended_ = true; }
+  /// Keeps the last bytes of the input.
+  void keep_tail(std::span<const std::byte> bytes) {
+    tail_.insert(tail_.end(), bytes.begin(), bytes.end());
+    if (tail_.size() > container::kTrailerBytes)
+      tail_.erase(tail_.begin(), tail_.end() - container::kTrailerBytes);
+  }
 
   Result<Progress> advance() {
     if (error_) return *error_;
@@ -101,8 +108,8 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   /// Decides whether the file ends at the index that was read last. Precondition: the next part is
   /// complete, or the input has ended.
   bool ends_at_index() const {
-    return file_.state() == State::after_index &&
-           (file_.offset() == options_.file_bytes || !has_next() || !file_.is_next_header(ahead()));
+    if (file_.state() != State::after_index || options_.file_bytes > file_.offset()) return false;
+    return file_.offset() == options_.file_bytes || !has_next() || !file_.is_next_header(ahead());
   }
 
   ReadLimits limits_;
@@ -150,6 +157,9 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   std::vector<std::string> array_names_;
   bool totals_taken_ = false;
   std::uint64_t trailing_bytes_ = 0;
+  std::vector<std::byte> tail_;   // the last bytes after the last index, at most those of a trailer
+  std::uint64_t last_index_ = 0;  // offset of the last index
+  std::uint64_t index_bytes_ = 0;               // size of all decoded indexes so far
   std::optional<std::uint64_t> stated_digest_;  // digest of the mesh, if the index has one
 };
 
@@ -176,11 +186,18 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       if (!may_read_ahead()) continue;  // all groups read so far are decoded
     }
     if (error_ahead_) return *error_ahead_;
-    if ((complete || ended_ || file_.offset() == options_.file_bytes) && ends_at_index())
+    if ((complete || ended_ || file_.offset() == options_.file_bytes) && ends_at_index()) {
       file_.end_file();
+      keep_tail(ahead());
+    }
     if (file_.state() == State::behind_end) {
       if (!ended_) return Progress::need_input;
       if (totals_taken_) return Progress::finished;
+      // If the trailer at the end of the file points to a later index, a chunk before it is
+      // damaged.
+      if (container::offset_in_index(tail_).value_or(0) > last_index_)
+        return corrupt("no chunk begins at this position, but the file has a later index",
+                       "chunk header", file_.offset());
       totals_taken_ = true;
       Totals totals;
       totals.vertices = mesh_->vertices();
@@ -480,7 +497,13 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
   if (!same) return wrong("does not match the contents of the file");
   if (const auto difference = chunks_.difference(index)) return wrong(*difference);
   if (container::has_digest(index.version)) stated_digest_ = index.digest;
-  chunks_.add_index(file_.header());
+  // Many indexes that each list the same chunks would need time out of proportion to the file.
+  index_bytes_ += payload.size() + index.entries.size() * sizeof(container::StepEntry) +
+                  index.block_cells.size() * sizeof(std::uint64_t);
+  if (index_bytes_ > container::most_index_bytes(file_.offset()))
+    return wrong("the indexes of the file list more than the limit", ErrorCode::over_limit);
+  last_index_ = container::has_trailer_inside(index.version) ? file_.chunk_offset() : kNoOffset;
+  chunks_.add_index(file_.header(), index.previous_index);
   committed_bytes_ = file_.offset();
   file_.end_index();
   return {};

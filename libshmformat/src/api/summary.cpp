@@ -101,7 +101,10 @@ Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& 
       case ChunkKind::step_values: return add_step_values(header, entry);
       case ChunkKind::step_times:
       case ChunkKind::extra: totals_.streams["extras"] += header.payload_bytes; return {};
-      case ChunkKind::index: has_index_ = true; return {};
+      case ChunkKind::index:
+        if (!container::has_trailer_inside(header.version)) return wrong("another index follows");
+        has_index_ = true;
+        return {};
       case ChunkKind::members: break;
     }
   if ((header.flags & container::kChunkOptional) != 0) return {};

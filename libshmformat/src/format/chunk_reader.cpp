@@ -266,9 +266,18 @@ void ChunkList::put_chunk(const ChunkHeader& header, bool is_known) {
   ++count_;
 }
 
-void ChunkList::add_index(const ChunkHeader& header) {
-  indexes_.push_back({end_, count_, lines_.bytes.size()});
+void ChunkList::add_index(const ChunkHeader& header, std::uint64_t previous_index) {
+  const IndexPosition* const before = index_at(previous_index);
+  indexes_.push_back(
+      {end_, count_, lines_.bytes.size(), before == nullptr ? 1 : before->followed + 1});
   put_chunk(header, true);
+}
+
+const ChunkList::IndexPosition* ChunkList::index_at(std::uint64_t offset) const {
+  const auto found = std::lower_bound(
+      indexes_.begin(), indexes_.end(), offset,
+      [](const IndexPosition& index, std::uint64_t wanted) { return index.offset < wanted; });
+  return found != indexes_.end() && found->offset == offset ? &*found : nullptr;
 }
 
 void ChunkList::add(const ChunkHeader& header) { put_chunk(header, container::is_known(header)); }
@@ -300,14 +309,13 @@ void ChunkList::add_step_values(const ChunkHeader& header, std::span<const StepP
 }
 
 std::optional<std::string> ChunkList::difference(const Index& index) const {
-  IndexPosition from{kFileStartBytes, 0, 0};
+  IndexPosition from{kFileStartBytes, 0, 0, 0};
   if (index.previous_index != 0) {
-    const auto before = std::lower_bound(
-        indexes_.begin(), indexes_.end(), index.previous_index,
-        [](const IndexPosition& at, std::uint64_t offset) { return at.offset < offset; });
-    if (before == indexes_.end() || before->offset != index.previous_index)
+    const IndexPosition* const before = index_at(index.previous_index);
+    if (before == nullptr)
       return "refers to an index at byte " + std::to_string(index.previous_index) +
              ", where no index begins";
+    if (before->followed == kMostIndexes) return "refers to too many indexes";
     from = *before;
   }
   const auto& entries = index.entries;

@@ -95,7 +95,7 @@ class ChunkList {
   /// index entry.
   void add(const ChunkHeader& header);
   /// Adds an index chunk that more chunks follow.
-  void add_index(const ChunkHeader& header);
+  void add_index(const ChunkHeader& header, std::uint64_t previous_index);
   /// Adds a group. `header_bytes` is the length of the group header, including its checksum.
   void add_group(const ChunkHeader& header, const GroupHeader& group, std::uint64_t header_bytes);
   void add_step_values(const ChunkHeader& header, std::span<const StepPart> parts);
@@ -111,9 +111,12 @@ class ChunkList {
     std::uint64_t offset = 0;  ///< of the chunk in the file
     std::uint64_t count = 0;   ///< number of chunks before it
     std::size_t line = 0;      ///< of its record in lines_
+    std::size_t followed = 0;  ///< number of indexes that a reader follows from this one, with it
   };
 
   void put_chunk(const ChunkHeader& header, bool is_known);
+  /// Returns the index that begins at this offset, or null if none does.
+  const IndexPosition* index_at(std::uint64_t offset) const;
 
   // Fields of the index entries. The fields offset, first_cell, first_vertex and first are not
   // stored, since they can be computed as running sums.

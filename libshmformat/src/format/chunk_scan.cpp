@@ -152,8 +152,9 @@ Result<std::uint64_t> Scanner::take(std::uint64_t position, const ChunkHeader& h
   // trusted. The search then continues within the chunk.
   if (!chunk.whole && !followed) return next_mark(after_header);
   const std::uint64_t end = position + chunk.bytes();
-  if (!chunk.whole || !(chunk.is(ChunkKind::index) || chunk.is(ChunkKind::members))) return end;
-  const bool inside = chunk.is(ChunkKind::index) && has_trailer_inside(header.version);
+  const bool is_index = chunk.is(ChunkKind::index) && is_known(header);
+  if (!chunk.whole || !(is_index || chunk.is(ChunkKind::members))) return end;
+  const bool inside = is_index && has_trailer_inside(header.version);
   const auto trailer = inside ? Result<bool>(true) : is_trailer(end, position);
   if (!trailer) return trailer.error();
   const auto goes_on = inside ? goes_on_after(chunk) : Result<bool>(false);

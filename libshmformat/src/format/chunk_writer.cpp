@@ -77,6 +77,8 @@ Result<void> ChunkWriter::write_index(Index index, std::size_t first_entry) {
 }
 
 Result<void> ChunkWriter::finish(Index index) {
+  if (!indexes_.empty())
+    if (auto status = sink_->flush(); !status) return status;
   if (auto status = write_index(std::move(index), 0); !status) return status;
   return sink_->commit();
 }

@@ -29,7 +29,7 @@ class ChunkWriter {
   /// Writes an index with the trailer, so that the bytes so far are a whole file. More chunks may
   /// follow. The index lists the chunks since an earlier index and refers to that index. It repeats
   /// the entries of earlier indexes that have fewer than twice as many entries as itself. A reader
-  /// then follows at most log2(chunks) indexes, and a chunk is listed at most log2(chunks) times.
+  /// then follows at most log2(chunks) + 1 indexes.
   /// Flushes the sink before and publishes it after the index is written. Does nothing if no chunk
   /// was written since the previous commit.
   /// spec: "Commits"

@@ -648,7 +648,7 @@ bool get_columns(ByteReader& in, Index& index, std::uint64_t max_entries) {
   for (IndexEntry& entry : entries) {
     entry.offset = end;
     entry.bytes = in.get_varint();
-    if (entry.bytes > ~std::uint64_t{0} - end) return false;
+    if (entry.bytes < kShortHeaderBytes || entry.bytes > ~std::uint64_t{0} - end) return false;
     end += entry.bytes;
   }
   groups([&](Group entry, const IndexEntry* before) {
@@ -667,7 +667,7 @@ bool get_columns(ByteReader& in, Index& index, std::uint64_t max_entries) {
   for (IndexEntry& entry : entries) {
     if (!entry.is(ChunkKind::step_values)) continue;
     const std::uint64_t of_chunk = in.get_varint();
-    if (of_chunk == 0 || of_chunk > kMostStepParts) return false;
+    if (of_chunk == 0 || of_chunk > kMostStepParts || of_chunk > entry.bytes / 3) return false;
     sum += of_chunk;
     if (sum > in.left() / kLeastPartBytes) return false;
     entry.parts.resize(static_cast<std::size_t>(of_chunk));
@@ -720,7 +720,7 @@ void put(ByteWriter& out, const Index& index) {
 bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_entries) {
   index = {};
   index.version = version;
-  if (version == 0) return get_lines(in, index, max_entries);
+  if (version == 0) return get_lines(in, index, max_entries) && index.previous_index == 0;
   if (has_digest(version)) index.digest = in.get_u64();
   const std::uint64_t most = std::max<std::uint64_t>(in.left(), most_packed_bytes(max_entries));
   const auto blob = get_packed(in, most);
@@ -752,7 +752,10 @@ bool get_index_payload(std::span<const std::byte> payload, Index& index, std::ui
     payload = payload.first(payload.size() - kTrailerBytes);
   }
   ByteReader in(payload);
-  return get(in, index, version, max_entries) && index.previous_index < offset;
+  if (!get(in, index, version, max_entries) || index.previous_index >= offset) return false;
+  if (version == 0 || index.entries.empty()) return true;
+  const IndexEntry& last = index.entries.back();
+  return last.offset + last.bytes <= offset;
 }
 
 void put(ByteWriter& out, const MemberList& list) {

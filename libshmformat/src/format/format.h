@@ -341,6 +341,11 @@ bool get_index_payload(std::span<const std::byte> payload, Index& index, std::ui
 /// Index::previous_index. Writers need fewer: see ChunkWriter::commit(). Frozen: part of the
 /// format.
 inline constexpr std::size_t kMostIndexes = 64;
+/// Limit for the size in bytes of all indexes in the first `bytes` bytes of a file, as decoded by
+/// the library.
+constexpr std::uint64_t most_index_bytes(std::uint64_t bytes) {
+  return (std::uint64_t{1} << 26) + 1024 * bytes;
+}
 
 /// Entry of the member list of an archive.
 struct Member {

@@ -171,7 +171,7 @@ Result<IndexEntry> walk_to_last_index(RandomSource& source) {
     error = cut(chunk_name(header.kind));
     if (header.payload_bytes > size - position - header.bytes()) break;
     const std::uint64_t end = position + header.chunk_bytes();
-    if (header.kind == static_cast<std::uint8_t>(ChunkKind::index)) {
+    if (header.kind == static_cast<std::uint8_t>(ChunkKind::index) && is_known(header)) {
       const bool inside = has_trailer_inside(ChunkKind::index, header);
       const std::uint64_t trailer = inside ? end - kTrailerBytes : end;
       if (inside ? header.payload_bytes < kTrailerBytes : size - end < kTrailerBytes) break;
@@ -180,6 +180,10 @@ Result<IndexEntry> walk_to_last_index(RandomSource& source) {
       ByteReader in(*bytes);
       std::uint64_t offset = 0;
       if (!get_trailer(in, offset) || offset != position) break;
+      const auto payload =
+          read_bytes(source, position + header.bytes(), header.payload_bytes, "index");
+      if (!payload) return payload.error();
+      if (checksum(*payload) != header.payload_checksum) break;
       last.kind = header.kind;
       last.offset = position;
       last.bytes = header.chunk_bytes();

@@ -304,6 +304,7 @@ Result<void> FileSink::commit() {
 
 /// Gives the file its final name.
 Result<void> FileSink::make_visible() {
+  if (!temporary_.empty() && is_locked(path_)) return busy_error(path_);
   pass_permissions_on();
   if (named_) {
     if (!live_)
@@ -328,19 +329,14 @@ Result<void> FileSink::publish() {
                  .detail = "cannot be published before it is complete: it is not a live file",
                  .file = path_};
   if (auto result = flush_file(); !result) return result;
-  if (!published_) {
-    if (is_locked(path_)) return busy_error(path_);
-    if (auto result = make_visible(); !result) return result;
-    if (descriptor_ < 0) {  // the file has been copied and closed
-      descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-      if (descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path_);
-      (void)::flock(descriptor_, LOCK_EX | LOCK_NB);
-    }
-    published_ = true;
-    if (auto result = flush_folder(path_); !result) return result;
+  if (published_) {
+    published_bytes_ = bytes_;
+    return {};
   }
+  if (auto result = make_visible(); !result) return result;
+  published_ = true;
   published_bytes_ = bytes_;
-  return {};
+  return flush_folder(path_);
 }
 
 /// Removes the bytes of a live file that have not been published.
@@ -445,10 +441,13 @@ Result<void> FileSink::rename_copy(const Error& why) {
     return why;
   }
   ::close(unnamed);
+  if (live_) (void)::flock(descriptor_, LOCK_EX | LOCK_NB);
+  bytes_ = 0;
   if (auto result = copy(**whole, 0, (*whole)->size()); !result) return result;
   if (auto result = flush_file(); !result) return result;
   pass_permissions_on();
-  if (auto result = close(); !result) return result;
+  if (!live_)
+    if (auto result = close(); !result) return result;
   return rename_temporary();
 }
 

@@ -265,8 +265,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create_live(const std::string& path,
 Result<std::unique_ptr<FileSink>> FileSink::open_live(const std::string& path) {
   std::unique_ptr<FileSink> sink(new FileSink());
   sink->path_ = sink->temporary_ = path;
-  sink->descriptor_ =
-      descriptor_of(open_handle(path, GENERIC_READ | GENERIC_WRITE, OPEN_EXISTING));
+  sink->descriptor_ = descriptor_of(open_handle(path, GENERIC_READ | GENERIC_WRITE, OPEN_EXISTING));
   if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
   sink->live_ = sink->published_ = true;
   return sink;

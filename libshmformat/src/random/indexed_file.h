@@ -48,8 +48,8 @@ class IndexedFile {
   std::uint64_t index_offset() const { return index_offset_; }
   /// Returns the size in bytes of the index chunk.
   std::uint64_t index_bytes() const { return index_bytes_; }
-  /// Returns the number of entries of each index that was read: of the first one in the file, and of
-  /// each index that refers to it, up to the last.
+  /// Returns the number of entries of each index that was read: of the first one in the file, and
+  /// of each index that refers to it, up to the last.
   const std::vector<std::size_t>& index_sizes() const { return index_sizes_; }
   /// Removes the entries of step values from the index. Call it when these entries have been stored
   /// elsewhere.

@@ -82,7 +82,8 @@ Result<void> FoundChunks::read() {
 void FoundChunks::drop_uncommitted() {
   auto& chunks = scan_.chunks;
   const auto last = std::find_if(chunks.rbegin(), chunks.rend(), [&](const FoundChunk& chunk) {
-    return chunk.is(ChunkKind::index) && chunk.bytes() <= source_->size() - chunk.offset;
+    return chunk.is(ChunkKind::index) && container::is_known(chunk.header) &&
+           chunk.bytes() <= source_->size() - chunk.offset;
   });
   if (last == chunks.rend() || last == chunks.rbegin() || !last->whole ||
       !container::has_trailer_inside(last->header.version) ||
@@ -177,8 +178,10 @@ Result<std::optional<container::Index>> FoundChunks::index_at(const FoundChunk& 
                             ? container::offset_in_index(*payload)
                             : chunk->offset;
     if (!offset || lists.size() == container::kMostIndexes ||
-        !container::get_index_payload(*payload, index, chunk->header.version, *offset,
-                                      chunk->header.sequence))
+        !container::get_index_payload(
+            *payload, index, chunk->header.version, *offset,
+            std::min<std::uint64_t>(chunk->header.sequence,
+                                    source_->size() / container::kShortHeaderBytes)))
       return std::optional<container::Index>();
     chunk = nullptr;
     if (index.previous_index != 0) {
@@ -530,6 +533,11 @@ void FoundChunks::judge_start() {
 void FoundChunks::judge_end() {
   const std::uint64_t size = source_->size();
   if (index_) {
+    // A trailer at the end of the file that points to a later index belongs to this file, too.
+    const std::uint64_t end = scan_.chunks.back().offset + scan_.chunks.back().bytes();
+    if (container::has_trailer_inside(index_->version) && end < size &&
+        scan_.index_offset.value_or(0) > index_offset_)
+      damages_.push_back({DamageKind::damaged, "chunk", end, size - end});
     if (scan_.trailer) return;
     const std::uint64_t after = scan_.chunks.back().offset + scan_.chunks.back().bytes();
     damages_.push_back({after < size ? DamageKind::damaged : DamageKind::missing, "end record",

@@ -57,7 +57,7 @@ class FoundChunks {
   std::uint64_t index_bytes() const { return scan_.chunks.back().bytes(); }
   /// Returns true if no chunk is lost between the last chunk in chunks() and the index.
   bool ends_at_index() const;
-  /// Returns the end offset of the last chunk that is not an index.
+  /// Returns the end offset of the last chunk before the last index.
   std::uint64_t end_of_chunks() const;
   /// Returns the payload of the first undamaged schema chunk, or an empty list if no schema is
   /// undamaged.
