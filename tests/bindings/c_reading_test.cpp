@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <numeric>
 #include <string>
@@ -566,6 +567,14 @@ TEST(CInterface, DamagedFilesGiveWhatIsWhole) {
   EXPECT_EQ(shmf_verify(left.get(), nullptr, &why), SHMF_MISUSE);
 }
 
+/// Returns the line of list.txt that describes a faulty file.
+std::string faulty_line(const std::string& number) {
+  std::ifstream list(faulty_folder() / "list.txt");
+  for (std::string line; std::getline(list, line);)
+    if (line.starts_with(number)) return line;
+  return {};
+}
+
 // Every faulty file leads to an error: when it is opened, when it is verified, or when all of its
 // data is read.
 TEST(CInterface, EveryFaultyFileIsRefused) {
@@ -580,6 +589,9 @@ TEST(CInterface, EveryFaultyFileIsRefused) {
     if (status == SHMF_OK && shmf_member_count(file) == 0)
       status = shmf_verify(file, nullptr, &why);
     if (status == SHMF_OK && shmf_member_count(file) > 0) continue;  // a member is faulty
+    // Faults after the last index are data that was not committed.
+    const std::string line = faulty_line(entry.path().stem().string());
+    if (line.find("truncated Commit:") != std::string::npos) continue;
     EXPECT_NE(status, SHMF_OK);
     EXPECT_GT(std::strlen(why.message), 10u);
   }

@@ -30,7 +30,7 @@ MESHES = {}
 # Maximum number of bytes that the package reads from the beginning and the end of a file to open it.
 FOUND = 24 << 10
 # Error messages of the library: for a file of another format, for an empty file, and for a truncated file.
-FOREIGN, EMPTY, CUT = "this is not a .shm file", "the file is too short", "end record"
+FOREIGN, EMPTY, CUT = "this is not a .shm file", "the file is too short", "has been cut"
 # Messages of the package about a server.
 NO_FILE, CLOSED = "there is no such file: the server answers 404", "the connection failed"
 

@@ -120,6 +120,8 @@ class Changed(unittest.TestCase):
         for path in golden_files()[::5]:
             data = without_trailing(path)
             for at in range(0, len(data), max(1, len(data) // 23)):
+                if data[:at].endswith(b"SHME"):
+                    continue  # an earlier index of a live file
                 with self.subTest(os.path.basename(path), at=at), self.assertRaises(ShmError):
                     list(text_of(data[:at]))
 

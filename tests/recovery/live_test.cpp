@@ -314,6 +314,72 @@ TEST(Live, DamageInOneCommitLeavesTheOthers) {
   }
 }
 
+// A damaged header after a commit does not look like the end of the file, because the trailer at
+// the end shows that a later index exists.
+TEST(Live, DamageAfterACommitIsNoEnd) {
+  for (const bool finishes : {false, true}) {
+    const CountingSink sink = live_file(4, finishes);
+    for (std::size_t commit = 0; commit < 3; ++commit) {
+      Bytes bytes = sink.bytes;
+      bytes[sink.ends[commit] + 9] ^= std::byte{1};  // the number of the chunk
+      MemorySource source(bytes), front(bytes);
+      const auto mesh = read_mesh(source);
+      EXPECT_TRUE(!mesh && mesh.error().code == ErrorCode::corrupt);
+      ByteSource& unseekable = front;
+      const auto read = read_mesh(unseekable);
+      EXPECT_TRUE(!read && read.error().code == ErrorCode::corrupt);
+      MemoryRandomSource anywhere(bytes);
+      const auto report = find_damage(anywhere);
+      ASSERT_TRUE(report);
+      EXPECT_FALSE(report->damages.empty());
+    }
+  }
+}
+
+// Writers need few indexes, so a file with a long chain is hostile.
+TEST(Live, TooManyIndexesToFollow) {
+  constexpr std::size_t kCommits = container::kMostIndexes + 1;
+  const CountingSink sink = live_file(kCommits, true);
+  FileParts parts = take_apart(sink.bytes);
+  ByteReader in(parts.chunks.back().payload);
+  container::Index all;
+  ASSERT_TRUE(container::get(in, all, parts.chunks.back().header.version, sink.bytes.size()));
+  parts.chunks.pop_back();
+  // Each index refers to the one directly before it.
+  std::uint64_t offset = container::kFileStartBytes, previous = 0;
+  std::size_t first = 0;
+  for (std::size_t c = 0; c < parts.chunks.size(); ++c) {
+    Chunk& chunk = parts.chunks[c];
+    if (chunk.is(container::ChunkKind::index)) {
+      ByteReader payload(chunk.payload);
+      container::Index index;
+      ASSERT_TRUE(container::get(payload, index, chunk.header.version, sink.bytes.size()));
+      index.previous_index = previous;
+      index.entries.assign(all.entries.begin() + static_cast<std::ptrdiff_t>(first),
+                           all.entries.begin() + static_cast<std::ptrdiff_t>(c));
+      ByteWriter out;
+      container::put(out, index);
+      chunk.payload = std::move(out.bytes);
+      previous = offset;
+      first = c;
+    }
+    all.entries[c].bytes = chunk.bytes();
+    offset += chunk.bytes();
+  }
+  const auto expect = [](const FileParts& some, bool good) {
+    const Bytes bytes = put_together(some);
+    MemorySource source(bytes);
+    EXPECT_EQ(static_cast<bool>(read_mesh(source)), good);
+    MemoryRandomSource anywhere(bytes);
+    EXPECT_EQ(static_cast<bool>(read_summary(anywhere)), good);
+  };
+  expect(parts, false);
+  // Without the last commit.
+  do parts.chunks.pop_back();
+  while (!parts.chunks.back().is(container::ChunkKind::index));
+  expect(parts, true);
+}
+
 TEST(Live, WrongCallsAreRefused) {
   const auto misuse = [](const Result<void>& status) {
     return !status && status.error().code == ErrorCode::misuse;

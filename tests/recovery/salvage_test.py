@@ -374,7 +374,7 @@ class Salvage(unittest.TestCase):
                                  ([(schema.at, schema.at + 15)], ["schema"]),
                                  ([(schema.at + 30, schema.at + 31)], ["schema"]),
                                  ([(0, schema.end)], ["file start", "schema"]),
-                                 ([(index.end - 16, index.end)], ["index"]),
+                                 ([(index.end - 16, index.end)], ["index", "end record"]),
                                  ([(index.at, index.at + 22)], ["index"]),
                                  ([(index.at + 40, index.at + 41)], ["index"]),
                                  ([(index.at, index.end)], ["index", "end record"])):

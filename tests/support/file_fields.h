@@ -206,7 +206,7 @@ class FieldWalk {
   }
 
   void index(std::uint8_t version) {
-    if (version == 0) get("previous index", FieldType::varint);
+    get("previous index", FieldType::varint);
     for (const char* name : {"vertices", "cells", "hexahedra", "max active vertices", "steps",
                              "segments", "imported vertices"})
       get(name, FieldType::varint);
@@ -507,23 +507,27 @@ template <class Walk>
 void add_packed(std::vector<Section>& to, const FileParts& parts, std::size_t c, Walk&& walk,
                 bool has_version = false) {
   const std::uint8_t version_of_chunk = parts.chunks[c].header.version;
+  const bool has_first = parts.chunks[c].is(container::ChunkKind::step_times) &&
+                         container::has_first_time(version_of_chunk);
   add_plain(to, parts, c, [&](FieldWalk& fields) {
     if (has_version) fields.version();
     fields.digest(version_of_chunk);
+    if (has_first) fields.get("first time", FieldType::varint);
     fields.packing();
   });
   constexpr std::uint64_t kMost = 1 << 20;
   ByteReader in(parts.chunks[c].payload);
-  const auto head = in.get_bytes(has_version || container::has_digest(version_of_chunk) ? 8 : 0);
+  in.get_bytes(has_version || container::has_digest(version_of_chunk) ? 8 : 0);
+  if (has_first) in.get_varint();
+  const std::size_t head = in.position();
   const auto blob = get_packed(in, kMost);
   if (!blob) return;
-  add(to, *blob, walk,
-      [c, head = head.size()](FileParts& of, const Bytes& other, const Bytes& behind) {
-        ByteWriter payload;
-        payload.put_bytes(std::span(of.chunks[c].payload).first(head));
-        put_packed(payload, joined(other, behind), Packing::none);
-        of.chunks[c].payload = std::move(payload.bytes);
-      });
+  add(to, *blob, walk, [c, head](FileParts& of, const Bytes& other, const Bytes& behind) {
+    ByteWriter payload;
+    payload.put_bytes(std::span(of.chunks[c].payload).first(head));
+    put_packed(payload, joined(other, behind), Packing::none);
+    of.chunks[c].payload = std::move(payload.bytes);
+  });
 }
 
 /// Returns the payload of a group with the changed header `header` and unchanged bitstreams.

@@ -265,22 +265,19 @@ inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std:
   return std::move(out.bytes);
 }
 
-/// Rebuilds the list of chunks in the index from those chunks before the index that are readable.
-/// Does not change the totals (numbers of vertices, cells and so on) in the index. Does nothing if
-/// the file has no readable index.
-inline void list_anew(FileParts& parts) {
-  const auto is_index = [](const Chunk& it) { return it.is(container::ChunkKind::index); };
-  const auto last = std::find_if(parts.chunks.rbegin(), parts.chunks.rend(), is_index);
-  if (last == parts.chunks.rend()) return;
-  ByteReader in(last->payload);
+/// Rebuilds the list of chunks in the index chunk `c` from those chunks before it that are
+/// readable.
+inline void list_anew(FileParts& parts, std::size_t c) {
+  ByteReader in(parts.chunks[c].payload);
   container::Index index;
-  if (!container::get(in, index, last->header.version,
+  if (!container::get(in, index, parts.chunks[c].header.version,
                       parts.chunks.size() + (std::size_t{1} << 20)))
     return;
+  index.previous_index = 0;
   index.entries.clear();
   std::uint64_t offset = container::kFileStartBytes, cells = 0, vertices = 0;
   container::StepEntry before;
-  for (Chunk& chunk : std::span(parts.chunks.begin(), last.base() - 1)) {
+  for (Chunk& chunk : std::span(parts.chunks).first(c)) {
     chunk.header.payload_bytes = chunk.payload.size();
     chunk.header.is_long |= container::has_long_header(chunk.header, parts.start);
     container::IndexEntry entry;
@@ -313,7 +310,17 @@ inline void list_anew(FileParts& parts) {
   }
   ByteWriter out;
   container::put(out, index);
-  last->payload = std::move(out.bytes);
+  parts.chunks[c].payload = std::move(out.bytes);
+}
+
+/// Rebuilds the list of chunks in each index: it then lists all chunks before it. Does not change
+/// the totals (numbers of vertices, cells and so on). An index that is not readable does not
+/// change.
+inline void list_anew(FileParts& parts) {
+  const bool is_true_offset = parts.index_offset == parts.last_offset();
+  for (std::size_t c = 0; c < parts.chunks.size(); ++c)
+    if (parts.chunks[c].is(container::ChunkKind::index)) list_anew(parts, c);
+  if (is_true_offset) parts.index_offset = parts.last_offset();
 }
 
 /// Moves each part of step values that is not in a bundle into a separate chunk, because an index

@@ -193,7 +193,7 @@ class AppendTest(FolderTest):
         self.shm("append", self.path("two.shm"), later, code=3, stderr="archive")
         with open(self.path("cut.shm"), "wb") as out:
             out.write(before[:-20])
-        self.shm("append", self.path("cut.shm"), later, code=3, stderr="end record")
+        self.shm("append", self.path("cut.shm"), later, code=3, stderr="the file has been cut")
         self.shm("convert", later, self.path("mesh.vtk"), stderr="(?s)not in.*")
         flat = self.packed(self.path("mesh.vtk"))
         self.shm("append", flat, self.path("mesh.vtk"), code=3, stderr="neither time steps")

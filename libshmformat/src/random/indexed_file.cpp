@@ -307,6 +307,8 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
 
 Result<void> IndexedFile::read_index() {
   auto place = container::last_index(*source_);
+  if (!place && place.error().code == ErrorCode::corrupt)  // not even the first chunk is there
+    place = container::last_chunk(*source_, ChunkKind::index);
   if (!place) return place.error();
   index_offset_ = place->offset;
   index_bytes_ = place->bytes;
