@@ -1,6 +1,7 @@
 #include "format/random_chunks.h"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -78,6 +79,27 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
   if (!after) return after.error();
   if (*after == tail) last.bytes = (*header)->chunk_bytes();
   return last;
+}
+
+Result<std::optional<Index>> whole_index(const IndexReader& read, std::uint64_t offset,
+                                         std::vector<std::size_t>& sizes) {
+  std::optional<Index> whole;
+  std::vector<IndexEntry> later;  // entries of the indexes read so far
+  for (std::size_t n = 0; n < kMostIndexes; ++n) {
+    auto index = read(offset);
+    if (!index || !*index) return index;
+    offset = (*index)->previous_index;
+    std::vector<IndexEntry>& entries = (*index)->entries;
+    sizes.insert(sizes.begin(), entries.size());
+    std::move(later.begin(), later.end(), std::back_inserter(entries));
+    later = std::move(entries);
+    if (!whole) whole = std::move(*index);
+    if (offset > 0) continue;
+    whole->entries = std::move(later);
+    whole->previous_index = 0;
+    return whole;
+  }
+  return std::optional<Index>();
 }
 
 Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry) {

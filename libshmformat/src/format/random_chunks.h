@@ -36,6 +36,14 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
 /// with ErrorCode::truncated if the file has no index.
 Result<IndexEntry> last_index(RandomSource& source);
 
+/// Returns the index that was written at an offset, or nullopt if it is damaged.
+using IndexReader = std::function<Result<std::optional<Index>>(std::uint64_t offset)>;
+/// Reads the index at `offset` and the indexes to which it refers. Returns it with the entries of
+/// all of them; nullopt if one of them is damaged, or if there are too many. `sizes` receives the
+/// number of entries of each, in file order.
+Result<std::optional<Index>> whole_index(const IndexReader& read, std::uint64_t offset,
+                                         std::vector<std::size_t>& sizes);
+
 /// Checks the header at the beginning of `chunk` against `entry` and returns it. Precondition:
 /// entry.bytes and the size of `chunk` are at least kShortHeaderBytes.
 Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry);

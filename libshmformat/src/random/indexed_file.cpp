@@ -312,27 +312,20 @@ Result<void> IndexedFile::read_index() {
   if (!place) return place.error();
   index_offset_ = place->offset;
   index_bytes_ = place->bytes;
-  std::vector<std::vector<IndexEntry>> lists;  // from the last index to the first
-  bool has_more = false;
-  do {
-    if (lists.size() == container::kMostIndexes) return wrong_index("refers to too many indexes");
+  const auto read = [&](std::uint64_t offset) -> Result<std::optional<container::Index>> {
     std::uint8_t version = 0;
     const auto payload = container::read_chunk(*source_, *place, limits_.max_chunk_bytes, &version);
     if (!payload) return payload.error();
     container::Index index;
-    if (!container::get_index_payload(*payload, index, version, place->offset,
-                                      place->offset / kShortHeaderBytes))
-      return corrupt("is invalid", "index", place->offset);
-    lists.push_back(std::move(index.entries));
-    if (lists.size() == 1) index_ = index;
-    has_more = index.previous_index != 0;
-    if (has_more) *place = lists.back()[0];
-  } while (has_more);
-  index_.entries.clear();
-  for (auto list = lists.rbegin(); list != lists.rend(); ++list) {
-    index_sizes_.push_back(list->size());
-    std::move(list->begin(), list->end(), std::back_inserter(index_.entries));
-  }
+    if (!container::get_index_payload(*payload, index, version, offset, offset / kShortHeaderBytes))
+      return corrupt("is invalid", "index", offset);
+    if (index.previous_index != 0) *place = index.entries[0];
+    return std::optional(std::move(index));
+  };
+  auto index = container::whole_index(read, index_offset_, index_sizes_);
+  if (!index) return index.error();
+  if (!*index) return wrong_index("refers to too many indexes");
+  index_ = std::move(**index);
   return {};
 }
 

@@ -1,8 +1,7 @@
 #include "repair/found_chunks.h"
 
 #include <algorithm>
-#include <iterator>
-#include <map>
+#include <array>
 #include <utility>
 
 #include "base/binary.h"
@@ -149,66 +148,38 @@ std::vector<std::byte> FoundChunks::beginning() const {
   return std::move(out.bytes);
 }
 
-/// Returns the undamaged index chunks by the offset at which they were written, even if they are
-/// elsewhere now.
-Result<std::map<std::uint64_t, const FoundChunk*>> FoundChunks::index_chunks() {
-  std::map<std::uint64_t, const FoundChunk*> found;
+/// Returns the index that was written at `offset`, even if its chunk is elsewhere now. Returns
+/// nullopt if it is damaged.
+Result<std::optional<container::Index>> FoundChunks::index_written_at(std::uint64_t offset) {
   for (const FoundChunk& chunk : scan_.chunks) {
-    if (!chunk.whole || !chunk.is(ChunkKind::index) || chunk.bytes() < container::kTrailerBytes)
-      continue;
-    std::vector<std::byte> end(container::kTrailerBytes);
-    if (auto status = source_->read_at(chunk.offset + chunk.bytes() - end.size(), end); !status)
-      return status.error();
-    if (const auto offset = container::offset_in_index(end)) found[*offset] = &chunk;
-  }
-  return found;
-}
-
-/// Reads an index, and the indexes to which it refers. Returns the index with all of their entries,
-/// or nullopt if one of them is damaged.
-Result<std::optional<container::Index>> FoundChunks::index_at(const FoundChunk& last) {
-  std::optional<container::Index> whole;
-  std::vector<std::vector<IndexEntry>> lists;  // from the last index to the first
-  std::map<std::uint64_t, const FoundChunk*> indexes;
-  for (const FoundChunk* chunk = &last; chunk != nullptr;) {
-    const auto payload = payload_of(*chunk, limits_.max_chunk_bytes);
+    if (!chunk.whole || !chunk.is(ChunkKind::index) || written_at(chunk) != offset) continue;
+    const auto payload = payload_of(chunk, limits_.max_chunk_bytes);
     if (!payload) return payload.error();
     container::Index index;
-    const auto offset = container::has_trailer_inside(chunk->header.version)
-                            ? container::offset_in_index(*payload)
-                            : chunk->offset;
-    if (!offset || lists.size() == container::kMostIndexes ||
-        !container::get_index_payload(
-            *payload, index, chunk->header.version, *offset,
-            std::min<std::uint64_t>(chunk->header.sequence,
-                                    source_->size() / container::kShortHeaderBytes)))
-      return std::optional<container::Index>();
-    chunk = nullptr;
-    if (index.previous_index != 0) {
-      if (indexes.empty()) {
-        auto found = index_chunks();
-        if (!found) return found.error();
-        indexes = std::move(*found);
-      }
-      const auto before = indexes.find(index.previous_index);
-      if (before == indexes.end()) return std::optional<container::Index>();
-      chunk = before->second;
-    }
-    lists.push_back(std::move(index.entries));
-    index.entries.clear();
-    index.previous_index = 0;
-    if (!whole) whole = std::move(index);
+    const std::uint64_t most = std::min<std::uint64_t>(
+        chunk.header.sequence, source_->size() / container::kShortHeaderBytes);
+    if (container::get_index_payload(*payload, index, chunk.header.version, offset, most))
+      return std::optional(std::move(index));
   }
-  for (auto list = lists.rbegin(); list != lists.rend(); ++list)
-    std::move(list->begin(), list->end(), std::back_inserter(whole->entries));
-  return whole;
+  return std::optional<container::Index>();
+}
+
+/// Returns the offset at which an index chunk was written, as its trailer states.
+std::uint64_t FoundChunks::written_at(const FoundChunk& index) {
+  std::array<std::byte, container::kTrailerBytes> end{};
+  const bool inside = container::has_trailer_inside(index.header.version) &&
+                      index.header.payload_bytes >= end.size() &&
+                      source_->read_at(index.offset + index.bytes() - end.size(), end);
+  return inside ? container::offset_in_index(end).value_or(kNoOffset) : index.offset;
 }
 
 Result<void> FoundChunks::find_index() {
   if (scan_.chunks.empty()) return {};
   const FoundChunk& last = scan_.chunks.back();
   if (!last.whole || !last.is(ChunkKind::index)) return {};
-  const auto read = index_at(last);
+  std::vector<std::size_t> sizes;
+  const auto read = container::whole_index(
+      [this](std::uint64_t offset) { return index_written_at(offset); }, written_at(last), sizes);
   if (!read) return read.error();
   if (!*read || (*read)->entries.size() != last.header.sequence) return {};
   container::Index index = **read;

@@ -8,7 +8,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <vector>
 
@@ -75,8 +74,8 @@ class FoundChunks {
   Result<std::vector<std::byte>> payload_of(const container::FoundChunk& chunk, std::uint64_t most);
   Result<void> find_schema();
   Result<void> find_index();
-  Result<std::map<std::uint64_t, const container::FoundChunk*>> index_chunks();
-  Result<std::optional<container::Index>> index_at(const container::FoundChunk& last);
+  Result<std::optional<container::Index>> index_written_at(std::uint64_t offset);
+  std::uint64_t written_at(const container::FoundChunk& index);
   Result<bool> is_contradicted(const container::Index& index);
   Result<void> judge_by_index();
   Result<void> judge_by_numbers();
