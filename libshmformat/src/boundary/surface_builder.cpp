@@ -1,9 +1,10 @@
 #include "boundary/surface_builder.h"
 
 #include <algorithm>
+#include <compare>
 #include <cstring>
 #include <limits>
-#include <numeric>
+#include <span>
 #include <utility>
 
 namespace shm {
@@ -33,10 +34,24 @@ void gather(std::vector<T>& list, const std::vector<std::uint32_t>& from, std::s
   list = std::move(moved);
 }
 
-std::vector<std::uint32_t> counted(std::size_t count) {
-  std::vector<std::uint32_t> list(count);
-  std::iota(list.begin(), list.end(), 0u);
-  return list;
+/// Returns the places of a list in ascending order of `keys[place]`, then of `minors[place]` (if
+/// given), then of the place.
+std::vector<std::uint32_t> places_by(std::span<const std::uint64_t> keys,
+                                     std::span<const std::uint32_t> minors = {}) {
+  struct Keyed {
+    std::uint64_t key;
+    std::uint32_t minor, place;
+    auto operator<=>(const Keyed&) const = default;
+  };
+  std::vector<Keyed> list;
+  list.reserve(keys.size());
+  for (std::uint32_t i = 0; i < keys.size(); ++i)
+    list.push_back({keys[i], minors.empty() ? 0 : minors[i], i});
+  if (!std::is_sorted(list.begin(), list.end())) std::sort(list.begin(), list.end());
+  std::vector<std::uint32_t> places;
+  places.reserve(list.size());
+  for (const Keyed& item : list) places.push_back(item.place);
+  return places;
 }
 
 }  // namespace
@@ -148,9 +163,7 @@ void SurfaceBuilder::sort() {
 
 void SurfaceBuilder::sort_vertices() {
   if (std::is_sorted(ordinals_.begin(), ordinals_.end())) return;
-  std::vector<std::uint32_t> from = counted(vertices());
-  std::sort(from.begin(), from.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return ordinals_[a] < ordinals_[b]; });
+  const std::vector<std::uint32_t> from = places_by(ordinals_);
   gather(surface_.vertex_numbers, from);
   gather(ordinals_, from);
   gather(surface_.xyz, from, xyz_bytes_);
@@ -162,13 +175,8 @@ void SurfaceBuilder::sort_vertices() {
 }
 
 void SurfaceBuilder::sort_faces() {
-  const auto comes_before = [&](std::uint32_t a, std::uint32_t b) {
-    return std::pair(positions_[a], surface_.sides[a]) <
-           std::pair(positions_[b], surface_.sides[b]);
-  };
-  std::vector<std::uint32_t> from = counted(faces());
-  if (std::is_sorted(from.begin(), from.end(), comes_before)) return;
-  std::sort(from.begin(), from.end(), comes_before);
+  const std::vector<std::uint32_t> from = places_by(positions_, surface_.sides);
+  if (std::is_sorted(from.begin(), from.end())) return;
   std::vector<std::uint32_t> corners;
   std::vector<std::uint64_t> ends;
   corners.reserve(surface_.corners.size());
@@ -216,11 +224,7 @@ void SurfaceBuilder::fill(std::uint32_t array, std::uint64_t step, std::uint64_t
 const std::vector<std::uint32_t>& SurfaceBuilder::by_number(bool of_points) {
   auto& places = of_points ? vertices_by_number_ : faces_by_number_;
   const auto& numbers = of_points ? surface_.vertex_numbers : surface_.cell_numbers;
-  if (places.size() != numbers.size()) {
-    places = counted(numbers.size());
-    std::stable_sort(places.begin(), places.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return numbers[a] < numbers[b]; });
-  }
+  if (places.size() != numbers.size()) places = places_by(numbers);
   return places;
 }
 

@@ -84,7 +84,8 @@ void SparseGroupBuilder::add_covered(const Neighbourhood& item, SparseGroup& to)
     }
     Slot& slot = at_slot(by_slot_, item.at[i]);
     sparse.at[i] = renumbered(slot);
-    if (slot.skipped != kNone) looked_at_.push_back({slot.skipped, slot.number});
+    if (slot.skipped != kNone)
+      looked_at_.push_back(std::uint64_t{slot.skipped} << 32 | slot.number);
     slot.skipped = kNone;
   }
   Slot& self = at_slot(by_slot_, item.self);
@@ -105,20 +106,19 @@ void SparseGroupBuilder::end_segment() {
 }
 
 void SparseGroupBuilder::put_skipped(std::span<SparseGroup> groups) {
-  std::sort(looked_at_.begin(), looked_at_.end(), [](const LookedAt& a, const LookedAt& b) {
-    return a.tile != b.tile ? a.tile < b.tile : a.slot < b.slot;
-  });
+  std::sort(looked_at_.begin(), looked_at_.end());
   std::size_t next = 0;
   std::uint32_t tile = 0;
   for (SparseGroup& group : groups) {
     const std::size_t begin = next;
     for (SparseGroup::Tile& ends : group.tiles) {
-      while (next < looked_at_.size() && looked_at_[next].tile == tile) ++next;
+      while (next < looked_at_.size() && looked_at_[next] >> 32 == tile) ++next;
       ends.skipped_end = static_cast<std::uint32_t>(next - begin);
       ++tile;
     }
     group.skipped.reserve(next - begin);
-    for (std::size_t i = begin; i < next; ++i) group.skipped.push_back(looked_at_[i].slot);
+    for (std::size_t i = begin; i < next; ++i)
+      group.skipped.push_back(static_cast<std::uint32_t>(looked_at_[i]));
   }
 }
 

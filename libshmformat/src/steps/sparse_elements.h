@@ -78,7 +78,7 @@ class SparseGroupBuilder {
   void end_segment();
   /// Returns the size in bytes of the groups built so far, and of the data that is stored until the
   /// end of the segment.
-  std::size_t bytes() const { return bytes_ + looked_at_.size() * sizeof(LookedAt); }
+  std::size_t bytes() const { return bytes_ + looked_at_.size() * sizeof(std::uint64_t); }
 
  private:
   /// Data about one slot. The slot is identified by its original number in the mesh.
@@ -87,11 +87,6 @@ class SparseGroupBuilder {
     /// If the most recent element in the slot is uncovered: index of the tile at which that element
     /// is skipped, counting only tiles with covered elements. Otherwise kNone.
     std::uint32_t skipped = kNone;
-  };
-  /// Uncovered element to which a covered element refers. A column skips this element before it
-  /// codes the covered elements of a tile.
-  struct LookedAt {
-    std::uint32_t tile, slot;
   };
 
   void add_covered(const Neighbourhood& item, SparseGroup& to);
@@ -109,7 +104,9 @@ class SparseGroupBuilder {
   std::size_t first_group_ = 0;
   std::vector<Slot> by_slot_;
   std::uint32_t slots_ = 0, tiles_ = 0;
-  std::vector<LookedAt> looked_at_;
+  /// The uncovered elements to which covered elements refer, as `tile << 32 | slot`. A column skips
+  /// such an element before it codes the covered elements of the tile.
+  std::vector<std::uint64_t> looked_at_;
 };
 
 }  // namespace shm

@@ -8,6 +8,17 @@ namespace {
 
 constexpr std::size_t kMaxJoins = 24;
 
+/// Sorts candidates by score; the largest comes first. Candidates with equal scores keep the order
+/// in which they were found. Drops the candidates after the first kMaxJoins. std::stable_sort is
+/// not used, because it would allocate memory. Not a template, so that the sort is compiled once.
+void keep_best(std::vector<JoinCandidate>& joins) {
+  for (std::uint32_t i = 0; i < joins.size(); ++i) joins[i].met = i;
+  std::sort(joins.begin(), joins.end(), [](const JoinCandidate& a, const JoinCandidate& b) {
+    return a.score != b.score ? a.score > b.score : a.met < b.met;
+  });
+  if (joins.size() > kMaxJoins) joins.resize(kMaxJoins);
+}
+
 /// The parts of a quadrilateral face other than one of its edges. `a` and `b`: the vertices next to
 /// the first and the second end of this edge. `beside_a`, `beside_b` and `top`: the other three
 /// edges of the face.
@@ -257,13 +268,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
       }
     }
   }
-  // Vertices with equal scores keep the order in which they were found. std::stable_sort is not
-  // used, because it would allocate memory.
-  for (std::uint32_t i = 0; i < joins_.size(); ++i) joins_[i].met = i;
-  std::sort(joins_.begin(), joins_.end(), [](const Join& a, const Join& b) {
-    return a.score != b.score ? a.score > b.score : a.met < b.met;
-  });
-  if (joins_.size() > kMaxJoins) joins_.resize(kMaxJoins);
+  keep_best(joins_);
 }
 
 template <class Coder>
@@ -364,7 +369,7 @@ auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVe
   const auto add = [&](std::uint32_t slot, std::uint32_t score) {
     for (std::uint32_t b = 0; b < 8; ++b)
       if (known(b) && work_.corner[b] == slot) return;
-    for (Join& join : joins_)
+    for (JoinCandidate& join : joins_)
       if (join.slot == slot) {
         join.score += score;
         return;
@@ -385,7 +390,7 @@ auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVe
       });
     }
   ClosingVertex best;
-  for (const Join& join : joins_)
+  for (const JoinCandidate& join : joins_)
     if (join.score > best.score) best = {join.slot, join.score, 0};
   best.others = joins_.empty() ? 0 : static_cast<std::uint32_t>(joins_.size() - 1);
   return best;

@@ -33,6 +33,11 @@
 
 namespace shm {
 
+/// A live vertex that may be the next corner. `met`: number of candidates found before it.
+struct JoinCandidate {
+  std::uint32_t slot = 0, score = 0, met = 0;
+};
+
 template <class Coder>
 class RowHexahedra {
  public:
@@ -142,9 +147,6 @@ class RowHexahedra {
   struct Coded {
     std::uint64_t sequence = 0;
     std::uint32_t cell = 0;
-  };
-  struct Join {
-    std::uint32_t slot = 0, score = 0, met = 0;
   };
   /// A vertex that, as the next corner, would make a side of the hexahedron coincide with an open
   /// quadrilateral (a face of a cell that is not a hexahedron).
@@ -306,7 +308,7 @@ class RowHexahedra {
 
   std::vector<std::uint32_t> faces_;
   std::vector<Fit> fits_;
-  std::vector<Join> joins_;
+  std::vector<JoinCandidate> joins_;
   // For each vertex slot: the index in joins_ of the vertex. Valid only if joins_ contains the
   // vertex
   std::vector<std::uint32_t> join_place_;

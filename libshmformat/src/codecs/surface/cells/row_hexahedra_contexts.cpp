@@ -3,6 +3,7 @@
 // not include. When a decision is coded, all these numbers are the same in encoder and decoder.
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "codecs/surface/cells/row_hexahedra.h"
 
@@ -46,7 +47,9 @@ template <class Coder>
 std::uint32_t RowHexahedra<Coder>::sorted_fans(std::uint32_t face) const {
   auto fan = surface_->face(face).fan;
   for (auto& count : fan) count = std::min<std::uint8_t>(count, 5);
-  std::sort(fan.begin(), fan.end());
+  // This sorting network is faster than std::sort, and its code is smaller.
+  for (const auto [a, b] : {std::pair(0, 1), {2, 3}, {0, 2}, {1, 3}, {1, 2}})
+    if (fan[b] < fan[a]) std::swap(fan[a], fan[b]);
   return fan[0] * 512u + fan[1] * 64u + fan[2] * 8u + fan[3];
 }
 /// Returns the total number of active faces at the four vertices of a face.
@@ -169,7 +172,7 @@ void RowHexahedra<Coder>::about_new(Coder& symbols, std::uint32_t corner, std::u
 
 template <class Coder>
 void RowHexahedra<Coder>::about_join(Coder& symbols, std::uint32_t rank) const {
-  const Join& join = joins_[rank];
+  const JoinCandidate& join = joins_[rank];
   const auto& vertex = surface_->vertex(join.slot);
   symbols.about(kJoin, clue(join.score, vertex.face_count, vertex.uses, rank > 0),
                 clue(join.score, std::bit_width(surface_->next_id() - vertex.id), rank > 0));
