@@ -387,7 +387,8 @@ class PreviewTest(FolderTest):
                 names = [f"{array['location']}/{array['name']}" for array in arrays]
                 self.assertIn(3, {self.attempt(path, "--array", name, out="-") for name in names})
         self.assertGreater(codes[0], 20)
-        self.assertGreater(codes[3], codes[0] // 2)
+        # A picture needs few parts of a file. Faults in other parts are not found.
+        self.assertGreaterEqual(codes[3], 65 if SANITIZED else 215)
         self.assertGreater(tried, 1)
 
     def test_small_meshes_of_the_corpus(self):
