@@ -146,7 +146,7 @@ class LiveSolver(unittest.TestCase):
         self.assertGreater(looks, 20)
         self.expect_steps(2000)
 
-    def test_data_is_on_the_disk_before_its_index(self):
+    def test_data_is_on_the_disk_before_its_trailer(self):
         source, observer = self.folder / "observer.c", self.folder / "observer.so"
         source.write_text(OBSERVER, encoding="utf-8")
         self.build("gcc", "-shared", "-fPIC", source, "-ldl", "-o", observer)
@@ -155,10 +155,10 @@ class LiveSolver(unittest.TestCase):
                               env={**os.environ, "LD_PRELOAD": str(observer)})
         calls = " ".join(done.stderr.split())
         calls = re.sub(r"write( write)+", "write", calls)
-        # Of the first commit: data, flush, index, flush, name, flush of the folder. Then of each commit: data, flush,
-        # index, flush. At the end the index of the whole file.
+        # Of the first commit: data and index, flush, trailer, flush, name, flush of the folder. Then of each commit:
+        # data and index, flush, trailer, flush. At the end the index of the whole file.
         commit = "write fsync write fsync"
-        self.assertEqual(calls, f"{commit} link fsync {commit} {commit} fsync write fsync")
+        self.assertEqual(calls, f"{commit} link fsync {commit} {commit} {commit}")
 
     def test_a_killed_run_continues(self):
         """The file of a run that is killed and continued has the same contents as that of one run."""

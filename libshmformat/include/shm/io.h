@@ -33,11 +33,12 @@ class SHM_API ByteSink {
   /// to another sink also calls commit() of that sink, unless more bytes will be written to that
   /// sink (as after a member of an archive).
   virtual Result<void> commit();
-  /// Stores all bytes written so far so that a crash does not lose them. Writer::commit() calls it
-  /// before it writes an index. Most sinks do nothing here.
+  /// Stores all bytes written so far so that a crash does not lose them. Writer::commit() and
+  /// Writer::finish() call it before they write the trailer, the last 16 bytes. Most sinks do
+  /// nothing here.
   virtual Result<void> flush();
   /// Makes all bytes written so far visible to readers, as a whole file. More bytes may follow.
-  /// Writer::commit() calls it after it has written an index. Most sinks do nothing here.
+  /// Writer::commit() calls it after it has written the trailer. Most sinks do nothing here.
   virtual Result<void> publish();
 };
 

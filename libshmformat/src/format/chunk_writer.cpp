@@ -19,7 +19,8 @@ Result<void> ChunkWriter::start(const FileStart& start) {
   return put(out.bytes);
 }
 
-Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> payload,
+/// Writes the header of a chunk with this payload.
+Result<void> ChunkWriter::begin(ChunkKind kind, std::span<const std::byte> payload,
                                 IndexEntry entry, std::uint8_t version) {
   ChunkHeader header;
   header.version = version;
@@ -35,7 +36,12 @@ Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> paylo
   entries_.push_back(entry);
   ByteWriter out;
   container::put(out, header);
-  if (auto status = put(out.bytes); !status) return status;
+  return put(out.bytes);
+}
+
+Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> payload,
+                                IndexEntry entry, std::uint8_t version) {
+  if (auto status = begin(kind, payload, entry, version); !status) return status;
   return put(payload);
 }
 
@@ -62,23 +68,26 @@ std::vector<IndexEntry> ChunkWriter::take_entries() {
   return std::exchange(entries_, {});
 }
 
-/// Writes an index that lists entries_[first_entry] and all later chunks.
+/// Writes an index that lists entries_[first_entry] and all later chunks. Flushes the sink before
+/// the trailer, so that a trailer on the disk proves that all bytes before it are on the disk.
 Result<void> ChunkWriter::write_index(Index index, std::size_t first_entry) {
   index.previous_index = first_entry == 0 ? 0 : entries_[first_entry].offset;
   index.entries.assign(entries_.begin() + static_cast<std::ptrdiff_t>(first_entry), entries_.end());
   const std::uint64_t offset = offset_;
-  if (auto status = write(ChunkKind::index, index_payload(index, offset), {}, index.version);
-      !status)
-    return status;
-  if (has_trailer_inside(index.version)) return {};
-  ByteWriter trailer;
-  put_trailer(trailer, offset);
-  return put(trailer.bytes);
+  std::vector<std::byte> bytes = index_payload(index, offset);
+  if (auto status = begin(ChunkKind::index, bytes, {}, index.version); !status) return status;
+  if (!has_trailer_inside(index.version)) {
+    ByteWriter trailer;
+    put_trailer(trailer, offset);
+    bytes.insert(bytes.end(), trailer.bytes.begin(), trailer.bytes.end());
+  }
+  const std::span<const std::byte> all = bytes;
+  if (auto status = put(all.first(all.size() - kTrailerBytes)); !status) return status;
+  if (auto status = sink_->flush(); !status) return status;
+  return put(all.last(kTrailerBytes));
 }
 
 Result<void> ChunkWriter::finish(Index index) {
-  if (!indexes_.empty())
-    if (auto status = sink_->flush(); !status) return status;
   if (auto status = write_index(std::move(index), 0); !status) return status;
   return sink_->commit();
 }
@@ -91,7 +100,6 @@ Result<void> ChunkWriter::commit(Index index) {
     if (before.end - before.begin >= 2 * (entries_.size() - begin)) break;
     begin = before.begin;
   }
-  if (auto status = sink_->flush(); !status) return status;
   if (auto status = write_index(std::move(index), begin); !status) return status;
   indexes_.push_back({begin, entries_.size() - 1});
   return sink_->publish();

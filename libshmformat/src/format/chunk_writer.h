@@ -30,8 +30,8 @@ class ChunkWriter {
   /// follow. The index lists the chunks since an earlier index and refers to that index. It repeats
   /// the entries of earlier indexes that have fewer than twice as many entries as itself. A reader
   /// then follows at most log2(chunks) + 1 indexes.
-  /// Flushes the sink before and publishes it after the index is written. Does nothing if no chunk
-  /// was written since the previous commit.
+  /// Flushes the sink before the trailer, and publishes it after the trailer. Does nothing if no
+  /// chunk was written since the previous commit.
   /// spec: "Commits"
   Result<void> commit(Index index);
   /// Commits the sink. Precondition: everything written has been committed.
@@ -73,6 +73,8 @@ class ChunkWriter {
 
  private:
   Result<void> put(std::span<const std::byte> bytes);
+  Result<void> begin(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry,
+                     std::uint8_t version);
   Result<void> write_index(Index index, std::size_t first_entry);
 
   ByteSink* sink_;
