@@ -9,6 +9,7 @@
 #include "base/binary.h"
 #include "base/packing.h"
 #include "codecs/shared/codec_id.h"
+#include "format/random_chunks.h"
 #include "format/schema.h"
 #include "hostile/hostile.h"
 #include "steps/step_topology.h"
@@ -47,6 +48,15 @@ std::size_t stride_of(const FeatureFile& feature, std::size_t usual) {
   return stride * every(7);
 }
 
+/// Returns true if the last bytes are an index. A file cut after a commit is a whole file.
+bool ends_with_commit(const Bytes& bytes) {
+  MemoryRandomSource source(bytes);
+  const auto last = container::last_chunk(source, container::ChunkKind::index);
+  if (!last || last->offset + last->bytes != bytes.size()) return false;
+  const auto header = container::header_at(source, last->offset, bytes.size(), "index");
+  return header && *header && (*header)->kind == last->kind;
+}
+
 TEST(Hostile, EveryCutIsTruncated) {
   for (const FeatureFile& feature : files())
     for (std::size_t size = 0; size < feature.bytes.size(); size += stride_of(feature, 5)) {
@@ -54,6 +64,7 @@ TEST(Hostile, EveryCutIsTruncated) {
       const Bytes cut(feature.bytes.begin(),
                       feature.bytes.begin() + static_cast<std::ptrdiff_t>(size));
       const auto decoded = decode_in_pieces(cut);
+      if (decoded && ends_with_commit(cut)) continue;
       ASSERT_FALSE(decoded) << feature.name << " cut to " << size;
       ASSERT_EQ(decoded.error().code, ErrorCode::truncated) << feature.name << " cut to " << size;
       ASSERT_EQ(decoded.error().offset, size) << feature.name;

@@ -498,13 +498,13 @@ TEST(Damage, MarksWithinADamagedChunkAreSkipped) {
 /// last copy, a byte of the index is damaged and all chunks are in reverse order.
 std::vector<Bytes> without_index(const Bytes& whole) {
   const auto at = places(whole);
-  const auto [begin, end] = at.back();
+  const std::size_t begin = at.back().first, trailer = whole.size() - container::kTrailerBytes;
   std::vector<Bytes> damaged(4, whole);
-  damaged[0][end - 1] ^= std::byte{1};
+  damaged[0][trailer - 1] ^= std::byte{1};
   damaged[1][begin + 5] ^= std::byte{1};
   damaged[2][begin + 5] ^= std::byte{1};
-  damaged[2][end + 5] ^= std::byte{1};
-  damaged[3][end - 1] ^= std::byte{1};
+  damaged[2][trailer + 5] ^= std::byte{1};
+  damaged[3][trailer - 1] ^= std::byte{1};
   auto to = damaged[3].begin() + container::kFileStartBytes;
   for (std::size_t c = at.size() - 1; c-- > 0;)
     to = std::copy(whole.begin() + static_cast<std::ptrdiff_t>(at[c].first),
@@ -515,7 +515,11 @@ std::vector<Bytes> without_index(const Bytes& whole) {
 TEST(Damage, ALostIndexIsMadeAnew) {
   std::size_t same = 0;
   for (const FeatureFile& feature : feature_files()) {
-    for (const Bytes& damaged : without_index(feature.bytes)) {
+    const bool has_commits = feature.name.substr(0, 4) == "live";
+    const std::vector<Bytes> copies = without_index(feature.bytes);
+    for (const Bytes& damaged : copies) {
+      // Without the last index and its trailer, a file with commits is one whose writer was killed.
+      if (has_commits && &damaged == &copies[2]) continue;
       const DamageReport report = found(damaged);
       ASSERT_TRUE(report.schema) << feature.name;
       EXPECT_TRUE(report.lacks_index && !report.restorable) << feature.name;
@@ -524,7 +528,13 @@ TEST(Damage, ALostIndexIsMadeAnew) {
       MemorySink sink;
       const auto status = write_in_order(source, sink);
       ASSERT_TRUE(status) << feature.name << ": " << status.error().message();
-      EXPECT_EQ(sink.bytes, feature.bytes) << feature.name;
+      if (has_commits) {  // the new index lists all chunks
+        MemorySource whole(feature.bytes), restored(sink.bytes);
+        EXPECT_EQ(*read_mesh(restored), *read_mesh(whole)) << feature.name;
+        EXPECT_TRUE(found(sink.bytes).damages.empty()) << feature.name;
+      } else {
+        EXPECT_EQ(sink.bytes, feature.bytes) << feature.name;
+      }
       ++same;
     }
   }

@@ -12,6 +12,7 @@
 #include "base/binary.h"
 #include "base/errors.h"
 #include "format/chunk_writer.h"
+#include "format/random_chunks.h"
 #include "repair/found_chunks.h"
 
 namespace shm {
@@ -117,6 +118,30 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
 
 /// Writes the whole file, except the index and the trailer, in the order of `entries`. The first
 /// undamaged schema replaces lost copies of the schema.
+/// Copies a chunk to the offset `to` of a file. Corrects the trailer of an index that states
+/// another offset.
+Result<void> copy_chunk(RandomSource& source, const IndexEntry& chunk, std::uint64_t to,
+                        ByteSink& sink) {
+  if (!chunk.is(ChunkKind::index)) return sink.copy(source, chunk.offset, chunk.bytes);
+  auto bytes = container::read_bytes(source, chunk.offset, chunk.bytes, "index");
+  if (!bytes) return bytes.error();
+  ByteReader in(*bytes);
+  ChunkHeader header;
+  if (container::get(in, header) == container::HeaderState::good &&
+      container::has_trailer_inside(header.version) &&
+      header.payload_bytes >= container::kTrailerBytes) {
+    const auto payload = std::span(*bytes).subspan(header.bytes());
+    ByteWriter trailer, head;
+    container::put_trailer(trailer, to);
+    std::copy(trailer.bytes.begin(), trailer.bytes.end(),
+              payload.last(container::kTrailerBytes).begin());
+    header.payload_checksum = checksum(payload);
+    container::put(head, header);
+    std::copy(head.bytes.begin(), head.bytes.end(), bytes->begin());
+  }
+  return sink.write(*bytes);
+}
+
 Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
                           std::span<const IndexEntry> entries, ByteSink& sink) {
   const std::vector<std::byte> beginning = found.beginning();
@@ -132,8 +157,11 @@ Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
   for (std::uint32_t i = 1; i < entries.size(); ++i) {
     while (next < chunks.size() && chunks[next].header.sequence < i) ++next;
     if (next < chunks.size() && chunks[next].header.sequence == i && chunks[next].whole) {
-      if (auto status = sink.copy(source, chunks[next].offset, chunks[next].bytes()); !status)
-        return status;
+      IndexEntry chunk;
+      chunk.kind = entries[i].kind;
+      chunk.offset = chunks[next].offset;
+      chunk.bytes = chunks[next].bytes();
+      if (auto status = copy_chunk(source, chunk, entries[i].offset, sink); !status) return status;
       continue;
     }
     if (!entries[i].is(ChunkKind::schema))
@@ -152,11 +180,15 @@ Result<void> write_with_its_index(RandomSource& source, const FoundChunks& found
   if (!is_restorable(found)) return corrupt("some chunks are damaged", "index");
   const auto& entries = found.index()->entries;
   if (auto status = write_chunks(source, found, entries, sink); !status) return status;
-  if (auto status = sink.copy(source, found.index_offset(), found.index_bytes()); !status)
-    return status;
+  const std::uint64_t end = entries.back().offset + entries.back().bytes;
+  IndexEntry last;
+  last.kind = static_cast<std::uint8_t>(ChunkKind::index);
+  last.offset = found.index_offset();
+  last.bytes = found.index_bytes();
+  if (auto status = copy_chunk(source, last, end, sink); !status) return status;
   if (!container::has_trailer_inside(found.index()->version)) {
     ByteWriter trailer;
-    container::put_trailer(trailer, entries.back().offset + entries.back().bytes);
+    container::put_trailer(trailer, end);
     if (auto status = sink.write(trailer.bytes); !status) return status;
   }
   return sink.commit();

@@ -120,7 +120,7 @@ Result<bool> Scanner::goes_on_after(const FoundChunk& index) {
   if (scan_.index_offset.value_or(0) <= index.offset) return false;
   const auto last = header_at(*scan_.index_offset);
   if (!last) return last.error();
-  return *last && (*last)->kind == index.header.kind && (*last)->sequence > index.header.sequence;
+  return *last && (*last)->kind == index.header.kind && (*last)->sequence >= index.header.sequence;
 }
 
 Result<bool> Scanner::is_whole(const FoundChunk& chunk) {

@@ -177,6 +177,8 @@ Result<void> FoundChunks::find_index() {
   if (scan_.chunks.empty()) return {};
   const FoundChunk& last = scan_.chunks.back();
   if (!last.whole || !last.is(ChunkKind::index)) return {};
+  // If only the last index of a live file is lost, the index before it does not list all chunks.
+  if (scan_.index_offset == last.offset + last.bytes()) return {};
   std::vector<std::size_t> sizes;
   const auto read = container::whole_index(
       [this](std::uint64_t offset) { return index_written_at(offset); }, written_at(last), sizes);
