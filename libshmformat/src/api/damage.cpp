@@ -116,8 +116,6 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   return index;
 }
 
-/// Writes the whole file, except the index and the trailer, in the order of `entries`. The first
-/// undamaged schema replaces lost copies of the schema.
 /// Copies a chunk to the offset `to` of a file. Corrects the trailer of an index that states
 /// another offset.
 Result<void> copy_chunk(RandomSource& source, const IndexEntry& chunk, std::uint64_t to,
@@ -142,6 +140,8 @@ Result<void> copy_chunk(RandomSource& source, const IndexEntry& chunk, std::uint
   return sink.write(*bytes);
 }
 
+/// Writes the whole file, except the last index and the trailer, in the order of `entries`. The
+/// first undamaged schema replaces lost copies of the schema.
 Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
                           std::span<const IndexEntry> entries, ByteSink& sink) {
   const std::vector<std::byte> beginning = found.beginning();
@@ -158,7 +158,7 @@ Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
     while (next < chunks.size() && chunks[next].header.sequence < i) ++next;
     if (next < chunks.size() && chunks[next].header.sequence == i && chunks[next].whole) {
       IndexEntry chunk;
-      chunk.kind = entries[i].kind;
+      chunk.kind = chunks[next].header.kind;
       chunk.offset = chunks[next].offset;
       chunk.bytes = chunks[next].bytes();
       if (auto status = copy_chunk(source, chunk, entries[i].offset, sink); !status) return status;

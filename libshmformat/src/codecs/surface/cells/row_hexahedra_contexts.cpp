@@ -47,7 +47,7 @@ template <class Coder>
 std::uint32_t RowHexahedra<Coder>::sorted_fans(std::uint32_t face) const {
   auto fan = surface_->face(face).fan;
   for (auto& count : fan) count = std::min<std::uint8_t>(count, 5);
-  // This sorting network is faster than std::sort, and its code is smaller.
+  // A sorting network, because std::sort would need much more code.
   for (const auto& [a, b] : {std::pair(0, 1), {2, 3}, {0, 2}, {1, 3}, {1, 2}})
     if (fan[b] < fan[a]) std::swap(fan[a], fan[b]);
   return fan[0] * 512u + fan[1] * 64u + fan[2] * 8u + fan[3];
